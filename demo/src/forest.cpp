@@ -99,12 +99,13 @@ coppice_placement placement_of(const PlacedPlant& plant, const Species& species,
   placement.position[0] = plant.position.x;
   placement.position[1] = ground_m - 0.02f - plant.scale * species.foot_m;
   placement.position[2] = plant.position.y;
-  placement.scale = plant.scale;
+  placement.scale = plant.mirrored ? -plant.scale : plant.scale;
   // Turned about its stem, which then leans.
   const glm::quat yaw = glm::angleAxis(plant.yaw_rad, glm::vec3(0, 1, 0));
   const glm::vec2 lean_rad = plant.lean_rad - plant.slope_share * slope_at(terrain, plant.position);
   const glm::quat lean = glm::quat(glm::vec3(lean_rad.y, 0, -lean_rad.x));
-  const glm::quat rotation = lean * yaw;
+  const glm::quat half_turn = plant.mirrored ? glm::quat(0, 1, 0, 0) : glm::quat(1, 0, 0, 0);  // see coppice_placement.scale
+  const glm::quat rotation = lean * yaw * half_turn;
   std::copy_n(glm::value_ptr(rotation), 4, placement.rotation);
   std::memcpy(placement.tint, &plant.tint, sizeof placement.tint);
   return placement;

@@ -182,6 +182,7 @@ struct Candidates {
     const int x = static_cast<int>(i) % side;
     const int z = static_cast<int>(i) / side;
     plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
+    plant.mirrored = hash01(x, z, seed + 15) < 0.5f;
     plant.lean_rad = kMostLean_rad * (2.0f * glm::vec2(hash01(x, z, seed + 10), hash01(x, z, seed + 11)) - 1.0f);
     plant.slope_share = 0.2f + 0.4f * hash01(x, z, seed + 14);
     plant.tint = choose_tint(plant.position, hash01(x, z, seed + 6), seed);

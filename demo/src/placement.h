@@ -22,6 +22,7 @@ struct PlacedPlant {
   glm::vec2 position;  ///< plan (x, z), metres
   float scale = 1;
   float yaw_rad = 0;
+  bool mirrored = false;        ///< left and right, before it is turned
   glm::vec2 lean_rad = {0, 0};  ///< out of the vertical, towards x and z
   float slope_share = 0;        ///< of the ground's slope that it leans by, downhill
   float crown_radius_m = 1;     ///< of the scaled plant, in plan

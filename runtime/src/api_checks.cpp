@@ -178,7 +178,9 @@ std::string scene_placement_problem(const coppice_scene_placement& placement, co
 
 std::string placement_problem(const coppice_placement& placement, const dvec3& origin) {
   if (std::string problem = position_problem(placement.position, origin); !problem.empty()) return problem;
-  const Field fields[] = {{"scale", {&placement.scale, 1}, kMinScale, kMaxScale},
+  // Below 0 it mirrors.
+  const float size = std::abs(placement.scale);
+  const Field fields[] = {{"scale", {&size, 1}, kMinScale, kMaxScale},
                           {"tint", placement.tint, 0.0f, kMaxTint},
                           {"lod_bias", {&placement.lod_bias, 1}, -kMaxBias, kMaxBias},
                           {"leaf_share", {&placement.leaf_share, 1}, 0.0f, 1.0f}};

@@ -189,7 +189,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     draw.user_data = instance.user_data;
     const dvec3 position = place_of(instance) - origin();
     std::memcpy(draw.position, &position, sizeof draw.position);
-    draw.scale = instance.scale;
+    draw.scale = gpu::signed_scale(instance);
     std::memcpy(draw.rotation, &instance.rotation, sizeof draw.rotation);
     const vec3 tint = gpu::tint_of(instance);
     std::memcpy(draw.tint, &tint, sizeof draw.tint);

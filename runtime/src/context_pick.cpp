@@ -88,8 +88,8 @@ Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const
   const std::uint32_t file = instance.plant;
   // Near the plant floats hold what doubles do.
   const vec4 to_object{-instance.rotation.x, -instance.rotation.y, -instance.rotation.z, instance.rotation.w};
-  const Ray ray{gpu::rotate(to_object, (from.start_m - place_of(instance)).rounded()) * (1.0f / instance.scale),
-                gpu::rotate(to_object, from.direction) * (1.0f / instance.scale)};
+  const Ray ray{gpu::oriented(to_object, (from.start_m - place_of(instance)).rounded()) * (1.0f / instance.scale),
+                gpu::oriented(to_object, from.direction) * (1.0f / instance.scale)};
   const PlantBox& box = streamer_->box(file);
   const vec3 low(box.low), high(box.high);
   PlantHit hit{.t_m = box_entry(ray, low, high)};

@@ -23,9 +23,10 @@ constexpr std::uint64_t kInstanceBytes = 224;
 coppice_placement placement_of(const SceneInstance& instance) {
   coppice_placement placement = gpu::default_placement();
   std::ranges::copy(instance.position_m, placement.position);
-  placement.scale = instance.scale;
-  placement.rotation[1] = std::sin(0.5f * instance.yaw_rad);
-  placement.rotation[3] = std::cos(0.5f * instance.yaw_rad);
+  const float s = std::sin(0.5f * instance.yaw_rad), c = std::cos(0.5f * instance.yaw_rad);
+  const std::array<float, 4> turned{0, s, 0, c}, mirrored{c, 0, -s, 0};  // the same after half a turn about x
+  placement.scale = instance.mirrored ? -instance.scale : instance.scale;
+  std::ranges::copy(instance.mirrored ? mirrored : turned, placement.rotation);
   std::ranges::copy(instance.tint, placement.tint);
   return placement;
 }

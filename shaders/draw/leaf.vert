@@ -26,7 +26,7 @@ void main() {
   uint leaf_count = paged ? cut_leaf_count(slot, plant) : list.leaf_count;
   if (paged && !is_born(leaf.life, born_splits(leaf_count, cluster))) return;
 
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   Card card = CardArray(plant.cards).at[card_of_leaf(leaf.card)];
   Material material = MaterialArray(plant.materials).at[card.material];
   if (material.texture != push.texture) return;
@@ -57,7 +57,7 @@ void main() {
   vec3 swing = strength * flutter_swing_m(instance, distance(rest, corners[0])) * normal;
   vec3 world = world_from_object(instance, rest + moves.now + flutter(moves.load, view.wind.time_s, stalk, swing));
   vec3 before = rest + moves.before + flutter(moves.load_before, view.wind_before.time_s, stalk, swing);
-  world_middle += rotate(instance.rotation, instance.scale * moves.now);
+  world_middle += oriented(instance.rotation, instance.scale * moves.now);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
   uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, thinning));

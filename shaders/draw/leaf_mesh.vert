@@ -14,7 +14,7 @@
 void main() {
   Plant plant = plants[push.plant];
   uint slot = slot_of_draw(gl_InstanceIndex);
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   LeafMeshVertex vertex = LeafMeshVertexArray(push.vertices).at[gl_VertexIndex];
   uint material_index = vertex.stalk_z_material >> 16;
   Material material = MaterialArray(plant.materials).at[material_index];

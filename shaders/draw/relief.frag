@@ -35,7 +35,7 @@ void main() {
     write_color(albedo, surface_place());
     return;
   }
-  Instance instance = instances[in_ids.x];
+  Instance instance = instance_at(in_ids.x);
   Plant plant = plants[instance.plant];
   Crown crown = crown_of(plant);
   vec3 normal = mapped_normal(normalize(in_normal_roundness.xyz)), world = in_world_sun.xyz;
@@ -46,7 +46,7 @@ void main() {
     LeafNormals normals = leaf_normals(crown, in_position, normal, material.crown_normals);
     surface = leaf_surface(instance, light, in_world(instance, normals), world);
   } else {
-    surface = wood_surface(instance, light, rotate(instance.rotation, is_front() ? normal : -normal));
+    surface = wood_surface(instance, light, oriented(instance.rotation, is_front() ? normal : -normal));
   }
   surface.albedo = albedo;
   surface.roughness = in_uv_occlusion_roughness.w;

@@ -24,8 +24,8 @@ layout(location = 6) in vec3 in_before;
 
 uvec2 pixel_in_picture() { return uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px; }
 
-// Whether a triangle's corners run counter-clockwise to the viewer, whichever way y of the picture points.
-bool is_front() { return gl_FrontFacing == (view.is_mirrored == 0); }
+// Whether a triangle's corners run counter-clockwise to the viewer as they were modelled, whichever way y of the picture points.
+bool is_front() { return gl_FrontFacing == ((view.is_mirrored != 0) == ((in_ids.w & kIsMirrored) != 0)); }
 
 // Discards holes.
 vec3 textured_albedo() {
@@ -41,7 +41,7 @@ vec3 textured_albedo() {
 
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
-  return SurfacePlace(in_world_sun.xyz, wants(kContentUser) ? instances[in_ids.x].user_data : 0, pixel, in_before, in_ids.w != 0);
+  return SurfacePlace(in_world_sun.xyz, wants(kContentUser) ? instance_texel(in_ids.x, 3).z : 0, pixel, in_before, (in_ids.w & kHasCome) != 0);
 }
 
 // As the vertex shader has it.

@@ -13,7 +13,7 @@
 void main() {
   Plant plant = plants[push.plant];
   uint slot = slot_of_draw(gl_InstanceIndex);
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   WoodVertex vertex = WoodVertexArray(push.vertices).at[gl_VertexIndex];
   Material material = MaterialArray(plant.materials).at[vertex.material];
 
@@ -31,7 +31,7 @@ void main() {
 #else
   CrownSample crown_light = crown_light_at(plant.crown_light, crown_of(plant), vertex.position);
   LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
-  CoppiceSurface surface = wood_surface(instance, light, rotate(instance.rotation, normal));
+  CoppiceSurface surface = wood_surface(instance, light, oriented(instance.rotation, normal));
   surface.albedo = material.base_color.rgb;
   put_surface(surface, surface.face);
 #endif

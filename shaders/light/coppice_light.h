@@ -27,6 +27,11 @@ COPPICE_FN vec3 rotate(vec4 quaternion, vec3 v) {
   return v + quaternion.w * t + cross(axis, t);
 }
 
+/// A direction of an instance's object space in the world; of the conjugate of its rotation, the other way round. rotation: Instance's
+COPPICE_FN vec3 oriented(vec4 rotation, vec3 v) {
+  return (rotation.w < 0.0f ? -1.0f : 1.0f) * rotate(rotation, v);
+}
+
 /// z: in its low half
 COPPICE_FN ivec3 unpack_cell(uint xy, uint z) {
   return ivec3(int(xy << 16u) >> 16, int(xy) >> 16, int(z << 16u) >> 16);
@@ -49,7 +54,7 @@ vec3 from_eye(ivec3 cell, vec3 place) {
 }
 
 vec3 world_from_object(Instance instance, vec3 p) {
-  return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position) + rotate(instance.rotation, instance.scale * p);
+  return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position) + oriented(instance.rotation, instance.scale * p);
 }
 #endif
 

@@ -177,8 +177,8 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
   float stem = 0.75f + 0.25f * sin(turns * field.stem_hz + phase);
   float branch = turns * field.branch_hz + kBranchPhase.x * place.x + kBranchPhase.y * place.z;
   vec4 to_object = vec4(-rotation.x, -rotation.y, -rotation.z, rotation.w);
-  vec3 along = rotate(to_object, here.direction);
-  vec3 across = rotate(to_object, vec3(-0.45f * here.direction.z, 0.6f, 0.45f * here.direction.x) + 0.66f * here.direction);
+  vec3 along = oriented(to_object, here.direction);
+  vec3 across = oriented(to_object, vec3(-0.45f * here.direction.z, 0.6f, 0.45f * here.direction.x) + 0.66f * here.direction);
   Sway sway;
   sway.load = here.load;
   sway.bend = field.bend_m * load * stem * along;

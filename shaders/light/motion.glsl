@@ -3,12 +3,12 @@
 #ifndef COPPICE_MOTION_GLSL
 #define COPPICE_MOTION_GLSL
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceArray { Instance at[]; };
-
 // The instance as it stood in the frame before. One that came with this frame: as if it had stood where it does
 Instance instance_before(Instance instance) {
   if (instance.before == 0 || instance.before == kCame) return instance;
-  return InstanceArray(view.moved).at[instance.before - 1];
+  int texel = 4 * int(instance.before - 1);
+  return unpacked_instance(texelFetch(moved_texels, texel), texelFetch(moved_texels, texel + 1), texelFetch(moved_texels, texel + 2),
+                           texelFetch(moved_texels, texel + 3));
 }
 
 // object: a place of the instance, where it was in the frame before

@@ -71,7 +71,7 @@ float sun_past_others(Instance instance, Plant plant, vec3 world) {
 const float kLeafTranslucency = 0.45;
 
 LeafNormals in_world(Instance instance, LeafNormals normals) {
-  return LeafNormals(rotate(instance.rotation, normals.lit), rotate(instance.rotation, normals.face));
+  return LeafNormals(oriented(instance.rotation, normals.lit), oriented(instance.rotation, normals.face));
 }
 
 // What light does at a leaf, or a place of it.
@@ -93,7 +93,7 @@ CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals norm
   surface.roughness = 1.0;
   surface.roundness = light.bulk;
   surface.translucency = kLeafTranslucency;
-  surface.sun = light.past_others * sun_through_crown(light.crown, rotate(to_object, view.sun_direction),
+  surface.sun = light.past_others * sun_through_crown(light.crown, oriented(to_object, view.sun_direction),
                                                       dot(eye, view.sun_direction), light.bulk, leaves);
   surface.face = dot(normals.face, eye) < 0.0 ? -normals.face : normals.face;
   return surface;
@@ -101,7 +101,7 @@ CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals norm
 
 // Likewise of wood. normal: of the side that is seen, world space
 CoppiceSurface wood_surface(Instance instance, LeafLight light, vec3 normal) {
-  vec3 sun = rotate(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
+  vec3 sun = oriented(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   float leaves = leaf_share_of(instance);
   CoppiceSurface surface;
   surface.albedo = vec3(1.0);

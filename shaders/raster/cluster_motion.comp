@@ -29,7 +29,7 @@ ClusterMotion motion_of(WorkItem work) {
   mat3 turned;
   for (int i = 0; i < 3; ++i) {
     vec3 axis = vec3(i == 0, i == 1, i == 2);
-    turned[i] = rotate(before.rotation, before.scale / now.scale * (axes_before * (at_rest * rotate(to_object, axis))));
+    turned[i] = oriented(before.rotation, before.scale / now.scale * (axes_before * (at_rest * oriented(to_object, axis))));
   }
   vec3 middle_before = world_from_object(before, cluster.center + moved_before.offset);
   vec3 rest = middle_before - turned * world_from_object(now, cluster.center + moved.offset);

@@ -30,10 +30,10 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   mat3 axes = mat3(1.0) + moved.grow;
   vec3 origin = cluster.center + moved.offset + axes * (box_min - cluster.center);
   placed.origin = on_screen(eye, vec4(world_from_object(instance, origin), 1.0));
-  placed.x = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.x * axes[0]), 0.0));
-  placed.y = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.y * axes[1]), 0.0));
-  placed.z = on_screen(eye, vec4(rotate(instance.rotation, instance.scale * step.z * axes[2]), 0.0));
-  placed.eye = rotate(to_object, toward_eye(world_from_object(instance, cluster.center)));
+  placed.x = on_screen(eye, vec4(oriented(instance.rotation, instance.scale * step.x * axes[0]), 0.0));
+  placed.y = on_screen(eye, vec4(oriented(instance.rotation, instance.scale * step.y * axes[1]), 0.0));
+  placed.z = on_screen(eye, vec4(oriented(instance.rotation, instance.scale * step.z * axes[2]), 0.0));
+  placed.eye = oriented(to_object, toward_eye(world_from_object(instance, cluster.center)));
   placed.leaves = leaf_share_of(instance);
   placed.first_name = first_name(place_of_work, work, push.place_bits);
   return placed;

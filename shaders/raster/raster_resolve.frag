@@ -16,8 +16,7 @@
 #include "surface.glsl"
 
 layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
-layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
-layout(set = 1, binding = 11) uniform usamplerBuffer motion_texels;
+layout(set = 1, binding = 10) uniform usamplerBuffer motion_texels;
 #endif
 
 layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
@@ -32,11 +31,9 @@ void resolve(uint name, float key, vec2 pixel) {
   uint slot = slot_of(work.item), list = list_of(work.item);
   bool wood = list >= kWoodLists && list < kMeshLists;
   // Of the instance what is wanted: light needs two of its four texels.
-  int texel = int(4 * slot);
   bool moves = wants(kContentVelocity);
-  uvec4 names = moves || wants(kContentUser) ? texelFetch(instance_texels, texel + 3) : uvec4(0);
-  Instance instance =
-      unpacked_instance(uvec4(0), texelFetch(instance_texels, texel + 1), texelFetch(instance_texels, texel + 2), names);
+  uvec4 names = moves || wants(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
+  Instance instance = unpacked_instance(uvec4(0), instance_texel(slot, 1), instance_texel(slot, 2), names);
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
   vec3 world = key_place.xyz / key_place.w;

@@ -51,7 +51,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
 
 // Whether an instance is in view.
 bool cull(uint slot) {
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   if (!is_wanted(instance)) return false;
   Candidate candidate = candidate_of(slot, instance);
   Plant plant = candidate.plant;

@@ -18,7 +18,7 @@ void main() {
   uint count = rounds[0].draws.count;
   for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
     MeshDraws draws = unpacked(items[items.length() - 1 - i]);
-    uint plant_index = instances[draws.slot].plant;
+    uint plant_index = plant_at(draws.slot);
     uint triangles = draw_meshes(draws, plants[plant_index], plant_index);
     COPPICE_COUNT(hardware_triangles, triangles)
   }

@@ -28,7 +28,7 @@ uint find_cluster(ClusterList list, Instance instance, float reach_m, uint at, b
 
 // Runs of clusters that are in view, the last of them with all that follow. first: the instance's commands. How many triangles they draw
 uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   ClusterList list = list_at(plant, kWoodLists + mesh);
   float reach_m = wind_reach_m(instance);
   uint end = 0, triangles = 0;
@@ -51,7 +51,7 @@ uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
 const float kPartsFrom_px = 200.0;
 
 bool wants_parts(Plant plant, uint slot) {
-  Instance instance = instances[slot];
+  Instance instance = instance_at(slot);
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
   float size_px = coppice_projected_size_px(size_distance_m(center), radius, view.near_m, view.focal_px);

@@ -13,9 +13,9 @@
 
 // A uniform buffer: software drivers load a word of it once for all invocations, one of a storage buffer once for each.
 layout(set = 0, binding = 0, scalar) uniform ViewBuffer { View view; };
-layout(set = 0, binding = 1, scalar) readonly buffer InstanceBuffer { Instance instances[]; };
-layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
 // Texels: where software drivers load a storage buffer's words one invocation after the other, they gather those of texels.
+layout(set = 0, binding = 1) uniform usamplerBuffer instance_texels;  // Instance[]
+layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer table_words;
 layout(set = 0, binding = 4, scalar) COPPICE_CULL_ACCESS buffer CutBuffer { float cuts[]; };
 layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer { uint wood_list[]; };
@@ -23,7 +23,8 @@ layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer {
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
 // What the engine has drawn before plants, of each eye. Compute shaders alone see it.
 layout(set = 0, binding = 11) uniform sampler2D occluders[kMostEyes];
-layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;  // two floats each
+layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;     // two floats each
+layout(set = 0, binding = 13) uniform usamplerBuffer moved_texels;  // Instance[]: where those that have moved since the frame before were then
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WordArray { uint at[]; };
@@ -32,6 +33,16 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Car
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialArray { Material at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodVertexArray { WoodVertex at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
+
+Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
+  return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w), uintBitsToFloat(second), third.x, third.y, third.z, third.w,
+                  fourth.x, fourth.y, fourth.z, fourth.w);
+}
+uvec4 instance_texel(uint slot, uint part) { return texelFetch(instance_texels, int(4 * slot + part)); }
+Instance instance_at(uint slot) {
+  return unpacked_instance(instance_texel(slot, 0), instance_texel(slot, 1), instance_texel(slot, 2), instance_texel(slot, 3));
+}
+uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
 
 #define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
 #include "coppice_lod.h"

@@ -164,7 +164,7 @@ const int kMostCell = 32767;
 struct Instance {
   vec3 position;  // in its cell
   float scale;
-  vec4 rotation;
+  vec4 rotation;  // unit quaternion; w below 0: the plant is mirrored in its foot besides. Never 0: q and -q turn alike
   uint cell_xy;
   uint cell_z_bias;   // low half: the third number of the cell; high half: as a half, what is added to log2 of its error threshold
   uint tint_xy;       // two halves
@@ -172,10 +172,12 @@ struct Instance {
   uint plant;
   uint layer_mask;
   uint user_data;
-  uint before;  // 0: where it is it was in the frame before; kCame: it was nowhere; else 1 + where in View::moved its place of then is
+  uint before;  // 0: where it is it was in the frame before; kCame: it was nowhere; else 1 + where in moved_texels its place of then is
 };
 COPPICE_GPU_LAYOUT(Instance, 64);
 const uint kCame = 0xffffffffu;
+// What a draw's vertices tell its pixels of an instance.
+const uint kHasCome = 1u, kIsMirrored = 2u;
 
 struct Card {
   uint material;
@@ -301,7 +303,6 @@ struct View {
   vec3 fog_color;
   uint debug_view;                 // coppice_debug_view
   uvec2 debug_colors;              // address of DebugColorArray: by instance slot, rgb, 8 bits each
-  uvec2 moved;                     // address of Instance[]: where those that have moved since the frame before were then
   uint is_shadow;                  // 1: its picture is a shadow map
   uint shadow_map_count;           // of shadow_maps
   float depth_sign;                // 1: nearer is larger; -1: smaller
@@ -313,7 +314,7 @@ struct View {
   WindNow wind, wind_before;       // in the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1276);
+COPPICE_GPU_LAYOUT(View, 1268);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

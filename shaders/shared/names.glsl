@@ -20,11 +20,6 @@ uvec2 splats_of_work(WorkItem work) { return uvec2(work.splats.x, work.splats.y 
 float sun_of_work(WorkItem work) { return float(work.splats.y >> kWorkSunShift) / float(kWorkSunSteps); }
 WorkItem unpacked_work(uvec4 texel) { return WorkItem(texel.x, texel.y, texel.zw); }
 
-Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
-  return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w), uintBitsToFloat(second), third.x, third.y, third.z, third.w,
-                  fourth.x, fourth.y, fourth.z, fourth.w);
-}
-
 // The leaves of the cut that an item is of: those of its list, or of the instance's cut.
 uint item_leaf_count(uint item, Plant plant, ClusterList list) {
   return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;

@@ -22,7 +22,6 @@ layout(set = 1, binding = 7, scalar) buffer TileBuffer { uint tiles[]; };       
 // What others write again, to be read as texels: software drivers load a vector from them, but word by word from buffers.
 layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
 layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
-layout(set = 1, binding = 10) uniform usamplerBuffer instance_texels;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
 
@@ -50,11 +49,6 @@ uint work_count(uint list, uint earlier) {
 }
 
 WorkItem work_at(uint place) { return unpacked_work(texelFetch(work_texels, int(place))); }
-uvec4 instance_texel(uint slot, uint part) { return texelFetch(instance_texels, int(4 * slot + part)); }
-Instance instance_at(uint slot) {
-  return unpacked_instance(instance_texel(slot, 0), instance_texel(slot, 1), instance_texel(slot, 2), instance_texel(slot, 3));
-}
-uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
 
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {

@@ -130,7 +130,7 @@ GltfBuilder level() {
   const int mesh = builder.add_mesh({{"POSITION", triangle}}, {}, builder.add_material("any"));
   const int instanced = builder.add_node(mesh, {{"name", "OAK.012"}, {"translation", {100, 0, 0}}});
   const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
-  const int scales = builder.add_positions({{1, 1, 1}, {2, 2, 2}, {1, 1, 1}});
+  const int scales = builder.add_positions({{1, 1, 1}, {-2, 2, 2}, {1, 1, 1}});
   builder.json["nodes"][static_cast<std::size_t>(instanced)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
       {"TRANSLATION", places}, {"SCALE", scales}};
   builder.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
@@ -158,6 +158,9 @@ TEST(SceneCommand, TakesPlantsFromAGltfByName) {
   EXPECT_NEAR(large.position_m[0], 110.0f, 1e-2f);
   EXPECT_NEAR(large.position_m[1], 5.0f, 1e-2f);
   EXPECT_NEAR(large.scale, 2.0f, 0.02f);
+  EXPECT_TRUE(large.mirrored);
+  EXPECT_EQ(large.yaw_rad, 0.0f);
+  EXPECT_FALSE(fern.mirrored);
   EXPECT_EQ(large.tint, (std::array<float, 3>{1, 1, 1}));
 }
 

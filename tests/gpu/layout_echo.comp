@@ -82,7 +82,7 @@ void put_view() {
   put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
-  put(view.debug_view); put(view.debug_colors); put(view.moved);
+  put(view.debug_view); put(view.debug_colors);
   put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
   put(view.temporal_frame); put(view.half_size_px); put_wind(view.wind); put_wind(view.wind_before);

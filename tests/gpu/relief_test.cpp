@@ -51,19 +51,34 @@ bake::BakedPlant walled_plant(Surface surface) {
   return plant;
 }
 
-/// Green of the picture's middle with the sun 53 degrees off the wall's normal, to the right or upwards.
-int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_normal, const glm::vec3& sun) {
+/// Green of the picture's middle with the sun 53 degrees off the wall's normal, to the right or upwards. mirrored: left and right
+int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_normal, const glm::vec3& sun, bool mirrored = false) {
   if (map_normal != nullptr) {
     for (bake::Material& material : plant.materials) material.normal_map = static_cast<std::uint32_t>(plant.images.size());
     plant.images.push_back(flat_map(*map_normal));
   }
   RendererScene scene(gpu, 64);
-  scene.place(scene.add_plant(decoded_plant(plant)),
-              {{{0.0f, 0.0f, 0.0f}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1}});
+  scene.place(scene.add_plant(decoded_plant(plant)), {{{0.0f, 0.0f, 0.0f},
+                                                       mirrored ? -1.0f : 1.0f,
+                                                       {mirrored ? 1.0f : 0.0f, 0.0f, 0.0f, mirrored ? 0.0f : 1.0f},
+                                                       {1, 1, 1},
+                                                       0,
+                                                       COPPICE_ALL_LAYERS,
+                                                       0,
+                                                       1}});
   Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   view.error_px = 0.01f;
   for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];
   return scene.draw(view).picture.at(kSidePx / 2, kSidePx / 2)[1];
+}
+
+TEST_F(ReliefTest, OfAMirroredPlantItIsMirrored) {
+  const glm::vec3 from_right(0.8f, 0.0f, 0.6f), from_left(-0.8f, 0.0f, 0.6f), right(0.6f, 0.0f, 0.8f);
+  for (const Surface surface : {Surface::wood, Surface::leaf})
+    for (const glm::vec3* map_normal : {static_cast<const glm::vec3*>(nullptr), &right})
+      EXPECT_NEAR(lit(gpu(), walled_plant(surface), map_normal, from_left, true), lit(gpu(), walled_plant(surface), map_normal, from_right),
+                  1)
+          << (surface == Surface::wood ? "wood" : "leaf");
 }
 
 TEST_F(ReliefTest, WhatLeansTowardsTheSunIsBrighter) {

@@ -39,6 +39,7 @@ std::vector<bake::ScenePlant> random_scene_plants(std::size_t count, float side_
     plants[i].scale = 0.5f + share();
     plants[i].species = i % 4 == 0 ? 1 : 0;
     plants[i].yaw = static_cast<std::uint16_t>(random() >> 16);
+    plants[i].mirrored = i % 3 == 0;
     plants[i].tint = bake::pack_tint({0.8f + 0.4f * share(), 1.0f, share()});
   }
   return plants;

@@ -150,16 +150,19 @@ Triangles triangles_of(Host& host) {
   return triangles;
 }
 
-/// Far from where coordinates began, turned and scaled: every hit is one of the plant's triangles, as doubles find it.
-TEST(PickRuntime, HitsTheNearestTriangleOfCrownAndWood) {
+class PickAtScale : public testing::TestWithParam<float> {};
+INSTANTIATE_TEST_SUITE_P(Scale, PickAtScale, testing::Values(1.7f, -1.7f));
+
+/// Far from where coordinates began, turned, scaled and mirrored: every hit is one of the plant's triangles, as doubles find it.
+TEST_P(PickAtScale, HitsTheNearestTriangleOfCrownAndWood) {
   constexpr std::array kPlace{3.0e6, 40.0, -2.0e6};
-  constexpr float kScale = 1.7f;
+  const float scale = GetParam();
   Host host;
   const coppice_plant plant = host.open("two_pages.coppice");
   coppice_placement placement;
   coppice_placement_init(&placement);
   std::ranges::copy(kPlace, placement.position);
-  placement.scale = kScale;
+  placement.scale = scale;
   placement.rotation[1] = placement.rotation[3] = std::sqrt(0.5f);  // a quarter turn: object's x is the world's -z
   coppice_instance instance = 0;
   ASSERT_EQ(coppice_instances_add(host.context(), plant, &placement, sizeof placement, 1, &instance), COPPICE_OK);
@@ -175,10 +178,10 @@ TEST(PickRuntime, HitsTheNearestTriangleOfCrownAndWood) {
   Rays random;
   int crowns = 0, woods = 0, misses = 0;
   for (int i = 0; i < 600; ++i) {
-    const vec3 from = random.direction() * (3.0f * kScale * info.sphere_radius);
+    const vec3 from = random.direction() * (3.0f * 1.7f * info.sphere_radius);
     const vec3 direction = normalize(random.place(info.sphere_radius) - from);
     const coppice_hit hit = pick(host, ray_of({kPlace[0] + from.x, kPlace[1] + from.y, kPlace[2] + from.z}, direction));
-    const dvec3 origin = to_object(dvec3(from)) * (1.0 / kScale), along = to_object(dvec3(direction)) * (1.0 / kScale);
+    const dvec3 origin = to_object(dvec3(from)) * (1.0 / scale), along = to_object(dvec3(direction)) * (1.0 / scale);
     const double leaf = brute_hit(triangles.leaves, origin, along), wood = brute_hit(triangles.wood, origin, along);
     if (hit.kind == COPPICE_HIT_NOTHING) {
       ++misses;

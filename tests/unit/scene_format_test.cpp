@@ -64,6 +64,7 @@ TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
       EXPECT_NEAR(at->position_m[0], instance.position_m[0], 0.51f * step_m + 1e-4f);
       EXPECT_NEAR(at->position_m[1], instance.position_m[1], 1e-3f);
       EXPECT_EQ(at->species, instance.species);
+      EXPECT_EQ(at->mirrored, instance.mirrored);
       const float scale_step = std::pow(entry.scale_max / entry.scale_min, 1.0f / 255.0f);
       EXPECT_LE(instance.scale, at->scale * 1.0001f);
       EXPECT_GE(instance.scale * scale_step, at->scale * 0.9999f);

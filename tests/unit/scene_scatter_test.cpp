@@ -11,7 +11,8 @@ namespace coppice::bake {
 namespace {
 
 bool same(const ScenePlant& a, const ScenePlant& b) {
-  return a.position_m == b.position_m && a.scale == b.scale && a.species == b.species && a.tint == b.tint && a.yaw == b.yaw;
+  return a.position_m == b.position_m && a.scale == b.scale && a.species == b.species && a.tint == b.tint && a.yaw == b.yaw &&
+         a.mirrored == b.mirrored;
 }
 
 TEST(Scatter, GivesExactlyTheCountInsideTheSquareAndIsAFunctionOfItsSeed) {

@@ -116,6 +116,7 @@ void add_plant(LevelPlants& level, const glm::dmat4& world_from_plant, std::size
   for (int axis = 0; axis < 3; ++axis) plant.position_m[static_cast<std::size_t>(axis)] = static_cast<float>(world_from_plant[3][axis]);
   plant.scale = static_cast<float>(scale);
   plant.species = static_cast<std::uint16_t>(species);
+  plant.mirrored = glm::determinant(glm::dmat3(world_from_plant)) < 0.0;
   const double turn = std::atan2(z.x, z.z) / (2.0 * std::numbers::pi);
   plant.yaw = static_cast<std::uint16_t>(std::lround((turn - std::floor(turn)) * 65535.0));
   level.plants.push_back(plant);

@@ -243,6 +243,7 @@ class Scatter {
     plant.species = static_cast<std::uint16_t>(s);
     plant.scale = std::lerp(options_.scale_min, options_.scale_max, random.share());
     plant.yaw = static_cast<std::uint16_t>(random.share() * 65535.0f);
+    plant.mirrored = random.share() < 0.5f;
     const float warm = 0.5f * (random.share() - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
     const float light = 1.0f + 0.2f * (random.share() - 0.5f);
     plant.tint = pack_tint({light * (1.0f + 0.25f * warm), light, light * (1.0f - 0.3f * warm)});

@@ -61,7 +61,8 @@ class TreeBuilder {
   bool before(const ScenePlant& a, const ScenePlant& b) const {
     const float radius_a = radius_m(a), radius_b = radius_m(b);
     if (radius_a != radius_b) return radius_a > radius_b;
-    return std::tie(a.position_m, a.species, a.scale, a.yaw, a.tint) < std::tie(b.position_m, b.species, b.scale, b.yaw, b.tint);
+    return std::tie(a.position_m, a.species, a.scale, a.yaw, a.tint, a.mirrored) <
+           std::tie(b.position_m, b.species, b.scale, b.yaw, b.tint, b.mirrored);
   }
 
   /// A square of whole metres round all plants.
@@ -166,7 +167,7 @@ coppice_scene_tile encode_tile(const Tile& tile, std::span<const SceneSpecies> s
     coppice_scene_instance instance{};
     for (std::size_t axis = 0; axis < 3; ++axis)
       instance.position[axis] = quantise(plant.position_m[axis], entry.box_min[axis], entry.box_max[axis]);
-    instance.species = plant.species;
+    instance.species = static_cast<std::uint16_t>(plant.species | (plant.mirrored ? COPPICE_SCENE_MIRRORED : 0u));
     instance.yaw = static_cast<std::uint8_t>((plant.yaw + 128u) >> 8);
     // Down: no plant may come out larger than the tile's, and its parent's, largest.
     if (log_scales > 0.0f)

@@ -22,6 +22,7 @@ struct ScenePlant {
   std::uint16_t species = 0;
   std::uint16_t tint = kNoTint;  ///< as in coppice_scene_instance
   std::uint16_t yaw = 0;         ///< 65536ths of a turn round +Y
+  bool mirrored = false;         ///< left and right, before it is turned
 
   static constexpr std::uint16_t kNoTint = 16 | 32 << 5 | 16 << 11;
 };

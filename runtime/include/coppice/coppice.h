@@ -274,7 +274,7 @@ typedef struct coppice_context_desc {
   /* Upper limits alone: nothing is sized by them, and they need not be set. Buffers and tables grow as instances are added and plants are
    * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 190 bytes, and 60 more
    * for what draws it; a plant 3.5 KB on the GPU beside what its file asks for. While one grows, what it replaces is counted too, until the
-   * GPU is done with it. A device that binds fewer holds fewer: instances by maxStorageBufferRange / 60 and maxComputeWorkGroupCount[0] *
+   * GPU is done with it. A device that binds fewer holds fewer: instances by maxTexelBufferElements / 4 and maxComputeWorkGroupCount[0] *
    * 32, plants by maxTexelBufferElements / 704. */
   uint32_t max_instances; /* default 16,777,216; 1 to 268,435,455 */
   uint32_t max_plants;    /* default 65,536, the most; at least 1 */
@@ -412,7 +412,8 @@ COPPICE_API coppice_status coppice_plant_get_info(const coppice_context* context
  * bytes, sizeof(coppice_placement) or that of a struct which begins with one: what a shorter one lacks has its default. */
 typedef struct coppice_placement {
   double position[3];  /* metres; within 3.3e7 of where coordinates began, see coppice_set_origin. Kept to within 0.03 mm */
-  float scale;         /* 1e-6 to 1e6; default 1 */
+  float scale;         /* 1e-6 to 1e6; default 1. As much below 0: mirrored in its origin, or left to right if rotation ends in a half turn
+                        * about x, * (1, 0, 0, 0) */
   float rotation[4];   /* unit quaternion x y z w, to within half a per cent; default 0 0 0 1 */
   float tint[3];       /* multiplies leaf colour, 0 to 65504, kept to 11 bits; default 1 1 1 */
   uint32_t user_data;  /* the engine's; default 0 */
@@ -1089,9 +1090,9 @@ typedef struct coppice_draw {
   uint32_t leaf_meshes; /* COPPICE_TRUE: all chunks of COPPICE_STREAMED_LEAF_MESHES in place of quads */
   uint32_t user_data;   /* of its placement, as what follows */
   double position[3];   /* world space, m; counts from coppice_set_origin's origin */
-  float scale;
-  float rotation[4]; /* unit quaternion x y z w */
-  float tint[3];     /* multiplies leaf colour */
+  float scale;          /* below 0: mirrored */
+  float rotation[4];    /* unit quaternion x y z w */
+  float tint[3];        /* multiplies leaf colour */
   float leaf_share;  /* the host's to apply: leaf_count and coppice_write_leaves are of all leaves. Our renderer leaves out single leaves by
                         a hash, and scales the area of merged ones; no host matches it leaf by leaf */
   uint32_t reserved; /* 0 */

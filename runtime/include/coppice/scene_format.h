@@ -16,6 +16,7 @@
 
 /* Limits a reader enforces before it believes a count. */
 #define COPPICE_MAX_SCENE_SPECIES 4096u
+#define COPPICE_SCENE_MIRRORED 0x8000u
 #define COPPICE_MAX_SCENE_PATH_BYTES 1024u /* of one species */
 #define COPPICE_MAX_SCENE_TILES (1u << 20)
 #define COPPICE_MAX_SCENE_LEVELS 24u
@@ -65,7 +66,7 @@ typedef struct coppice_scene_tile {
  * yaw, round +Y, = q * 2 pi / 256. */
 typedef struct coppice_scene_instance {
   uint16_t position[3];
-  uint16_t species;
+  uint16_t species; /* with COPPICE_SCENE_MIRRORED if left and right are exchanged (x of the plant's own axes), before it is turned */
   uint8_t yaw;
   uint8_t scale;
   uint16_t tint; /* bits 0..4 red, 5..10 green, 11..15 blue, red and blue in 16ths, green in 32nds */

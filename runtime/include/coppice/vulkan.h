@@ -113,10 +113,10 @@ typedef struct coppice_vulkan_desc {
    * and coppice_record_draw copies what they drew into the attachments, colour and depth, before it draws the rest: several times faster
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
-   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 16 storage buffers a
-   * stage, with max_instances above 16,777,216 or with maxTexelBufferElements below 4 * max_instances or 2,000,000; a warning in the log
-   * says so. With the first instance its lists take 2 MB, 10 MB of each view with colours, 31 MB more of each with
-   * COPPICE_CONTENT_VELOCITY, and 10 MB of all those of depth alone; from 131,072 instances on up to twice that. */
+   * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 15 storage buffers a
+   * stage, with max_instances above 16,777,216 or with maxTexelBufferElements below 2,000,000; a warning in the log says so. With the first
+   * instance its lists take 2 MB, 10 MB of each view with colours, 31 MB more of each with COPPICE_CONTENT_VELOCITY, and 10 MB of all those
+   * of depth alone; from 131,072 instances on up to twice that. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then

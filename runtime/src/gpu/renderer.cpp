@@ -78,7 +78,7 @@ void Renderer::lower_limits() {
     limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
   };
   lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
-  lower(desc_.views.max_instances, device_.max_storage_bytes / sizeof(Instance));
+  lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
   lower(desc_.max_plants, device_.max_storage_bytes / (kMeshCommands * sizeof(DrawCommand)));
   lower(desc_.max_plants, device_.max_texel_count / kTableStride);
 }
@@ -88,11 +88,10 @@ BufferSizes Renderer::sizes(const Capacity& wanted) {
   const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
-  const VkBufferUsageFlags texels = views_.has_raster() ? VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT : 0;
-  sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | texels | kTo | kFrom,
-             true, VK_FORMAT_R32G32B32A32_UINT});
+  sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true,
+             VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::most_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
-             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | kTo});
+             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo, false, VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t),
              VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});

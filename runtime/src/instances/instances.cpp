@@ -42,6 +42,13 @@ vec4 product(const vec4& a, const vec4& b) {
   return turned * inversesqrt(dot(turned.xyz(), turned.xyz()) + turned.w * turned.w);
 }
 
+/// As Instance has it: a plant is mirrored by the sign of w, which otherwise says nothing. mirrored: by its scale
+vec4 instance_rotation(const float (&rotation)[4], bool mirrored) {
+  constexpr float kLeastW = 1e-12f;
+  const vec4 unit{rotation[0], rotation[1], rotation[2], std::copysign(std::max(std::abs(rotation[3]), kLeastW), rotation[3])};
+  return std::signbit(unit.w) == mirrored ? unit : unit * -1.0f;
+}
+
 /// As write() takes it, from the world's first origin.
 coppice_placement placement_of(const Instance& instance) {
   const dvec3 place = place_of(instance);
@@ -51,7 +58,7 @@ coppice_placement placement_of(const Instance& instance) {
     placement.position[axis] = place[axis];
     placement.tint[axis] = tint[axis];
   }
-  placement.scale = instance.scale;
+  placement.scale = signed_scale(instance);
   const float rotation[4] = {instance.rotation.x, instance.rotation.y, instance.rotation.z, instance.rotation.w};
   std::ranges::copy(rotation, placement.rotation);
   placement.user_data = instance.user_data;
@@ -406,16 +413,16 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   instance.position = at.place;
   instance.cell_xy = pack_cell_xy(at.cell);
   instance.cell_z_bias = (static_cast<uint>(at.cell.z) & 0xffffu) | bias << 16u;
-  instance.scale = placement.scale;
-  instance.rotation = {placement.rotation[0], placement.rotation[1], placement.rotation[2], placement.rotation[3]};
+  instance.scale = std::abs(placement.scale);
+  instance.rotation = instance_rotation(placement.rotation, placement.scale < 0.0f);
   instance.tint_xy = packHalf2x16({placement.tint[0], placement.tint[1]});
   instance.tint_z_share = packHalf2x16({placement.tint[2], placement.leaf_share});
   instance.layer_mask = placement.layer_mask;
   instance.user_data = placement.user_data;
 
   instance.plant = of.known ? plant : kNoPlant;
-  arrays_.spheres[slot] = {.center_m = world_place(at) + dvec3(rotate(instance.rotation, placement.scale * of.center)),
-                           .radius_m = of.radius_m * placement.scale,
+  arrays_.spheres[slot] = {.center_m = world_place(at) + dvec3(oriented(instance.rotation, instance.scale * of.center)),
+                           .radius_m = of.radius_m * instance.scale,
                            .plant = plant,
                            .layer_mask = placement.layer_mask,
                            .threshold_share = std::exp2(of_half(bias))};

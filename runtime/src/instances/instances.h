@@ -41,6 +41,11 @@ inline uint pack_cell_xy(const ivec3& cell) {
   return (static_cast<uint>(cell.x) & 0xffffu) | static_cast<uint>(cell.y) << 16u;
 }
 
+/// As coppice_placement has it.
+inline float signed_scale(const Instance& instance) {
+  return instance.rotation.w < 0.0f ? -instance.scale : instance.scale;
+}
+
 /// Of its foot, from the world's first origin, m.
 inline dvec3 place_of(const Instance& instance) {
   return world_place({unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position});

@@ -216,10 +216,11 @@ Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, Byte
   for (std::uint32_t i = 0; i < entry.instance_count; ++i) {
     const auto stored = copy_at<coppice_scene_instance>(bytes, i * sizeof(coppice_scene_instance));
     const std::uint64_t at = tile.offset + i * sizeof(coppice_scene_instance);
-    if (stored.species >= scene.species.size())
-      return bad_field("instance species", at + offsetof(coppice_scene_instance, species), std::to_string(stored.species));
     SceneInstance& instance = out[i];
-    instance.species = stored.species;
+    instance.species = stored.species & ~COPPICE_SCENE_MIRRORED;
+    instance.mirrored = (stored.species & COPPICE_SCENE_MIRRORED) != 0;
+    if (instance.species >= scene.species.size())
+      return bad_field("instance species", at + offsetof(coppice_scene_instance, species), std::to_string(instance.species));
     for (std::size_t axis = 0; axis < 3; ++axis)
       instance.position_m[axis] =
           entry.box_min[axis] + static_cast<float>(stored.position[axis]) / 65535.0f * (entry.box_max[axis] - entry.box_min[axis]);
@@ -228,7 +229,7 @@ Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, Byte
     instance.yaw_rad = static_cast<float>(stored.yaw) * (2.0f * std::numbers::pi_v<float> / 256.0f);
     instance.tint = {static_cast<float>(stored.tint & 31) / 16.0f, static_cast<float>(stored.tint >> 5 & 63) / 32.0f,
                      static_cast<float>(stored.tint >> 11) / 16.0f};
-    if (!(instance.scale * scene.species[stored.species].sphere_radius_m <= 1.001f * entry.max_radius))
+    if (!(instance.scale * scene.species[instance.species].sphere_radius_m <= 1.001f * entry.max_radius))
       return bad_field("instance scale: larger than the tile's max_radius", at + offsetof(coppice_scene_instance, scale));
   }
   return {};

@@ -52,6 +52,7 @@ struct SceneInstance {
   float yaw_rad = 0.0f;
   std::array<float, 3> tint{};
   std::uint32_t species = 0;
+  bool mirrored = false;  ///< left and right, before it is turned
 };
 
 inline constexpr std::size_t kSceneHeaderBytes = sizeof(coppice_scene_header);

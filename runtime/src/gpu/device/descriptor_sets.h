@@ -12,7 +12,7 @@
 namespace coppice::gpu {
 
 /// Those of shadow maps are the most images of a binding.
-inline constexpr std::uint32_t kMaxBindings = 13, kMaxBindingImages = 4;
+inline constexpr std::uint32_t kMaxBindings = 14, kMaxBindingImages = 4;
 
 struct Binding {
   VkDescriptorType type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;

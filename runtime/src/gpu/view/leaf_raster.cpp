@@ -37,8 +37,8 @@ namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint32_t kStorageCount = 8;
-/// The bindings of raster.glsl: texels of the picture, of work, of instances and of motion come after the storage buffers.
-constexpr std::uint32_t kTexelCount = 4;
+/// The bindings of raster.glsl: texels of the picture, of work and of motion come after the storage buffers.
+constexpr std::uint32_t kTexelCount = 3;
 constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
   std::array<Binding, kStorageCount + kTexelCount> bindings{};
   for (Binding& binding : bindings) binding.stages = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -144,10 +144,9 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   if (desc.max_instances > kMaxSlots)
     return Error{Status::unsupported, "max_instances beyond what the compute rasteriser names", Error::kNoOffset,
                  std::to_string(desc.max_instances)};
-  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 2 + kStorageCount)
+  if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 3 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
-  const std::uint64_t motion_texels = work_capacity(desc.max_instances) * (sizeof(ClusterMotion) / sizeof(vec4));
-  if (device.max_texel_count < std::max(std::uint64_t{desc.max_instances} * (sizeof(Instance) / sizeof(vec4)), motion_texels))
+  if (device.max_texel_count < work_capacity(desc.max_instances) * (sizeof(ClusterMotion) / sizeof(vec4)))
     return Error{Status::unsupported, "too few texels in a buffer for the compute rasteriser"};
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
@@ -304,7 +303,6 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
                                                               {&view.tiles},
                                                               {&view.picture},
                                                               {&work},
-                                                              {&desc_.instances},
                                                               {view.wants_velocity ? &view.motion : &work}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
   garbage_.retire(view.set);

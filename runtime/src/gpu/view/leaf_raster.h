@@ -22,7 +22,6 @@ namespace coppice::gpu {
 
 struct RasterDesc {
   VkDescriptorSetLayout frame_set = VK_NULL_HANDLE;  ///< its layout
-  const Buffer& instances;                           ///< Instance[], with texels
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
   std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them

@@ -21,9 +21,10 @@ namespace {
 
 constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// The view is a uniform buffer, the tables are texels, all else storage buffers. From leaf commands on only the passes that cull see them:
-/// few devices promise ten storage buffers to each stage.
-constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kWind = kOccluders + 1, kFrameBindings = kWind + 1;
+/// The view is a uniform buffer, instances and tables are texels, all else storage buffers. From leaf commands on only the passes that cull
+/// see them: few devices promise ten storage buffers to each stage.
+constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kWind = kOccluders + 1, kMoved = kWind + 1,
+                        kFrameBindings = kMoved + 1;
 constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
   std::array<Binding, kFrameBindings> bindings{};
   for (std::uint32_t i = 0; i < kFrameBuffers; ++i)
@@ -31,9 +32,10 @@ constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
         i < static_cast<std::uint32_t>(FrameBinding::leaf_commands) ? kAllStages : VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT};
   bindings[static_cast<std::uint32_t>(FrameBinding::view)].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+  bindings[static_cast<std::uint32_t>(FrameBinding::instances)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[kMaps] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
   bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMostEyes};
-  bindings[kWind] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kAllStages};
+  bindings[kWind] = bindings[kMoved] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kAllStages};
   return bindings;
 }();
 
@@ -125,6 +127,7 @@ std::array<Bound, kFrameBindings> bound_to(const Passes& passes, const FrameBind
   bound[kMaps] = {.sampler = passes.map_sampler, .views = bindings.maps.data()};
   bound[kOccluders] = {.sampler = passes.map_sampler, .views = bindings.occluders.data()};
   bound[kWind].buffer = bindings.wind_maps;
+  bound[kMoved].buffer = bindings.moved;
   return bound;
 }
 

@@ -76,7 +76,8 @@ EyePipelines for_each_eye_count(const Add& add) {
   return added;
 }
 
-/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps, the occluders and the wind's maps come after them.
+/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps, the occluders, the wind's maps and what has
+/// moved come after them.
 enum class FrameBinding : std::uint32_t {
   view,
   instances,
@@ -116,6 +117,7 @@ struct FrameBindings {
   std::array<VkImageView, kMaxShadowMaps> maps{};
   std::array<VkImageView, kMostEyes> occluders{};
   const Buffer* wind_maps = nullptr;
+  const Buffer* moved = nullptr;
 };
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
 /// set: of create_frame_set; the GPU must be done with it

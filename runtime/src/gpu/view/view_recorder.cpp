@@ -189,6 +189,7 @@ FrameBindings ViewRecorder::bindings() const {
   FrameBindings bindings{.buffers = {&buffers_.view, &scene.instances, &scene.plants, &scene.tables, &buffers_.cuts, &buffers_.wood_list,
                                      &buffers_.leaf_commands, &buffers_.draw_counts, &buffers_.wood_commands, &buffers_.counters}};
   bindings.wind_maps = &scene.wind_maps;
+  bindings.moved = &scene.moved;
   bindings.maps.fill(shared_.plants.placeholder().texture.view);
   bindings.occluders.fill(shared_.plants.placeholder().texture.view);
   return bindings;
@@ -326,7 +327,6 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light,
                             {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (!has_maps) constants.shadow_map_count = 0;
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
-  constants.moved = gpu_address(shared_.scene.moved.address);
   update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
   update_buffer(shared_.device, cmd, buffers_.wood_commands, bytes_of(shared_.lists.mesh_commands()));
   const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);

@@ -20,7 +20,6 @@ Result<void> Views::create_raster() {
   if (!desc_.compute_raster) return {};
   auto raster = LeafRaster::create(device_, garbage_, pipelines_,
                                    {.frame_set = passes_.frame_set.layout,
-                                    .instances = scene_.instances,
                                     .max_instances = desc_.max_instances,
                                     .int64_atomics = desc_.int64_atomics,
                                     .many_lanes = desc_.many_lanes});

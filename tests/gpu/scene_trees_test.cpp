@@ -297,7 +297,7 @@ TEST_F(SceneTreesTest, WhatIsNoTreeIsRefusedAndNothingChanges) {
   expect_refused("trees[1].number is 5000", [](coppice_scene_tree& tree) { tree.number = 5000; });
   EXPECT_EQ(coppice_scene_hide(context_, nullptr, 1), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(coppice_scene_hide(context_, nullptr, 0), COPPICE_OK);
-  placement.scale = -1.0f;
+  placement.scale = 0.0f;
   EXPECT_EQ(coppice_scene_replace(context_, &good, 0, &placement, sizeof placement, 1), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(log_.find("placements[0].scale"), std::string::npos) << log_;
   EXPECT_EQ(coppice_scene_replace(context_, &good, 17, &placement, sizeof placement, 1), COPPICE_ERROR_INVALID_ARGUMENT);

@@ -86,7 +86,7 @@ std::vector<Wrong<Struct>> wrong_floats(const std::vector<FloatField>& fields) {
 
 std::vector<Wrong<coppice_placement>> wrong_placements() {
   auto all = wrong_floats<coppice_placement>(
-      {COPPICE_FLOATS(coppice_placement, position, -kHuge, 3.4e7f), COPPICE_FLOATS(coppice_placement, scale, 0.0f, -1.0f, 1e-45f, 2e6f),
+      {COPPICE_FLOATS(coppice_placement, position, -kHuge, 3.4e7f), COPPICE_FLOATS(coppice_placement, scale, 0.0f, -2e6f, 1e-45f, 2e6f),
        COPPICE_FLOATS(coppice_placement, rotation, -kHuge), COPPICE_FLOATS(coppice_placement, tint, -1e-3f, 7e4f, -kHuge),
        COPPICE_FLOATS(coppice_placement, lod_bias, 5.0f, -5.0f), COPPICE_FLOATS(coppice_placement, leaf_share, -0.1f, 1.1f)});
   all.push_back({"rotation", [](coppice_placement& p) { p.rotation[3] = 0.0f; }});

@@ -109,7 +109,7 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
 /// The device's properties, but for storage buffers: fewer than the compute rasteriser needs.
 VKAPI_ATTR void VKAPI_CALL properties_of_a_small_device(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
   vkGetPhysicalDeviceProperties2(device, properties);
-  properties->properties.limits.maxPerStageDescriptorStorageBuffers = 15;
+  properties->properties.limits.maxPerStageDescriptorStorageBuffers = 14;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance instance, const char* name) {

@@ -59,7 +59,7 @@ void print_request_cost(const fs::path& folder, std::size_t count, std::size_t b
   std::size_t found = 0;
   for (const std::string& key : keys) {
     const auto bundle = courier.line().fetch(key);
-    found += bundle && read_bundle(*bundle, key) ? 1 : 0;
+    found += bundle && read_bundle(*bundle, key) ? 1u : 0u;
   }
   const double fetch_s = seconds_since(start);
   const CacheReport report = courier.finish();

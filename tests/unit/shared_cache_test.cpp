@@ -208,9 +208,11 @@ TEST(CacheBreaker, OpensAtOnceForGraveThingsAndAfterThreeOddOnes) {
   }
   EXPECT_TRUE(odd.is_open());
   EXPECT_FALSE(mixed.is_open());
-  slow.lost(3.5);  // two jobs may lose two seconds each
+  slow.lost(2.9);  // two jobs may lose a second and a half each
   EXPECT_FALSE(slow.is_open());
-  slow.lost(0.6);
+  slow.waiting(0.05);
+  EXPECT_FALSE(slow.is_open());
+  slow.waiting(0.2);
   EXPECT_TRUE(slow.is_open());
 }
 

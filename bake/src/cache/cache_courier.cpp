@@ -138,9 +138,10 @@ void serve(RemoteCache& cache, const Message& message) {
 }
 
 std::string report_text(const CacheReport& report) {
-  const nlohmann::json json = {{"where", report.where},   {"found", report.found},       {"lacking", report.lacking},
-                               {"sent", report.sent},     {"requests", report.requests}, {"unasked", report.unasked},
-                               {"unsent", report.unsent}, {"damaged", report.damaged},   {"trouble", report.trouble}};
+  const nlohmann::json json = {{"where", report.where},    {"found", report.found},       {"lacking", report.lacking},
+                               {"sent", report.sent},      {"requests", report.requests}, {"unasked", report.unasked},
+                               {"unsent", report.unsent},  {"damaged", report.damaged},   {"lost_s", report.lost_s},
+                               {"trouble", report.trouble}};
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -154,6 +155,7 @@ CacheReport report_of(const nlohmann::json& json) {
   report.unasked = json["unasked"];
   report.unsent = json["unsent"];
   report.damaged = json["damaged"];
+  report.lost_s = json["lost_s"];
   report.trouble = json["trouble"];
   return report;
 }
@@ -265,6 +267,13 @@ void CacheCourier::stop() {
 }
 
 CacheReport CacheCourier::finish() {
+  const Clock::time_point start = Clock::now();
+  CacheReport report = take_report();
+  report.lost_s += std::chrono::duration<double>(Clock::now() - start).count();
+  return report;
+}
+
+CacheReport CacheCourier::take_report() {
   ::close(std::exchange(socket_, -1));
   // As long as the courier may take, and a little for its last words.
   const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();

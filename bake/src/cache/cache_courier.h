@@ -55,6 +55,7 @@ class CacheCourier {
  private:
   CacheCourier(int socket, int report, pid_t process, std::string where);
   void stop();
+  CacheReport take_report();
 
   int socket_, report_;
   pid_t process_;

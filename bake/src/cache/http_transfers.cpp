@@ -115,6 +115,7 @@ void HttpTransfers::begin(std::unique_ptr<Transfer> transfer) {
     const std::size_t bytes = size * count;
     to.too_large = bytes > kMostAnswerBytes - to.answer.body.size();
     if (to.too_large) return 0;
+    if (to.answer.body.empty() && to.request.begins) to.request.begins();
     to.answer.body.insert(to.answer.body.end(), data, data + bytes);
     return bytes;
   };

@@ -24,6 +24,7 @@ struct HttpRequest {
   /// Given up when it moves less than this in `stall_seconds`; waiting for a connection and for the answer is moving nothing.
   double stall_seconds = 1.5;
   std::uint64_t stall_bytes = 256'000;
+  std::function<void()> begins = {};  ///< called when the first bytes of the answer's body are there; empty: nobody wants to know
 };
 
 /// Why there is no whole answer.

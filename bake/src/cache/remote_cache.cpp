@@ -105,7 +105,10 @@ void RemoteCache::fetch_record(const std::string& name, std::function<void(std::
 }
 
 void RemoteCache::get(const std::string& key) {
-  start({.method = HttpMethod::get, .url = entry_url(options_.url, key)},
+  const auto begins = [this, key] {
+    if (const auto wanted = wanted_.find(key); wanted != wanted_.end()) wanted->second.begins = true;
+  };
+  start({.method = HttpMethod::get, .url = entry_url(options_.url, key), .begins = begins},
         [this, key](HttpAnswer answer) { read_entry_answer(key, std::move(answer)); });
 }
 
@@ -145,6 +148,7 @@ void RemoteCache::close_if_open() {
   const std::map<std::string, Wanted> waiting = std::exchange(wanted_, {});
   for (const auto& [key, wanted] : waiting) {
     ++report_.unasked;
+    reading_.lost(std::chrono::duration<double>(Clock::now() - wanted.since).count());
     for (const auto& done : wanted.done) done({});
   }
 }
@@ -242,6 +246,19 @@ void RemoteCache::put_record(const std::string& key) {
 void RemoteCache::step(double seconds, int also) {
   send_next();
   transfers_.step(seconds, also);
+  look_at_waiting();
+}
+
+/// What has begun to come is judged by its speed.
+void RemoteCache::look_at_waiting() {
+  double seconds = 0.0;
+  for (const auto& [key, wanted] : wanted_)
+    if (!wanted.begins) seconds += std::chrono::duration<double>(Clock::now() - wanted.since).count();
+  reading_.waiting(seconds);
+  if (reading_.is_open() && !wanted_.empty()) {
+    writing_.went_wrong(CacheBreaker::Setback::grave, reading_.why());
+    close_if_open();
+  }
 }
 
 HttpAnswer RemoteCache::ask(HttpRequest request, Clock::time_point until) {
@@ -297,6 +314,7 @@ void RemoteCache::finish() {
 
 CacheReport RemoteCache::report() const {
   CacheReport report = report_;
+  report.lost_s = reading_.seconds_lost();
   for (const std::string* why : {&reading_.why(), &writing_.why()}) {
     if (why->empty() || report.trouble.find(*why) != std::string::npos) continue;
     report.trouble += (report.trouble.empty() ? "" : "; ") + *why;

@@ -37,6 +37,7 @@ struct CacheReport {
   std::uint64_t unasked = 0;             ///< plants of which it could not say whether it has them
   std::uint64_t unsent = 0;              ///< results that it did not get
   std::uint64_t damaged = 0;             ///< entries that were not what they should be
+  double lost_s = 0.0;                   ///< wall time of the batch that went for nothing: waits in vain, and its end
   std::string trouble;                   ///< what was wrong with it; empty: nothing
 };
 
@@ -65,6 +66,7 @@ class RemoteCache {
   using Clock = std::chrono::steady_clock;
   struct Wanted {
     Clock::time_point since;
+    bool begins = false;  ///< to come
     std::vector<std::function<void(std::vector<std::uint8_t>)>> done;
   };
 
@@ -75,6 +77,7 @@ class RemoteCache {
   void read_entry_answer(const std::string& key, HttpAnswer answer);
   void answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle);
   void close_if_open();
+  void look_at_waiting();
   void send_next();
   void send(const std::string& key);
   void put(const std::string& key);

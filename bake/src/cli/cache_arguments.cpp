@@ -38,9 +38,9 @@ Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::
 }
 
 nlohmann::ordered_json cache_json(const CacheReport& report) {
-  return {{"where", report.where},   {"found", report.found},       {"lacking", report.lacking},
-          {"sent", report.sent},     {"requests", report.requests}, {"unasked", report.unasked},
-          {"unsent", report.unsent}, {"damaged", report.damaged},   {"trouble", report.trouble}};
+  return {{"where", report.where},         {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
+          {"requests", report.requests},   {"unasked", report.unasked}, {"unsent", report.unsent},   {"damaged", report.damaged},
+          {"lost_seconds", report.lost_s}, {"trouble", report.trouble}};
 }
 
 void print_cache_trouble(const CacheReport& report) {

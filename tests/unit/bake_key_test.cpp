@@ -115,9 +115,9 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
 TEST(BakeKey, WhoMeasuresAreasIsAnOption) {
   BakeOptions options;
   options.metric = Metric::mi;
-  const std::string by_item_buffers = options_text(options);
+  const std::vector<KeyPart> by_item_buffers = option_parts(options);
   options.areas = Areas::vulkan;
-  EXPECT_NE(options_text(options), by_item_buffers);
+  EXPECT_NE(option_parts(options), by_item_buffers);
 }
 
 TEST(BakeKey, OfALargeFileOnlyWhatTheBufferTakesIsRead) {

@@ -9,6 +9,7 @@
 #include "bake_arguments.h"
 #include "bake_batch.h"
 #include "batch_manifest.h"
+#include "cache_arguments.h"
 #include "commands.h"
 #include "limit_arguments.h"
 #include "output.h"
@@ -23,6 +24,7 @@ struct BakeAllCommand {
   std::filesystem::path input, output, report;
   BakeArguments bake;
   LimitArguments limits;
+  CacheArguments cache;
   std::uint32_t job_count = 0;
   bool quiet = false;
 };
@@ -34,6 +36,7 @@ struct Batch {
   std::vector<BatchResult> results;
   std::uint32_t job_count = 0;
   double seconds = 0.0;
+  CacheReport cache;
 };
 
 std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
@@ -54,7 +57,11 @@ nlohmann::ordered_json plant_json(const BatchPlant& plant, const BatchResult& re
                  {"file_bytes", result.file_bytes},
                  {"foliage_bytes", result.foliage_bytes},
                  {"bytes_per_leaf", bytes_per_leaf(result)}});
-  json.update({{"key", result.key}, {"seconds", result.seconds}, {"peak_rss_bytes", result.peak_rss_bytes}, {"warnings", result.warnings}});
+  json.update({{"key", result.key},
+               {"seconds", result.seconds},
+               {"peak_rss_bytes", result.peak_rss_bytes},
+               {"warnings", result.warnings},
+               {"because", result.because}});
   return json;
 }
 
@@ -66,6 +73,7 @@ std::string batch_json(const Batch& batch) {
                                        {"failed", count_of(batch, BatchOutcome::failed)},
                                        {"seconds", batch.seconds},
                                        {"jobs", batch.job_count},
+                                       {"cache", cache_json(batch.cache)},
                                        {"plants", std::move(plants)}};
   return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
@@ -93,6 +101,10 @@ void print_table(const Batch& batch) {
   std::printf("%zu plants in %.1f s, %u at a time: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds,
               batch.job_count, count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
               count_of(batch, BatchOutcome::failed));
+}
+
+void print_reasons(const Batch& batch) {
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) std::fputs(because_text(plant_label(batch, i), batch.results[i]).c_str(), stdout);
 }
 
 /// Broken between words, or within those that are longer than a line. Lines after the first are indented. text: may be printed
@@ -171,11 +183,13 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   if (error) return system_error("cannot make the folder", arguments.output, error.value());
   COPPICE_CHECK(check_report(arguments, plants));
 
-  Batch batch{arguments.output, plants, {}, 0, 0.0};
+  Batch batch{arguments.output, plants, {}, 0, 0.0, {}};
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto start = std::chrono::steady_clock::now();
-  const BatchOptions options{arguments.output / ".coppice-cache", batch.job_count, job_limits(arguments.limits)};
+  BatchOptions options{{}, batch.job_count, job_limits(arguments.limits)};
+  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, options));
+  options.cache_reported = [&batch](const CacheReport& report) { batch.cache = report; };
   COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) {
                 bar.show("bake-all", status.fraction,
                          std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
@@ -192,6 +206,8 @@ int run(const BakeAllCommand& arguments) {
   const std::string json = batch_json(*batch);
   if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
   if (!arguments.quiet && !is_standard_output(arguments.report)) print_table(*batch);
+  if (!is_standard_output(arguments.report)) print_reasons(*batch);
+  print_cache_trouble(batch->cache);
   for (std::size_t i = 0; i < batch->plants.size(); ++i)
     if (batch->results[i].outcome == BatchOutcome::failed) print_failure(arguments, batch->plants[i], batch->results[i]);
   return count_of(*batch, BatchOutcome::failed) > 0 ? 1 : 0;
@@ -208,7 +224,8 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "   {\"input\": \"oak.glb\", \"output\": \"far/oak.coppice\", \"metric\": \"mi\", \"leaf_material\": \"^Leaves$\"}]\n"
       "with paths beside it, and the options above, as keys with _ for -, for single plants; those of the command are for all others.\n"
       "Results are kept in OUT/.coppice-cache, by input (with all files that it refers to), options and version of the baker: what is "
-      "there is not baked again. A run that was killed goes on when it is started again. The cache grows; it may be deleted at any time.\n"
+      "there is not baked again. A run that was killed goes on when it is started again. The cache grows; coppice cache prune makes it "
+      "smaller, and it may be deleted at any time. --cache shares it between machines.\n"
       "Exit code 1 if any plant failed; the others are baked all the same.\n"
       "  coppice bake-all plants -o baked --report baked.json");
   command->add_option("input", arguments->input, "A folder of plants, a list of them, or one")
@@ -227,6 +244,7 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   add_bake_options(*command, arguments->bake);
   add_limit_options(*command, arguments->limits);
+  add_cache_options(*command, arguments->cache);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] {

@@ -163,15 +163,16 @@ BatchResult result_of(const std::string& text) {
   return result;
 }
 
-/// Keeps other batches out of a cache for as long as it lives, or the process does. Processes that are forked off do not hold it.
+/// Keeps other batches out of a cache for as long as it lives, or the process does; those that share it, only the ones that do not.
+/// Processes that are forked off do not hold it.
 class CacheLock {
  public:
-  static Result<CacheLock> take(const fs::path& cache) {
+  static Result<CacheLock> take(const fs::path& cache, bool shares) {
     const fs::path path = cache / "lock";
     CacheLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
     if (lock.file_ < 0) return system_error("cannot use the cache", path, errno);
     struct flock whole {};
-    whole.l_type = F_WRLCK;
+    whole.l_type = shares ? F_RDLCK : F_WRLCK;
     whole.l_whence = SEEK_SET;
     if (::fcntl(lock.file_, F_SETLK, &whole) == 0) return lock;
     return Error{Status::io, "another bake-all is writing to this folder", Error::kNoOffset, cache.string()};
@@ -242,11 +243,11 @@ void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& c
   for (const fs::path& folder : folders) remove_abandoned_temporaries(folder);
 }
 
-Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache) {
+Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache, bool shares) {
   std::error_code error;
   fs::create_directories(cache, error);
   if (error) return system_error("cannot make the cache", cache, error.value());
-  COPPICE_TRY(lock, CacheLock::take(cache));
+  COPPICE_TRY(lock, CacheLock::take(cache, shares));
   remove_temporaries(plants, cache);
   return lock;
 }
@@ -382,7 +383,7 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress) {
   COPPICE_CHECK(check_batch(plants));
-  COPPICE_TRY(lock, prepare_cache(plants, options.cache));
+  COPPICE_TRY(lock, prepare_cache(plants, options.cache, options.shares_cache));
   const std::uint32_t wanted = options.job_count > 0 ? options.job_count : default_job_count(plants);
   const std::uint32_t jobs = std::max(1u, std::min(wanted, static_cast<std::uint32_t>(plants.size())));
   const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
@@ -403,6 +404,7 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
     if (end.failure.empty()) result = result_of(end.result);
     if (!end.failure.empty()) result.error = end.failure;
     result.peak_rss_bytes = end.peak_rss_bytes;
+    if (options.ended) options.ended(plants[order[job]], result);
     tracker.ended(order[job]);
   };
   run_jobs(plants.size(), jobs, callbacks, options.limits);

@@ -73,6 +73,8 @@ struct BatchOptions {
   std::filesystem::path cache;  ///< folder; made if it is missing
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
   JobLimits limits;             ///< of each plant
+  bool shares_cache = false;    ///< with other batches that say so: parts of one, on this machine or others
+  std::function<void(const BatchPlant& plant, const BatchResult& result)> ended = {};  ///< as each plant ends; may be empty
 };
 
 /// As many plants at a time as there are processors, or as half of the free memory holds by an estimate from the inputs' sizes, views and

@@ -16,7 +16,7 @@ namespace coppice::bake {
 
 /// To be raised with every change after which some input and options give other bytes: files baked before are then baked again. A test
 /// compares a bake with what it was at this version.
-inline constexpr std::uint32_t kBakeVersion = 25;
+inline constexpr std::uint32_t kBakeVersion = 26;
 
 /// XXH3-128 in 32 hexadecimal digits of all that a bake's bytes depend on: the input's name (which the file keeps), its bytes, the names
 /// and bytes of the files it refers to, options_text(), kBakeVersion, the file format's version, and with Areas::vulkan device and driver,

@@ -250,19 +250,20 @@ TEST(Slurm, LinesOfTheQueueAreReadAndOthersLeftAlone) {
   FarmRun run;
   run.folder = "/out/.coppice-farm/20261126-220000-00";
   Queue queue;
-  EXPECT_TRUE(read_queue_line("12|3|RUNNING|node1|coppice-20261126-220000-00-2", run, queue));
-  EXPECT_TRUE(read_queue_line("12|4|NODE_FAIL||coppice-20261126-220000-00-2", run, queue));
-  EXPECT_FALSE(read_queue_line("12|3|RUNNING|node1|coppice-other-2", run, queue));
-  EXPECT_FALSE(read_queue_line("12|N/A|RUNNING|node1|coppice-20261126-220000-00-2", run, queue));
+  EXPECT_TRUE(read_queue_line("12|3|RUNNING|node1|coppice-20261126-220000-00-2|None", run, queue));
+  EXPECT_TRUE(read_queue_line("12|4|NODE_FAIL||coppice-20261126-220000-00-2|None", run, queue));
+  EXPECT_FALSE(read_queue_line("12|3|RUNNING|node1|coppice-other-2|None", run, queue));
+  EXPECT_FALSE(read_queue_line("12|N/A|RUNNING|node1|coppice-20261126-220000-00-2|None", run, queue));
   EXPECT_FALSE(read_queue_line("slurm_load_jobs error: no", run, queue));
   ASSERT_EQ(queue.size(), 2u);
   EXPECT_TRUE(queue.at({2, 3}).is_live && queue.at({2, 3}).runs);
   EXPECT_EQ(queue.at({2, 3}).job, "12");
   EXPECT_FALSE(queue.at({2, 4}).is_live);
   // Of two tasks of one number the one that lives counts, whichever comes first.
-  EXPECT_TRUE(read_queue_line("13|4|PENDING||coppice-20261126-220000-00-2", run, queue));
-  EXPECT_TRUE(read_queue_line("12|4|NODE_FAIL||coppice-20261126-220000-00-2", run, queue));
+  EXPECT_TRUE(read_queue_line("13|4|PENDING||coppice-20261126-220000-00-2|JobHeldUser", run, queue));
+  EXPECT_TRUE(read_queue_line("12|4|NODE_FAIL||coppice-20261126-220000-00-2|None", run, queue));
   EXPECT_TRUE(queue.at({2, 4}).is_live);
+  EXPECT_EQ(queue.at({2, 4}).reason, "JobHeldUser");
 }
 
 TEST(PlantRecord, AJournalsEntryComesBackAsItWas) {

@@ -167,7 +167,8 @@ class LeaveOnInterrupt {
 std::string status_text(const FarmStatus& status) {
   std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; ";
   if (!status.note.empty()) return text + status.note;
-  return text + std::to_string(status.running) + " tasks run, " + std::to_string(status.waiting) + " wait";
+  text += std::to_string(status.running) + " tasks run, " + std::to_string(status.waiting) + " wait";
+  return status.running > 0 || status.waits_for.empty() ? text : text + ": " + status.waits_for;
 }
 
 Batch batch_of(const FarmRun& run, FarmResults results) {

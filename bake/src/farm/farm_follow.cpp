@@ -208,6 +208,7 @@ class Follower {
   /// Plants of tasks that are no more: tried again, or given up.
   Result<void> end_tasks(const Queue& queue) {
     running_ = waiting_ = 0;
+    waits_for_.clear();
     std::vector<TaskName> lost;
     for (const Submission& submission : submissions_)
       for (std::uint32_t task = 0; task < submission.tasks.size(); ++task) {
@@ -239,6 +240,7 @@ class Follower {
     const auto found = queue.find({submission.number, task});
     if (found == queue.end() || !found->second.is_live) return false;
     found->second.runs ? ++running_ : ++waiting_;
+    if (!found->second.runs) waits_for_ = found->second.reason;
     return true;
   }
 
@@ -340,7 +342,7 @@ class Follower {
       all_ms += ms;
       if (plants_[plant].ended) ended_ms += ms;
     }
-    options_.progress({ended_count_, plants_.size(), all_ms > 0.0 ? ended_ms / all_ms : 0.0, running_, waiting_, note_});
+    options_.progress({ended_count_, plants_.size(), all_ms > 0.0 ? ended_ms / all_ms : 0.0, running_, waiting_, waits_for_, note_});
   }
 
   /// Tries that began with a plant, up to the one that ended it.
@@ -392,7 +394,7 @@ class Follower {
   std::map<std::uint32_t, std::uint32_t> refusals_;
   std::optional<Clock::time_point> asked_, read_, first_running_;
   bool warned_ = false;
-  std::string note_;
+  std::string note_, waits_for_;
   const Clock::time_point start_ = Clock::now();
 };
 

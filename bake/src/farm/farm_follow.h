@@ -27,6 +27,7 @@ struct FarmStatus {
   std::size_t ended = 0, count = 0;      ///< plants
   double fraction = 0.0;                 ///< of all work, by the estimates
   std::size_t running = 0, waiting = 0;  ///< tasks
+  std::string waits_for;                 ///< why one of them waits, in Slurm's word
   std::string note;                      ///< what keeps it from going on; empty
 };
 

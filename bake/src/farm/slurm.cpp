@@ -52,7 +52,7 @@ Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submis
 }
 
 bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue) {
-  std::array<std::string, 5> fields;
+  std::array<std::string, 6> fields;
   std::istringstream text(line);
   for (std::string& field : fields)
     if (!std::getline(text, field, '|')) return false;
@@ -60,7 +60,8 @@ bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue) 
   std::uint32_t submission = 0, task = 0;
   if (!fields[4].starts_with(start) || !read_number(std::string_view(fields[4]).substr(start.size()), submission)) return false;
   if (!read_number(fields[1], task)) return false;
-  QueuedTask queued{fields[0], fields[2], fields[3], is_live_state(fields[2]), fields[2] == "RUNNING" || fields[2] == "COMPLETING"};
+  QueuedTask queued{
+      fields[0], fields[2], fields[3], fields[5], is_live_state(fields[2]), fields[2] == "RUNNING" || fields[2] == "COMPLETING"};
   // A submission that was made twice has two tasks of a number: the one that lives counts.
   QueuedTask& there = queue[{submission, task}];
   if (!there.is_live || queued.is_live) there = std::move(queued);
@@ -70,8 +71,8 @@ bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue) 
 Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submissions, const std::function<bool()>& waiting) {
   std::string names;
   for (const Submission& submission : submissions) names += (names.empty() ? "" : ",") + job_name(run, submission);
-  const auto end = run_program({"squeue", "--noheader", "--array", "--all", "--states=all", "--name=" + names, "--format=%F|%K|%T|%N|%j"},
-                               kMostSeconds, waiting);
+  const auto end = run_program(
+      {"squeue", "--noheader", "--array", "--all", "--states=all", "--name=" + names, "--format=%F|%K|%T|%N|%j|%r"}, kMostSeconds, waiting);
   if (!end) return without_slurm(end.error());
   if (end->exit_code != 0)
     return Error{Status::io, "Slurm's controller does not answer", Error::kNoOffset, without_newlines_at_end(end->err)};

@@ -22,6 +22,7 @@ Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submis
 /// A task as Slurm has it.
 struct QueuedTask {
   std::string job, state, node;
+  std::string reason;    ///< why it waits, as Slurm names it: "Priority", "JobHeldUser"
   bool is_live = false;  ///< waits, runs or comes to its end, rather than remembered
   bool runs = false;
 };
@@ -33,7 +34,7 @@ using Queue = std::map<std::pair<std::uint32_t, std::uint32_t>, QueuedTask>;
 /// errors  unsupported: there is no squeue; io: the controller does not answer, which passes
 Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submissions, const std::function<bool()>& waiting);
 
-/// One line of `squeue --format=%F|%K|%T|%N|%j`. false: it is none.
+/// One line of `squeue --format=%F|%K|%T|%N|%j|%r`. false: it is none.
 bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue);
 
 /// Processors of the cluster that are up; 0 where Slurm does not say.

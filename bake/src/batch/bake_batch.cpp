@@ -312,6 +312,7 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
     if (!end.failure.empty()) result.error = end.failure;
     result.peak_rss_bytes = end.peak_rss_bytes;
     caches.ended(result);
+    if (options.ended) options.ended(plants[order[job]], result);
     tracker.ended(order[job]);
   };
   run_jobs(plants.size(), jobs, callbacks, options.limits);

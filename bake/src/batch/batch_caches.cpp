@@ -23,12 +23,12 @@ Result<void> make_folder(const fs::path& folder) {
 
 }  // namespace
 
-Result<CacheLock> CacheLock::take(const fs::path& cache) {
+Result<CacheLock> CacheLock::take(const fs::path& cache, bool shares) {
   const fs::path path = cache / "lock";
   CacheLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
   if (lock.file_ < 0) return system_error("cannot use the cache", path, errno);
   struct flock whole {};
-  whole.l_type = F_WRLCK;
+  whole.l_type = shares ? F_RDLCK : F_WRLCK;
   whole.l_whence = SEEK_SET;
   if (::fcntl(lock.file_, F_SETLK, &whole) == 0) return lock;
   return Error{Status::io, "another bake-all is writing to this folder", Error::kNoOffset, cache.string()};
@@ -56,8 +56,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   if (!jobs_.behind.empty() && !fs::is_directory(shared, error)) folder_report_.trouble = "there is no such folder";
   COPPICE_CHECK(make_folder(options.cache));
   jobs_.folder = options.cache;
-  if (options.other_batches) return {};
-  COPPICE_TRY(lock, CacheLock::take(options.cache));
+  COPPICE_TRY(lock, CacheLock::take(options.cache, options.other_batches));
   lock_.emplace(std::move(lock));
   return {};
 }

@@ -16,11 +16,12 @@
 
 namespace coppice::bake {
 
-/// Keeps other batches out of a cache for as long as it lives, or the process does. Processes that are forked off do not hold it.
+/// Keeps other batches out of a cache for as long as it lives, or the process does; one that shares it, only those that do not. Processes
+/// that are forked off do not hold it.
 class CacheLock {
  public:
   /// errors  io: another process has it
-  static Result<CacheLock> take(const std::filesystem::path& cache);
+  static Result<CacheLock> take(const std::filesystem::path& cache, bool shares);
   CacheLock(CacheLock&& other) noexcept;
   CacheLock& operator=(CacheLock&&) = delete;
   ~CacheLock();

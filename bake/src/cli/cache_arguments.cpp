@@ -37,6 +37,14 @@ Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::
   return {};
 }
 
+std::vector<std::string> cache_options(const CacheArguments& arguments) {
+  std::vector<std::string> words{"--cache-mode", arguments.mode};
+  if (!arguments.where.empty()) words.insert(words.end(), {"--cache", arguments.where});
+  if (arguments.none) words.emplace_back("--no-cache");
+  if (arguments.explain) words.emplace_back("--explain");
+  return words;
+}
+
 nlohmann::ordered_json cache_json(const CacheReport& report) {
   return {{"where", report.where},         {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
           {"requests", report.requests},   {"unasked", report.unasked}, {"unsent", report.unsent},   {"damaged", report.damaged},

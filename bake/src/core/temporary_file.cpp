@@ -184,8 +184,10 @@ Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& 
 Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   COPPICE_CHECK(write_all(descriptor_, bytes, target_));
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
+  // The second descriptor keeps the lock until the file has its name: another machine would take it for abandoned.
+  const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   // Network file systems say only here that there was no room.
-  if (::close(std::exchange(descriptor_, -1)) != 0) return system_error("cannot write", target_, errno);
+  if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_, errno);
   return {};
 }
 

@@ -21,7 +21,7 @@ void check_plant(const coppice::bake::BatchPlant& plant) {
   COPPICE_ASSERT(!below.empty() && below != "." && *below.begin() != "..");
   COPPICE_ASSERT(plant.output.has_filename() && !plant.input.empty());
   COPPICE_ASSERT(std::isfinite(plant.options.import.metres_per_unit));
-  COPPICE_ASSERT(!coppice::bake::options_text(plant.options).empty());
+  COPPICE_ASSERT(!coppice::bake::option_parts(plant.options).empty());
 }
 
 }  // namespace

@@ -143,6 +143,10 @@ int BackgroundProcess::wait() {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+void BackgroundProcess::send(int signal) const {
+  if (child_ > 0) ::kill(child_, signal);
+}
+
 std::filesystem::path program_on_path(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");

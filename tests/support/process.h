@@ -42,6 +42,10 @@ class BackgroundProcess {
   [[nodiscard]] std::string err() const;
   /// Waits for its end. returns the exit code, -1 when a signal ended it
   int wait();
+  /// Sends a signal, unless it was waited for.
+  void send(int signal) const;
+  /// Its number; -1 once it was waited for.
+  [[nodiscard]] int id() const { return child_; }
 
  private:
   std::filesystem::path folder_;

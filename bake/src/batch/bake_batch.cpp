@@ -1,8 +1,5 @@
 #include "bake_batch.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -19,8 +16,8 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "bake_cache.h"
-#include "bake_key.h"
+#include "batch_caches.h"
+#include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
 #include "temporary_file.h"
@@ -81,61 +78,6 @@ double overall_fraction(std::string_view stage, double fraction) {
   return 0.05 + 0.88 * fraction;
 }
 
-/// The output is `bytes`, written only if it is anything else.
-Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
-  std::error_code error;
-  if (fs::is_regular_file(output, error)) {
-    const auto there = read_file(output);
-    if (there && *there == bytes) return {};
-  }
-  return write_file_atomically(output, bytes);
-}
-
-/// Makes the output's folder, and sees before the bake whether it can be written.
-Result<void> prepare_output(const fs::path& output) {
-  COPPICE_CHECK(make_folder_of(output));
-  return try_writing(output);
-}
-
-Result<CachedBake> bake_into(const BatchPlant& plant, const fs::path& cache, const std::string& key, const StageProgress& progress) {
-  BakeReport report;
-  COPPICE_TRY(bytes, bake(plant.input, plant.options, progress, report));
-  COPPICE_TRY(key_after, bake_key(plant.input, plant.options));
-  if (key_after != key) return Error{Status::io, "the plant was changed while it was baked"};
-  CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings)};
-  COPPICE_CHECK(store_cached(cache, key, entry));
-  return entry;
-}
-
-Result<void> bake_or_load(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress, BatchResult& result) {
-  std::error_code error;
-  fs::create_directories(cache, error);
-  if (error) return system_error("cannot make the cache", cache, error.value());
-  if (!plant.output.empty()) {
-    COPPICE_CHECK(prepare_output(plant.output));
-  }
-  COPPICE_TRY(key, bake_key(plant.input, plant.options));
-  result.key = key;
-  Result<CachedBake> entry = load_cached(cache, key);
-  result.outcome = BatchOutcome::cached;
-  std::vector<std::string> warnings;
-  if (!entry) {
-    if (entry.error().status == Status::bad_file) warnings.push_back(entry.error().message() + "; the plant was baked again");
-    entry = bake_into(plant, cache, key, progress);
-    result.outcome = BatchOutcome::baked;
-  }
-  if (!entry) return entry.error();
-  if (!plant.output.empty()) {
-    COPPICE_CHECK(publish(plant.output, entry->bytes));
-  }
-  result.source_leaves = entry->source_leaves;
-  result.file_bytes = entry->bytes.size();
-  result.foliage_bytes = entry->foliage_bytes;
-  result.warnings = std::move(warnings);
-  result.warnings.insert(result.warnings.end(), entry->warnings.begin(), entry->warnings.end());
-  return {};
-}
-
 /// A result on its way from the process that made it.
 std::string result_text(const BatchResult& result) {
   const nlohmann::json json = {{"outcome", static_cast<int>(result.outcome)},
@@ -145,7 +87,9 @@ std::string result_text(const BatchResult& result) {
                                {"file_bytes", result.file_bytes},
                                {"foliage_bytes", result.foliage_bytes},
                                {"seconds", result.seconds},
-                               {"warnings", result.warnings}};
+                               {"warnings", result.warnings},
+                               {"cache_failure", result.cache_failure},
+                               {"because", result.because}};
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -160,32 +104,10 @@ BatchResult result_of(const std::string& text) {
   result.foliage_bytes = json["foliage_bytes"];
   result.seconds = json["seconds"];
   result.warnings = json["warnings"].get<std::vector<std::string>>();
+  result.cache_failure = json["cache_failure"];
+  result.because = json["because"].get<std::vector<std::string>>();
   return result;
 }
-
-/// Keeps other batches out of a cache for as long as it lives, or the process does. Processes that are forked off do not hold it.
-class CacheLock {
- public:
-  static Result<CacheLock> take(const fs::path& cache) {
-    const fs::path path = cache / "lock";
-    CacheLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-    if (lock.file_ < 0) return system_error("cannot use the cache", path, errno);
-    struct flock whole {};
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    if (::fcntl(lock.file_, F_SETLK, &whole) == 0) return lock;
-    return Error{Status::io, "another bake-all is writing to this folder", Error::kNoOffset, cache.string()};
-  }
-  CacheLock(CacheLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
-  CacheLock& operator=(CacheLock&&) = delete;
-  ~CacheLock() {
-    if (file_ >= 0) ::close(file_);
-  }
-
- private:
-  explicit CacheLock(int file) : file_(file) {}
-  int file_;
-};
 
 /// Where a batch is, as its jobs say.
 class BatchTracker {
@@ -237,18 +159,10 @@ std::vector<std::size_t> start_order(const std::vector<BatchPlant>& plants) {
 }
 
 void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& cache) {
-  std::set<fs::path> folders{cache};
+  std::set<fs::path> folders;
+  if (!cache.empty()) folders.insert(cache);
   for (const BatchPlant& plant : plants) folders.insert(plant.output.parent_path());
   for (const fs::path& folder : folders) remove_abandoned_temporaries(folder);
-}
-
-Result<CacheLock> prepare_cache(const std::vector<BatchPlant>& plants, const fs::path& cache) {
-  std::error_code error;
-  fs::create_directories(cache, error);
-  if (error) return system_error("cannot make the cache", cache, error.value());
-  COPPICE_TRY(lock, CacheLock::take(cache));
-  remove_temporaries(plants, cache);
-  return lock;
 }
 
 }  // namespace
@@ -353,18 +267,11 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants) {
 }
 
 BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  std::error_code error;
+  fs::create_directories(cache, error);
+  if (!error) return bake_one(plant, {.folder = cache}, progress);
   BatchResult result;
-  if (!plant.failure.empty()) {
-    result.error = plant.failure;
-    return result;
-  }
-  if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
-    result.outcome = BatchOutcome::failed;
-    const Error& error = done.error();
-    result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
-  }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.error = system_error("cannot make the cache", cache, error.value()).message();
   return result;
 }
 
@@ -382,10 +289,11 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress) {
   COPPICE_CHECK(check_batch(plants));
-  COPPICE_TRY(lock, prepare_cache(plants, options.cache));
   const std::uint32_t wanted = options.job_count > 0 ? options.job_count : default_job_count(plants);
   const std::uint32_t jobs = std::max(1u, std::min(wanted, static_cast<std::uint32_t>(plants.size())));
   const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
+  COPPICE_TRY(caches, BatchCaches::open(options, jobs));
+  remove_temporaries(plants, caches.folder());
   const std::vector<std::size_t> order = start_order(plants);
   BatchTracker tracker(plants, progress);
   std::vector<BatchResult> results(plants.size());
@@ -395,7 +303,7 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
     BatchPlant plant = plants[order[job]];
     if (plant.options.thread_count == 0) plant.options.thread_count = threads;
     return result_text(
-        bake_cached(plant, options.cache, [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); }));
+        bake_one(plant, caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); }));
   };
   callbacks.progressed = [&](std::size_t job, double fraction) { tracker.progressed(order[job], fraction); };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
@@ -403,11 +311,15 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
     if (end.failure.empty()) result = result_of(end.result);
     if (!end.failure.empty()) result.error = end.failure;
     result.peak_rss_bytes = end.peak_rss_bytes;
+    caches.ended(result);
+    if (options.ended) options.ended(plants[order[job]], result);
     tracker.ended(order[job]);
   };
   run_jobs(plants.size(), jobs, callbacks, options.limits);
   // A job that was killed may have been writing.
-  remove_temporaries(plants, options.cache);
+  remove_temporaries(plants, caches.folder());
+  const CacheReport report = caches.finish();
+  if (options.cache_reported) options.cache_reported(report);
   return results;
 }
 

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "bake.h"
+#include "cache_location.h"
 #include "job_processes.h"
+#include "remote_cache.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -56,6 +58,8 @@ struct BatchResult {
   double seconds = 0.0;  ///< wall time of this run
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;  ///< the importer's, those of a cached plant from when it was baked; and of a damaged cache
+  std::string cache_failure;          ///< why the cache does not keep it; empty: it does
+  std::vector<std::string> because;   ///< with BatchOptions::explain: why it was baked, one line each
 };
 
 /// Bakes one plant, unless the cache has it, and sees to it that the output is the result: written atomically, left alone if it is that
@@ -69,10 +73,23 @@ struct BatchStatus {
   std::string running;               ///< names, for a person
 };
 
+/// A cache that others use too.
+struct SharedCache {
+  CacheLocation location;  ///< both empty: there is none
+  CacheMode mode = CacheMode::read_write;
+  CacheCredentials credentials;
+};
+
 struct BatchOptions {
-  std::filesystem::path cache;  ///< folder; made if it is missing
+  std::filesystem::path cache;  ///< folder; made if it is missing. Empty: no cache at all
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
   JobLimits limits;             ///< of each plant
+  /// A folder takes the place of `cache`, unless it is only read; a folder that is only read, and an address, are behind `cache`.
+  SharedCache shared = {};
+  bool other_batches = false;  ///< others that say so too may use `cache` at the same time; else that is refused
+  bool explain = false;        ///< fill BatchResult::because
+  std::function<void(const BatchPlant& plant, const BatchResult& result)> ended = {};  ///< as each plant ends; may be empty
+  std::function<void(const CacheReport&)> cache_reported = {};  ///< called once, at the end; empty: nobody wants to know
 };
 
 /// As many plants at a time as there are processors, or as half of the free memory holds by an estimate from the inputs' sizes, views and
@@ -81,7 +98,8 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 
 /// bake_cached for each, the largest inputs first. Results are in the order of the plants. A plant that fails, or whose process crashes or
 /// is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
-/// errors  invalid_argument: see check_batch; io: the cache cannot be made, or another process is using it
+/// A shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant.
+/// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
 /// thread  the process must have no other threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress);

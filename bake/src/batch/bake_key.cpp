@@ -1,7 +1,7 @@
 #include "bake_key.h"
 
 #include <algorithm>
-#include <bit>
+#include <cstdio>
 #include <cstring>
 #include <optional>
 #include <string_view>
@@ -38,11 +38,38 @@ Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& r
   return std::optional<std::vector<std::uint8_t>>(std::move(bytes));
 }
 
+std::string checksum_text(std::span<const std::uint8_t> bytes) {
+  Checksum checksum;
+  checksum.add(bytes);
+  return checksum.text();
+}
+
+/// No two numbers give the same text.
+std::string exact(float number) {
+  char text[32];
+  static_cast<void>(std::snprintf(text, sizeof text, "%.9g", static_cast<double>(number)));
+  return text;
+}
+
+std::string exact(double number) {
+  char text[32];
+  static_cast<void>(std::snprintf(text, sizeof text, "%.17g", number));
+  return text;
+}
+
+const char* metric_text(Metric metric) {
+  return metric == Metric::mi ? "mi" : metric == Metric::geometric ? "geometric" : "default";
+}
+
+const char* part_text(PlantPart part) {
+  return part == PlantPart::leaf ? "leaf" : part == PlantPart::wood ? "wood" : "drop";
+}
+
 }  // namespace
 
-std::string options_text(const BakeOptions& options) {
+std::vector<KeyPart> option_parts(const BakeOptions& options) {
   // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
-  // that is a path the file's bytes belong into bake_key.
+  // that is a path the file's bytes belong into bake_key_parts.
   const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas, wind] = options;
   const auto& [leaf_material, wood_material, classes, up, metres_per_unit, wind_color_set, plant, outside_files] = import;
   const auto& [node, variant, whole] = plant;
@@ -51,29 +78,29 @@ std::string options_text(const BakeOptions& options) {
   static_cast<void>(thread_count);   // same bytes for any number
   static_cast<void>(outside_files);  // nor with a file that is refused
 
-  std::string text;
-  const auto line = [&text](const char* name, const std::string& value) { text += std::string(name) + " " + value + "\n"; };
-  line("metric", std::to_string(static_cast<int>(metric)));
-  line("views", std::to_string(view_count));
-  line("resolution", std::to_string(resolution_px));
-  line("background", count_background ? "on" : "off");
-  line("candidates", std::to_string(candidate_count));
-  line("textures", std::to_string(static_cast<int>(textures)));
-  line("crown_normals", std::to_string(std::bit_cast<std::uint32_t>(crown_normals)));
-  line("leaf_meshes", leaf_meshes ? "on" : "off");
-  line("wind", wind_moves ? std::to_string(std::bit_cast<std::uint32_t>(wind_stiffness)) : "none");
-  if (wind_color_set) line("wind_weights", std::to_string(*wind_color_set));
-  if (areas == Areas::vulkan) line("areas", "vulkan " + std::to_string(kMostMeasuredLeaves));
-  if (leaf_material) line("leaf_material", *leaf_material);
-  if (wood_material) line("wood_material", *wood_material);
+  std::vector<KeyPart> parts;
+  const auto option = [&parts](const char* name, const std::string& value) { parts.push_back({"option", name, portable_text(value)}); };
+  option("metric", metric_text(metric));
+  option("views", view_count == 0 ? "by default" : std::to_string(view_count));
+  option("resolution", std::to_string(resolution_px));
+  option("background", count_background ? "on" : "off");
+  option("candidates", std::to_string(candidate_count));
+  option("textures", textures == TextureCoding::rgba8 ? "rgba8" : "bc");
+  option("crown-normals", exact(crown_normals));
+  option("leaf-meshes", leaf_meshes ? "on" : "off");
+  option("wind-stiffness", wind_moves ? exact(wind_stiffness) : "no wind");
+  if (wind_color_set) option("wind-weights", "COLOR_" + std::to_string(*wind_color_set));
+  if (areas == Areas::vulkan) option("areas", "vulkan, at every step up to " + std::to_string(kMostMeasuredLeaves) + " leaves");
+  if (leaf_material) option("leaf-material", *leaf_material);
+  if (wood_material) option("wood-material", *wood_material);
   for (const ClassRule& rule : classes)
-    line("class", std::to_string(static_cast<int>(rule.part)) + " " + std::to_string(rule.min_triangles) + " " +
-                      std::to_string(rule.max_triangles) + " " + rule.material);
-  if (node) line("node", *node);
-  line("variant", whole ? "whole" : std::to_string(variant));
-  line("up", up == UpAxis::z ? "z" : "y");
-  line("unit", std::to_string(std::bit_cast<std::uint64_t>(metres_per_unit)));
-  return text;
+    option("classes", std::string(part_text(rule.part)) + " of " + std::to_string(rule.min_triangles) + " to " +
+                          std::to_string(rule.max_triangles) + " triangles, " + rule.material);
+  if (node) option("node", *node);
+  option("variant", whole ? "whole" : std::to_string(variant));
+  option("up", up == UpAxis::z ? "z" : "y");
+  option("unit", exact(metres_per_unit) + " m");
+  return parts;
 }
 
 std::vector<GltfReference> referred_files(std::span<const std::uint8_t> gltf) {
@@ -83,24 +110,26 @@ std::vector<GltfReference> referred_files(std::span<const std::uint8_t> gltf) {
   return find_references(nlohmann::json::parse(text, nullptr, false));
 }
 
-Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options) {
+Result<std::vector<KeyPart>> bake_key_parts(const std::filesystem::path& input, const BakeOptions& options) {
   COPPICE_TRY(bytes, read_file(input));
-  Checksum checksum;
-  checksum.add("baker " + std::to_string(kBakeVersion) + " format " + std::to_string(COPPICE_FORMAT_VERSION));
-  checksum.add(options_text(options));
+  std::vector<KeyPart> parts{{"baker", "", std::to_string(kBakeVersion)}, {"format", "", std::to_string(COPPICE_FORMAT_VERSION)}};
+  for (KeyPart& option : option_parts(options)) parts.push_back(std::move(option));
   if (options.areas == Areas::vulkan) {
     COPPICE_TRY(device, area_device_name());
-    checksum.add(device);
+    parts.push_back({"device", "", portable_text(device)});
   }
-  checksum.add(input.filename().string());
-  checksum.add(bytes);
+  parts.push_back({"name", "", portable_text(input.filename().string())});
+  parts.push_back({"input", "", checksum_text(bytes)});
   for (const GltfReference& reference : referred_files(bytes)) {
-    checksum.add(percent_decoded(reference.uri));
     COPPICE_TRY(state, state_of(reference, input.parent_path(), options.import.outside_files));
-    checksum.add(state.has_value() ? "file" : "missing");
-    if (state) checksum.add(*state);
+    parts.push_back({"file", portable_text(percent_decoded(reference.uri)), state ? checksum_text(*state) : "missing"});
   }
-  return checksum.text();
+  return parts;
+}
+
+Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options) {
+  COPPICE_TRY(parts, bake_key_parts(input, options));
+  return key_of(parts);
 }
 
 }  // namespace coppice::bake

@@ -121,4 +121,55 @@ Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& 
   return plants;
 }
 
+Result<std::string> manifest_entry(const BatchPlant& plant, const std::filesystem::path& output_folder,
+                                   const std::filesystem::path& classes_file) {
+  // Every member by name: one that is added later does not compile until it is written below.
+  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas, wind] = plant.options;
+  const auto& [leaf_material, wood_material, classes, up, metres_per_unit, wind_color_set, choice, outside_files] = import;
+  const auto& [node, variant, whole] = choice;
+  const auto& [wind_moves, wind_stiffness] = wind;
+  const auto& [resolution_px, count_background, candidate_count] = collapse;
+  static_cast<void>(thread_count);  // the machine's
+
+  Json entry = {{"input", std::filesystem::absolute(plant.input).lexically_normal().string()},
+                {"output", plant.output.lexically_relative(output_folder).string()},
+                {"metric", metric == Metric::mi          ? "mi"
+                           : metric == Metric::geometric ? "geometric"
+                                                         : "default"},
+                {"resolution", resolution_px},
+                {"candidates", candidate_count},
+                {"background", count_background ? "on" : "off"},
+                {"areas", areas == Areas::vulkan ? "vulkan" : "item-buffers"},
+                {"textures", textures == TextureCoding::rgba8 ? "rgba8" : "bc"},
+                {"crown_normals", crown_normals},
+                {"leaf_meshes", leaf_meshes ? "on" : "off"},
+                {"wind_stiffness", wind_stiffness},
+                {"up", up == UpAxis::z ? "z" : "y"},
+                {"unit", metres_per_unit},
+                {"variant", whole ? Json("whole") : Json(variant)}};
+  if (view_count > 0) entry["views"] = view_count;
+  if (!wind_moves) entry["no_wind"] = true;
+  if (wind_color_set) entry["wind_weights"] = "COLOR_" + std::to_string(*wind_color_set);
+  if (leaf_material) entry["leaf_material"] = *leaf_material;
+  if (wood_material) entry["wood_material"] = *wood_material;
+  if (!classes.empty()) entry["classes"] = classes_file.string();
+  if (node) entry["node"] = *node;
+  if (outside_files == OutsideFiles::allowed) entry["allow_outside"] = true;
+  try {
+    return entry.dump();
+  } catch (const Json::exception&) {
+    return wrong(Status::invalid_argument, "a name that is not UTF-8", plant.input.string());
+  }
+}
+
+std::string classes_text(const std::vector<ClassRule>& rules) {
+  Json list = Json::array();
+  for (const ClassRule& rule : rules) {
+    const char* part = rule.part == PlantPart::leaf ? "leaf" : rule.part == PlantPart::wood ? "wood" : "drop";
+    list.push_back(
+        {{"material", rule.material}, {"class", part}, {"min_triangles", rule.min_triangles}, {"max_triangles", rule.max_triangles}});
+  }
+  return Json{{"classes", std::move(list)}}.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace coppice::bake

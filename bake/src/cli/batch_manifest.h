@@ -18,4 +18,15 @@ namespace coppice::bake {
 Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& manifest, const std::filesystem::path& output_folder,
                                                    const BakeArguments& defaults);
 
+/// The entry of a manifest, as JSON, that plants_of_manifest reads as the same plant, whatever the defaults that are not given: every
+/// option is in it that is not as without any.
+/// output_folder  that the plant's output is below
+/// classes_file   a file with the text of classes_text(plant.options.import.classes), as the entry names it; unused without such rules
+/// errors  invalid_argument: a name that is not UTF-8, which JSON cannot hold
+Result<std::string> manifest_entry(const BatchPlant& plant, const std::filesystem::path& output_folder,
+                                   const std::filesystem::path& classes_file);
+
+/// A file for --classes.
+std::string classes_text(const std::vector<ClassRule>& rules);
+
 }  // namespace coppice::bake

@@ -1,17 +1,26 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
 #include "batch_manifest.h"
+#include "batch_report.h"
+#include "cache_arguments.h"
 #include "commands.h"
+#include "farm_command.h"
+#include "farm_plan.h"
+#include "farm_run.h"
 #include "limit_arguments.h"
 #include "output.h"
+#include "plant_cost.h"
+#include "plant_record.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "temporary_file.h"
@@ -20,118 +29,15 @@ namespace coppice::bake {
 namespace {
 
 struct BakeAllCommand {
-  std::filesystem::path input, output, report;
+  std::filesystem::path input, output, report, journal;
   BakeArguments bake;
   LimitArguments limits;
-  std::uint32_t job_count = 0;
+  CacheArguments cache;
+  FarmArguments farm;
+  std::uint32_t job_count = 0, thread_count = 0;
+  std::uint32_t shard = 1, shard_count = 1;
   bool quiet = false;
 };
-
-/// Everything about a batch that has ended.
-struct Batch {
-  std::filesystem::path output_folder;
-  std::vector<BatchPlant> plants;
-  std::vector<BatchResult> results;
-  std::uint32_t job_count = 0;
-  double seconds = 0.0;
-};
-
-std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
-  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
-}
-
-double bytes_per_leaf(const BatchResult& result) {
-  return result.source_leaves > 0 ? static_cast<double>(result.foliage_bytes) / result.source_leaves : 0.0;
-}
-
-nlohmann::ordered_json plant_json(const BatchPlant& plant, const BatchResult& result) {
-  nlohmann::ordered_json json = {
-      {"input", plant.input.string()}, {"output", plant.output.string()}, {"outcome", outcome_name(result.outcome)}};
-  if (result.outcome == BatchOutcome::failed)
-    json["error"] = result.error;
-  else
-    json.update({{"source_leaves", result.source_leaves},
-                 {"file_bytes", result.file_bytes},
-                 {"foliage_bytes", result.foliage_bytes},
-                 {"bytes_per_leaf", bytes_per_leaf(result)}});
-  json.update({{"key", result.key}, {"seconds", result.seconds}, {"peak_rss_bytes", result.peak_rss_bytes}, {"warnings", result.warnings}});
-  return json;
-}
-
-std::string batch_json(const Batch& batch) {
-  nlohmann::ordered_json plants = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) plants.push_back(plant_json(batch.plants[i], batch.results[i]));
-  const nlohmann::ordered_json root = {{"baked", count_of(batch, BatchOutcome::baked)},
-                                       {"cached", count_of(batch, BatchOutcome::cached)},
-                                       {"failed", count_of(batch, BatchOutcome::failed)},
-                                       {"seconds", batch.seconds},
-                                       {"jobs", batch.job_count},
-                                       {"plants", std::move(plants)}};
-  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
-
-/// "oaks/large" of OUT/oaks/large.coppice
-std::string plant_label(const Batch& batch, std::size_t plant) {
-  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
-  return shown(name.replace_extension());
-}
-
-void print_table(const Batch& batch) {
-  std::size_t width = 5;
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) width = std::max(width, plant_label(batch, i).size());
-  const int columns = static_cast<int>(width);
-  std::printf("%-*s %9s %10s %7s %8s\n", columns, "plant", "leaves", "bytes", "B/leaf", "seconds");
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
-    const BatchResult& result = batch.results[i];
-    const std::string label = plant_label(batch, i);
-    if (result.outcome == BatchOutcome::failed)
-      std::printf("%-*s %9s %10s %7s %8.1f  failed\n", columns, label.c_str(), "-", "-", "-", result.seconds);  // stderr says why
-    else
-      std::printf("%-*s %9u %10llu %7.1f %8.1f  %s\n", columns, label.c_str(), result.source_leaves,
-                  static_cast<unsigned long long>(result.file_bytes), bytes_per_leaf(result), result.seconds, outcome_name(result.outcome));
-  }
-  std::printf("%zu plants in %.1f s, %u at a time: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds,
-              batch.job_count, count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
-              count_of(batch, BatchOutcome::failed));
-}
-
-/// Broken between words, or within those that are longer than a line. Lines after the first are indented. text: may be printed
-std::string wrapped(const std::string& text, std::size_t columns) {
-  const std::string indent = "\n    ";
-  std::string lines, word;
-  std::size_t column = 0, word_columns = 0;
-  const auto end_word = [&] {
-    if (column > 0 && column + 1 + word_columns > columns)
-      lines += indent, column = indent.size() - 1;
-    else if (column > 0)
-      lines += ' ', ++column;
-    lines += std::exchange(word, "");
-    column += std::exchange(word_columns, 0);
-  };
-  for (const char c : text) {
-    const bool is_character = (static_cast<unsigned char>(c) & 0xc0u) != 0x80u;
-    if (c == ' ' || (is_character && word_columns + indent.size() > columns)) end_word();
-    if (c == ' ') continue;
-    word += c;
-    if (is_character) ++word_columns;
-  }
-  end_word();
-  return lines;
-}
-
-/// Why a plant was not baked. The plant's path, which most errors name too, is there once, as seen from the batch's folder.
-void print_failure(const BakeAllCommand& arguments, const BatchPlant& plant, const BatchResult& result) {
-  constexpr std::size_t kColumns = 100;
-  std::string error = result.error;
-  const std::string path = plant.input.string();
-  for (const std::string& place : {": " + path, path + ": ", path})
-    if (const std::size_t at = error.find(place); at != std::string::npos) error.erase(at, place.size());
-  std::error_code unreadable;
-  const bool is_folder = std::filesystem::is_directory(arguments.input, unreadable);
-  const std::filesystem::path name = plant.input.lexically_relative(is_folder ? arguments.input : arguments.input.parent_path());
-  const std::string shown_name = name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
-  std::fprintf(stderr, "%s\n", wrapped("coppice: " + shown_name + ": not baked: " + printable(error), kColumns).c_str());
-}
 
 Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
@@ -161,40 +67,181 @@ Result<void> check_report(const BakeAllCommand& arguments, const std::vector<Bat
   return check_output(arguments.report, others, Content::text);
 }
 
-Result<Batch> run_batch(const BakeAllCommand& arguments) {
+Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) {
   COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
   COPPICE_TRY(files, plants_of(arguments));
-  const std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
+  std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
   if (error) return system_error("cannot make the folder", arguments.output, error.value());
   COPPICE_CHECK(check_report(arguments, plants));
+  return plants;
+}
 
-  Batch batch{arguments.output, plants, {}, 0, 0.0};
+/// Those of the shard that was asked for.
+std::vector<BatchPlant> shard_of(const BakeAllCommand& arguments, std::vector<BatchPlant> plants) {
+  if (arguments.shard_count == 1) return plants;
+  std::vector<PlantCost> costs;
+  costs.reserve(plants.size());
+  for (const BatchPlant& plant : plants) costs.push_back(plant_cost(plant));
+  const std::vector<std::vector<std::uint32_t>> shards = plan_shards(costs, arguments.shard_count);
+  std::vector<BatchPlant> shard;
+  for (const std::uint32_t plant : shards[arguments.shard - 1]) shard.push_back(plants[plant]);
+  return shard;
+}
+
+/// Others bake parts of the same batch.
+bool is_a_part(const BakeAllCommand& arguments) {
+  return arguments.shard_count > 1 || !arguments.journal.empty();
+}
+
+/// The plants' threads, where the user says how many there are in all; else bake_batch deals out the machine's.
+void share_threads(const BakeAllCommand& arguments, Batch& batch) {
+  if (arguments.thread_count == 0) return;
+  if (arguments.job_count == 0) batch.job_count = std::min(batch.job_count, arguments.thread_count);
+  for (BatchPlant& plant : batch.plants)
+    plant.options.thread_count = std::max(1u, (arguments.thread_count + batch.job_count - 1) / std::max(1u, batch.job_count));
+}
+
+Result<Batch> run_batch(const BakeAllCommand& arguments) {
+  COPPICE_TRY(plants, checked_plants(arguments));
+  Batch batch{arguments.output, shard_of(arguments, std::move(plants)), {}, 0, 0.0, {}, {}, 0, 0};
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
+  share_threads(arguments, batch);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   const auto start = std::chrono::steady_clock::now();
-  const BatchOptions options{arguments.output / ".coppice-cache", batch.job_count, job_limits(arguments.limits)};
+  BatchOptions options{{}, batch.job_count, job_limits(arguments.limits)};
+  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, options));
+  options.cache_reported = [&batch](const CacheReport& report) { batch.cache = report; };
+  options.other_batches = is_a_part(arguments);
+  std::optional<Journal> journal;
+  Result<void> journaled;
+  if (!arguments.journal.empty()) {
+    COPPICE_TRY(opened, Journal::open(arguments.journal));
+    journal.emplace(std::move(opened));
+    options.ended = [&](const BatchPlant& plant, const BatchResult& result) {
+      if (auto added = journal->add(plant, result); !added && journaled) journaled = std::move(added);
+    };
+  }
   COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) {
                 bar.show("bake-all", status.fraction,
                          std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
               }));
+  if (!journaled) return journaled.error();
   batch.results = std::move(results);
   batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return batch;
 }
 
+int report_batch(const BakeAllCommand& arguments, const Batch& batch) {
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) print_warnings(batch.plants[i].input, batch.results[i].warnings);
+  const std::string json = batch_json(batch);
+  if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
+  if (!arguments.quiet && !is_standard_output(arguments.report)) print_batch(batch);
+  if (!is_standard_output(arguments.report)) print_reasons(batch);
+  print_cache_trouble(batch.cache);
+  print_failures(batch, arguments.input);
+  return count_of(batch, BatchOutcome::failed) > 0 ? 1 : 0;
+}
+
 int run(const BakeAllCommand& arguments) {
   const auto batch = run_batch(arguments);
-  if (!batch) return report_failure(arguments.input, batch.error());
-  for (std::size_t i = 0; i < batch->plants.size(); ++i) print_warnings(batch->plants[i].input, batch->results[i].warnings);
-  const std::string json = batch_json(*batch);
-  if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
-  if (!arguments.quiet && !is_standard_output(arguments.report)) print_table(*batch);
-  for (std::size_t i = 0; i < batch->plants.size(); ++i)
-    if (batch->results[i].outcome == BatchOutcome::failed) print_failure(arguments, batch->plants[i], batch->results[i]);
-  return count_of(*batch, BatchOutcome::failed) > 0 ? 1 : 0;
+  return batch ? report_batch(arguments, *batch) : report_failure(arguments.input, batch.error());
+}
+
+/// A folder as nodes name it.
+std::filesystem::path absolute_folder(const std::filesystem::path& folder) {
+  std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();
+}
+
+/// Options of the command that every task gets; those of a bake are in its list.
+std::vector<std::string> task_options(const BakeAllCommand& arguments) {
+  std::vector<std::string> words{"--quiet"};
+  const auto add = [&words](const char* name, const std::string& value) { words.insert(words.end(), {name, value}); };
+  if (arguments.job_count > 0) add("--jobs", std::to_string(arguments.job_count));
+  if (arguments.limits.max_memory_mb > 0) add("--max-memory-mb", std::to_string(arguments.limits.max_memory_mb));
+  if (arguments.limits.max_seconds > 0.0) add("--max-seconds", formatted("%.9g", arguments.limits.max_seconds));
+  const std::vector<std::string> of_cache = cache_options(arguments.cache);
+  words.insert(words.end(), of_cache.begin(), of_cache.end());
+  return words;
+}
+
+Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
+  if (arguments.farm.attach) return newest_run(arguments.output);
+  COPPICE_TRY(plants, checked_plants(arguments));
+  BatchOptions caches;
+  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, caches));
+  const std::filesystem::path& shared = caches.shared.location.folder;
+  return prepare_run({arguments.output, std::move(plants), task_options(arguments), shared.empty() ? caches.cache : shared},
+                     arguments.farm);
+}
+
+/// Ctrl-C does not end what the cluster does.
+int leave(const BakeAllCommand& arguments, const FollowedRun& followed) {
+  std::string jobs;
+  for (const std::string& job : followed.jobs) jobs += " " + job;
+  std::fprintf(stderr,
+               "coppice: the run goes on without this command.\n  take it up again: coppice bake-all -o %s --attach\n"
+               "  end it: scancel%s\n",
+               shown(arguments.output).c_str(), printable(jobs).c_str());
+  return 130;  // as a shell has it of a command that Ctrl-C ended
+}
+
+int run_on_cluster(BakeAllCommand arguments) {
+  if (const auto possible = refuse_standard_output(arguments.output, "the output is a folder"); !possible)
+    return report_failure(arguments.output, possible.error());
+  arguments.output = absolute_folder(arguments.output);
+  if (!arguments.input.empty()) arguments.input = absolute_folder(arguments.input);
+  if (const auto cache = parse_cache_location(arguments.cache.where); cache && !cache->folder.empty())
+    arguments.cache.where = absolute_folder(cache->folder).string();
+  const std::filesystem::path& named = arguments.farm.attach ? arguments.output : arguments.input;
+  const auto folder = run_folder_of(arguments);
+  if (!folder) return report_failure(named, folder.error());
+  if (arguments.farm.print) {
+    const auto script = run_script(*folder);
+    if (!script) return report_failure(named, script.error());
+    std::fputs(script->c_str(), stdout);
+    return 0;
+  }
+  const auto followed = follow(*folder, arguments.quiet);
+  if (!followed) return report_failure(named, followed.error());
+  return followed->left ? leave(arguments, *followed) : report_batch(arguments, followed->batch);
+}
+
+/// "3/16" to shard 3 of 16.
+void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
+  command
+      .add_option_function<std::string>(
+          "--shard",
+          [&arguments](const std::string& text) {
+            const char* const end = text.data() + text.size();
+            const auto [slash, bad_shard] = std::from_chars(text.data(), end, arguments.shard);
+            const bool has_count = bad_shard == std::errc() && slash != end && *slash == '/';
+            const auto [rest, bad_count] = std::from_chars(has_count ? slash + 1 : end, end, arguments.shard_count);
+            if (!has_count || bad_count != std::errc() || rest != end || arguments.shard < 1 || arguments.shard > arguments.shard_count ||
+                arguments.shard_count > 100'000)
+              throw CLI::ValidationError("--shard", "not a part of so many, from 1/N to N/N: " + text);
+          },
+          "Bake the I-th of N parts of all plants, which take about equally long; the parts are the same on every machine. Each writes to "
+          "a "
+          "report of its own; they may bake into one OUT at the same time")
+      ->type_name("I/N");
+}
+
+void check_arguments(const BakeAllCommand& arguments) {
+  check_farm_arguments(arguments.farm);
+  if (arguments.input.empty() && !arguments.farm.attach) throw CLI::RequiredError("input");
+  if (!arguments.input.empty() && arguments.farm.attach)
+    throw CLI::ValidationError("input", "--attach goes on with what the run began with");
+  if ((arguments.farm.slurm || arguments.farm.attach) && is_a_part(arguments))
+    throw CLI::ValidationError("--slurm", "deals out all plants by itself: not with --shard or --journal");
+  if ((arguments.farm.slurm || arguments.farm.attach) && arguments.thread_count > 0)
+    throw CLI::ValidationError("--threads", "a task has the processors that Slurm gives it: -- --cpus-per-task N");
+  // The entries of a list may have what the command lacks.
+  std::error_code error;
+  if (std::filesystem::is_directory(arguments.input, error) || is_plant_file(arguments.input)) check_bake_arguments(arguments.bake);
 }
 
 }  // namespace
@@ -208,11 +255,11 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "   {\"input\": \"oak.glb\", \"output\": \"far/oak.coppice\", \"metric\": \"mi\", \"leaf_material\": \"^Leaves$\"}]\n"
       "with paths beside it, and the options above, as keys with _ for -, for single plants; those of the command are for all others.\n"
       "Results are kept in OUT/.coppice-cache, by input (with all files that it refers to), options and version of the baker: what is "
-      "there is not baked again. A run that was killed goes on when it is started again. The cache grows; it may be deleted at any time.\n"
+      "there is not baked again. A run that was killed goes on when it is started again. The cache grows; coppice cache prune makes it "
+      "smaller, and it may be deleted at any time. --cache shares it between machines.\n"
       "Exit code 1 if any plant failed; the others are baked all the same.\n"
       "  coppice bake-all plants -o baked --report baked.json");
-  command->add_option("input", arguments->input, "A folder of plants, a list of them, or one")
-      ->required()
+  command->add_option("input", arguments->input, "A folder of plants, a list of them, or one; none with --attach")
       ->type_name("FOLDER|LIST.json|IN.glb|IN.gltf");
   add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
@@ -225,15 +272,26 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0u, 1024u))
       ->type_name("N")
       ->capture_default_str();
+  command
+      ->add_option("--threads", arguments->thread_count,
+                   "Processors to use, for all plants together; 0 for all. The result is the same for any number")
+      ->check(CLI::Range(0u, 1024u))
+      ->type_name("N")
+      ->capture_default_str();
+  add_shard_option(*command, *arguments);
   add_bake_options(*command, arguments->bake);
   add_limit_options(*command, arguments->limits);
+  add_cache_options(*command, arguments->cache);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
+  add_output_option(*command, "--journal", arguments->journal,
+                    "Add a line to this file for each plant as soon as it has ended: its entry of --report. Other coppices with a journal "
+                    "may bake into OUT at the same time")
+      ->type_name("F.jsonl");
+  add_farm_options(*command, arguments->farm);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] {
-    // The entries of a list may have what the command lacks.
-    std::error_code error;
-    if (std::filesystem::is_directory(arguments->input, error) || is_plant_file(arguments->input)) check_bake_arguments(arguments->bake);
-    *exit_code = run(*arguments);
+    check_arguments(*arguments);
+    *exit_code = arguments->farm.slurm || arguments->farm.attach ? run_on_cluster(*arguments) : run(*arguments);
   });
 }
 

@@ -11,6 +11,7 @@ namespace coppice::bake {
 void add_plant_command(CLI::App& app, int* exit_code);
 void add_bake_command(CLI::App& app, int* exit_code);
 void add_bake_all_command(CLI::App& app, int* exit_code);
+void add_cache_command(CLI::App& app, int* exit_code);
 void add_inspect_command(CLI::App& app, int* exit_code);
 void add_verify_command(CLI::App& app, int* exit_code);
 void add_export_command(CLI::App& app, int* exit_code);

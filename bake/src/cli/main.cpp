@@ -76,6 +76,7 @@ int main(int argc, char** argv) {
   coppice::bake::add_plant_command(app, &exit_code);
   coppice::bake::add_bake_command(app, &exit_code);
   coppice::bake::add_bake_all_command(app, &exit_code);
+  coppice::bake::add_cache_command(app, &exit_code);
   coppice::bake::add_inspect_command(app, &exit_code);
   coppice::bake::add_verify_command(app, &exit_code);
   coppice::bake::add_export_command(app, &exit_code);

@@ -8,8 +8,10 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <climits>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -56,31 +58,62 @@ void free_slot(std::size_t slot) {
 constexpr std::string_view kStart = ".coppice-";
 constexpr std::string_view kEnd = ".tmp";
 
-/// ".coppice-PROCESS-NUMBER.tmp": unique among the files this and other processes write now; O_EXCL catches what a killed one left.
+/// Eight hexadecimal digits of this machine's name.
+const std::string& machine_digits() {
+  static const std::string digits = [] {
+    std::array<char, 256> host{};
+    static_cast<void>(::gethostname(host.data(), host.size() - 1));
+    std::uint32_t hash = 2166136261u;  // FNV-1a
+    for (const char* c = host.data(); *c != '\0'; ++c) hash = (hash ^ static_cast<unsigned char>(*c)) * 16777619u;
+    std::array<char, 9> text{};
+    static_cast<void>(std::snprintf(text.data(), text.size(), "%08x", hash));
+    return std::string(text.data());
+  }();
+  return digits;
+}
+
+/// ".coppice-PROCESS-NUMBER-MACHINE.tmp": unique among the files this and other processes write now; O_EXCL catches what a killed one left.
 std::filesystem::path temporary_path(const std::filesystem::path& target) {
   static std::atomic<unsigned> counter{0};
   std::string name(kStart);
-  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append(kEnd);
+  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append("-").append(machine_digits()).append(kEnd);
   return target.parent_path() / name;
 }
 
-/// The process in a name made by temporary_path; 0 in any other name.
-pid_t temporary_process(std::string_view name) {
-  if (!name.starts_with(kStart) || !name.ends_with(kEnd)) return 0;
+/// Who made a temporary file, by its name; process 0: it is none.
+struct Maker {
+  pid_t process = 0;
+  bool is_here = true;  ///< on this machine, as is one whose name has no machine
+};
+
+Maker maker_of(std::string_view name) {
+  if (!name.starts_with(kStart) || !name.ends_with(kEnd)) return {};
   const char* const last = name.data() + name.size() - kEnd.size();
   pid_t process = 0;
   unsigned number = 0;
   const auto [dash, bad_process] = std::from_chars(name.data() + kStart.size(), last, process);
-  if (bad_process != std::errc() || process <= 0 || dash == last || *dash != '-') return 0;
+  if (bad_process != std::errc() || process <= 0 || dash == last || *dash != '-') return {};
   const auto [end, bad_number] = std::from_chars(dash + 1, last, number);
-  return bad_number == std::errc() && end == last ? process : 0;
+  if (bad_number != std::errc()) return {};
+  if (end == last) return {process, true};
+  const std::string_view machine(end + 1, static_cast<std::size_t>(last - end - 1));
+  return *end == '-' && machine.size() == machine_digits().size() ? Maker{process, machine == machine_digits()} : Maker{};
+}
+
+/// No write takes so long.
+bool is_old(const std::filesystem::path& path) {
+  std::error_code gone;
+  const auto written = std::filesystem::last_write_time(path, gone);
+  return !gone && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(1);
 }
 
 /// Whether the file's process is no more: neither here, nor, as far as the lock that it holds tells, in another container or machine that
-/// sees this folder.
+/// sees this folder. Some network file systems keep locks to each machine: files of others must be old too.
 bool is_abandoned(const std::filesystem::path& path) {
-  const pid_t process = temporary_process(path.filename().native());
-  if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) return false;
+  const Maker maker = maker_of(path.filename().native());
+  if (maker.process == 0) return false;
+  if (maker.is_here && (::kill(maker.process, 0) == 0 || errno != ESRCH)) return false;
+  if (!maker.is_here && !is_old(path)) return false;
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
   if (file < 0) return false;
   const bool unheld = ::flock(file, LOCK_EX | LOCK_NB) == 0;
@@ -151,8 +184,10 @@ Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& 
 Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   COPPICE_CHECK(write_all(descriptor_, bytes, target_));
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
+  // The second descriptor keeps the lock until the file has its name: another machine would take it for abandoned.
+  const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   // Network file systems say only here that there was no room.
-  if (::close(std::exchange(descriptor_, -1)) != 0) return system_error("cannot write", target_, errno);
+  if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_, errno);
   return {};
 }
 

@@ -1,0 +1,52 @@
+#pragma once
+
+// Finished bakes by their key. In a folder an entry is two files: KEY.coppice, which can be used as it is, and KEY.record, written after
+// it, which makes it an entry, says what the key is of and holds the checksum of both. Whoever deletes any of them, or the folder, loses
+// time and nothing else. Elsewhere an entry is one bundle of both. Several processes and machines may use a folder at once: files are
+// written whole or not at all, and equal keys mean equal bytes, so that it does not matter who writes last.
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "key_parts.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+struct CachedBake {
+  std::vector<std::uint8_t> bytes;  ///< the .coppice file
+  std::uint32_t source_leaves = 0;
+  std::uint64_t foliage_bytes = 0;
+  std::vector<std::string> warnings;  ///< the importer's
+  std::vector<KeyPart> parts;         ///< that the key is of
+};
+
+/// The files of an entry. The record's time of modification is that of the entry's last use.
+std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key);
+std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key);
+
+/// Reads an entry and marks it as used now, where that is allowed.
+/// key  as of key_of
+/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, and no entry any more
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key);
+
+/// As load_cached, of which nothing is to be seen in the folder.
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key);
+
+/// Makes or replaces an entry. A process that is killed in here leaves none, or the old one, or the new one.
+/// errors  io
+Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry);
+
+/// What a record says its key is of. Empty: it is no record, or an older one, which did not say so.
+std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record);
+
+/// An entry as one object: a line "coppice-cache 1 RECORD_BYTES", the record, the file.
+std::vector<std::uint8_t> bundle_of(const CachedBake& entry);
+
+/// errors  bad_file: it is not a bundle, or damaged, or one of another key
+Result<CachedBake> read_bundle(std::span<const std::uint8_t> bundle, const std::string& key);
+
+}  // namespace coppice::bake

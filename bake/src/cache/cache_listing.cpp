@@ -1,0 +1,44 @@
+#include "cache_listing.h"
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+
+#include "cache_index.h"
+#include "key_parts.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Of one folder; nothing where there is no such folder.
+Result<std::vector<ListedFile>> list_folder(const HttpAsk& ask, const std::string& url) {
+  constexpr int kAbsent = 404, kForbidden = 403;
+  const HttpAnswer answer = ask({.method = HttpMethod::get, .url = url});
+  if (answer.trouble != HttpTrouble::none) return Error{Status::io, "the cache cannot be listed", Error::kNoOffset, answer.why};
+  if (answer.status == kAbsent) return std::vector<ListedFile>();
+  if (answer.status == kForbidden)
+    return Error{Status::unsupported,
+                 "the server lists no folders, or does not let you; nginx does with: autoindex on; autoindex_format json;"};
+  if (answer.status != 200) return Error{Status::io, "the cache cannot be listed", Error::kNoOffset, status_text(answer.status)};
+  auto files = read_listing({reinterpret_cast<const char*>(answer.body.data()), answer.body.size()});
+  if (!files) return Error{Status::unsupported, files.error().what};
+  return files;
+}
+
+}  // namespace
+
+Result<std::vector<ListedEntry>> list_cache(const HttpAsk& ask, const std::string& cache_url) {
+  COPPICE_TRY(folders, list_folder(ask, folders_url(cache_url)));
+  std::vector<ListedEntry> entries;
+  for (const ListedFile& folder : folders) {
+    if (!folder.is_folder || folder.name.size() != 2) continue;
+    COPPICE_TRY(files, list_folder(ask, folder_url(cache_url, folder.name)));
+    for (const ListedFile& file : files)
+      if (!file.is_folder && is_key(file.name) && file.name.starts_with(folder.name))
+        entries.push_back({file.name, file.bytes, file.modified_s});
+  }
+  std::ranges::sort(entries, {}, &ListedEntry::key);
+  return entries;
+}
+
+}  // namespace coppice::bake

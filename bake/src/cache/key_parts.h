@@ -1,0 +1,29 @@
+#pragma once
+
+// What a bake's key is made of, part by part, so that two keys can be compared: what differs between them is why one of them was baked.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace coppice::bake {
+
+/// One thing that a bake's bytes depend on. All three are UTF-8: portable_text().
+struct KeyPart {
+  std::string kind;   ///< baker, format, option, device, name, input or file
+  std::string name;   ///< of an option or a file; empty elsewhere
+  std::string value;  ///< of an input or a file its checksum, or "missing"
+  bool operator==(const KeyPart&) const = default;
+};
+
+/// XXH3-128 of the parts in 32 hexadecimal digits. Equal keys mean equal parts, and equal parts equal bytes of the bake.
+std::string key_of(std::span<const KeyPart> parts);
+
+/// Whether a text can be a key: 32 hexadecimal digits, small letters.
+bool is_key(std::string_view text);
+
+/// The text itself where it is UTF-8, else its bytes in hexadecimal digits behind U+FFFD. No two texts give the same.
+std::string portable_text(std::string_view text);
+
+}  // namespace coppice::bake

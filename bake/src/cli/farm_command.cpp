@@ -1,0 +1,305 @@
+#include "farm_command.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <map>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "bake_cache.h"
+#include "bake_key.h"
+#include "batch_manifest.h"
+#include "farm_follow.h"
+#include "farm_run.h"
+#include "output.h"
+#include "plant_cost.h"
+#include "plant_record.h"
+#include "printable.h"
+#include "progress_bar.h"
+#include "slurm.h"
+#include "temporary_file.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where this program is, for nodes that see it there too.
+Result<fs::path> own_path() {
+  std::error_code error;
+  fs::path path = fs::read_symlink("/proc/self/exe", error);
+  if (error) return system_error("cannot tell where this program is", "/proc/self/exe", error.value());
+  return path;
+}
+
+/// Files of rules that tasks read, one for each text.
+class ClassFiles {
+ public:
+  explicit ClassFiles(fs::path folder) : folder_(std::move(folder)) {}
+  Result<fs::path> file_of(const std::vector<ClassRule>& rules) {
+    if (rules.empty()) return fs::path();
+    const std::string text = classes_text(rules);
+    const auto [found, is_new] = files_.try_emplace(text, folder_ / ("classes-" + std::to_string(files_.size()) + ".json"));
+    if (is_new) {
+      COPPICE_CHECK(write_file_atomically(found->second, bytes_of(text)));
+    }
+    return found->second;
+  }
+
+ private:
+  fs::path folder_;
+  std::map<std::string, fs::path> files_;
+};
+
+Result<FarmRun> run_of(const FarmBatch& batch, const FarmArguments& arguments, const fs::path& folder) {
+  FarmRun run;
+  run.folder = folder;
+  run.output_folder = batch.output_folder;
+  run.coppice = arguments.coppice;
+  if (run.coppice.empty()) {
+    COPPICE_CHECK(move_into(run.coppice, own_path()));
+  }
+  run.submitter = arguments.print ? Submitter::hand : Submitter::slurm;
+  run.sbatch_options = arguments.sbatch_options;
+  run.task_options = batch.task_options;
+  ClassFiles classes(folder);
+  for (const BatchPlant& plant : batch.plants) {
+    COPPICE_TRY(classes_file, classes.file_of(plant.options.import.classes));
+    COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder, classes_file));
+    run.plants.push_back(
+        {fs::absolute(plant.input).lexically_normal(), plant.output, std::move(entry), plant_cost(plant), plant.failure, false});
+  }
+  return run;
+}
+
+/// A plant that the cache has, as a task would find it; nothing where a task has to look.
+std::optional<BatchResult> load_plant(const BatchPlant& plant, const fs::path& cache) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto key = bake_key(plant.input, plant.options);
+  if (!key) return {};
+  const auto entry = load_cached(cache, *key);
+  if (!entry) return {};
+  const auto there = read_file(plant.output);
+  if (!there || *there != entry->bytes)
+    if (!make_folder_of(plant.output) || !write_file_atomically(plant.output, entry->bytes)) return {};
+  BatchResult result{BatchOutcome::cached, {},  *key, entry->source_leaves, entry->bytes.size(),
+                     entry->foliage_bytes, 0.0, 0,    entry->warnings};
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+/// Takes from the cache what is there, so that a batch that has hardly changed needs hardly a task. Nodes read inputs faster together than
+/// this machine alone: it stops after some seconds where most plants have to be baked.
+Result<void> load_plants(const FarmBatch& batch, FarmRun& run) {
+  constexpr double kSeconds = 5.0;
+  if (batch.cache.empty()) return {};
+  const auto start = std::chrono::steady_clock::now();
+  COPPICE_TRY(journal, Journal::open(submitter_journal(run.folder)));
+  std::size_t found = 0;
+  for (std::size_t plant = 0; plant < batch.plants.size(); ++plant) {
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > kSeconds && 2 * found < plant) break;
+    if (!batch.plants[plant].failure.empty()) continue;
+    const auto result = load_plant(batch.plants[plant], batch.cache);
+    if (!result) continue;
+    COPPICE_CHECK(journal.add(batch.plants[plant], *result));
+    run.plants[plant].is_cached = true;
+    ++found;
+  }
+  return {};
+}
+
+/// Plants that are given to tasks, in arrays.
+Result<void> write_plan(const FarmRun& run) {
+  std::vector<std::uint32_t> given;
+  std::vector<PlantCost> costs;
+  for (std::uint32_t plant = 0; plant < run.plants.size(); ++plant)
+    if (run.plants[plant].failure.empty() && !run.plants[plant].is_cached) {
+      given.push_back(plant);
+      costs.push_back(run.plants[plant].cost);
+    }
+  PlanOptions options;
+  if (run.submitter == Submitter::hand) options.arrays = FarmArrays::one;
+  const std::uint32_t processors = run.submitter == Submitter::slurm ? slurm_processor_count() : 0;
+  if (processors > 0) options.slots = std::max(1u, processors / processors_of_task(run.sbatch_options));
+  std::uint32_t number = 0;
+  for (FarmArray& array : plan_arrays(costs, options)) {
+    for (FarmTask& task : array.tasks)
+      for (std::uint32_t& plant : task.plants) plant = given[plant];
+    Submission submission;
+    submission.number = ++number;
+    submission.memory_bytes = array.memory_bytes;
+    submission.minutes = array.minutes;
+    submission.tasks = std::move(array.tasks);
+    if (run.submitter == Submitter::hand) submission.submitted_s = static_cast<double>(std::time(nullptr));
+    COPPICE_CHECK(write_submission(run, submission));
+  }
+  return {};
+}
+
+volatile std::sig_atomic_t interrupted = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): a signal handler's
+
+/// While it lives, Ctrl-C is a wish to leave.
+class LeaveOnInterrupt {
+ public:
+  LeaveOnInterrupt() {
+    interrupted = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &action, &before_);
+  }
+  LeaveOnInterrupt(const LeaveOnInterrupt&) = delete;
+  LeaveOnInterrupt& operator=(const LeaveOnInterrupt&) = delete;
+  ~LeaveOnInterrupt() { ::sigaction(SIGINT, &before_, nullptr); }
+
+ private:
+  struct sigaction before_ {};
+};
+
+std::string status_text(const FarmStatus& status) {
+  std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; ";
+  if (!status.note.empty()) return text + status.note;
+  text += std::to_string(status.running) + " tasks run, " + std::to_string(status.waiting) + " wait";
+  return status.running > 0 || status.waits_for.empty() ? text : text + ": " + status.waits_for;
+}
+
+Batch batch_of(const FarmRun& run, FarmResults results) {
+  Batch batch;
+  batch.output_folder = run.output_folder;
+  for (const FarmPlant& plant : run.plants) batch.plants.push_back({plant.input, plant.output, {}});
+  for (FarmPlantEnd& plant : results.plants) {
+    batch.results.push_back(std::move(plant.result));
+    batch.places.push_back({std::move(plant.node), plant.queue_seconds, plant.attempts});
+  }
+  batch.job_count = static_cast<std::uint32_t>(results.most_running);
+  batch.seconds = results.seconds;
+  batch.task_count = results.task_count;
+  batch.retried_task_count = results.retried_task_count;
+  return batch;
+}
+
+bool was_handed_over(const FarmRun& run) {
+  const auto submissions = read_submissions(run);
+  return submissions && std::ranges::any_of(*submissions, [](const Submission& submission) { return !submission.job.empty(); });
+}
+
+Result<std::vector<std::string>> jobs_of(const FarmRun& run) {
+  COPPICE_TRY(submissions, read_submissions(run));
+  std::vector<std::string> jobs;
+  for (const Submission& submission : submissions)
+    if (!submission.job.empty()) jobs.push_back(submission.job);
+  return jobs;
+}
+
+/// Two runs would bake the same plants twice.
+Result<void> refuse_second_run(const fs::path& output_folder) {
+  const auto folder = newest_run(output_folder);
+  std::error_code error;
+  if (!folder || fs::exists(report_path(*folder), error)) return {};
+  COPPICE_TRY(run, read_run(*folder));
+  if (run.submitter == Submitter::hand) return {};
+  COPPICE_TRY(submissions, read_submissions(run));
+  COPPICE_TRY(queue, ask_slurm(run, submissions, {}));
+  const bool lives = std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
+  if (!lives) return {};
+  return Error{Status::invalid_argument, "a run on the cluster has not ended; --attach takes it up, scancel ends it", Error::kNoOffset,
+               folder->string()};
+}
+
+/// Of a run that had ended before it was followed, what its report says of time.
+void take_reported(const fs::path& report, Batch& batch) {
+  const auto bytes = read_file(report);
+  if (!bytes) return;
+  const auto json = nlohmann::json::parse(bytes->begin(), bytes->end(), nullptr, false);
+  if (!json.is_object() || !json.value("seconds", nlohmann::json()).is_number() ||
+      !json.value("jobs", nlohmann::json()).is_number_unsigned())
+    return;
+  batch.seconds = json["seconds"].get<double>();
+  batch.job_count = json["jobs"].get<std::uint32_t>();
+}
+
+}  // namespace
+
+void add_farm_options(CLI::App& command, FarmArguments& arguments) {
+  command.add_flag("--slurm", arguments.slurm,
+                   "Bake on the nodes of a Slurm cluster. OUT and the inputs must be in folders that all nodes share. What follows -- are "
+                   "options of sbatch");
+  command.add_flag("--attach", arguments.attach,
+                   "Take up the newest run on a cluster in OUT, which was left with Ctrl-C or whose coppice was killed, and go on with it");
+  command.add_flag("--print", arguments.print,
+                   "With --slurm: print the script of the tasks instead of submitting it, for other schedulers; --attach then follows it");
+  command
+      .add_option("--coppice", arguments.coppice, "With --slurm: where the nodes have this program; by default where this machine has it")
+      ->type_name("PATH");
+  command.add_option("sbatch", arguments.sbatch_options, "With --slurm, after --: options of sbatch, as in -- -p long --mem 8G")
+      ->type_name("-- OPTION ...");
+}
+
+void check_farm_arguments(const FarmArguments& arguments) {
+  if (arguments.slurm && arguments.attach) throw CLI::ValidationError("--attach", "goes on with a run, --slurm starts one: not both");
+  if (arguments.slurm) return;
+  if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
+  if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");
+  if (!arguments.sbatch_options.empty())
+    throw CLI::ValidationError(arguments.sbatch_options.front(), "one input too many; options of sbatch need --slurm");
+}
+
+Result<fs::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments) {
+  if (!arguments.print) {
+    COPPICE_CHECK(refuse_second_run(batch.output_folder));
+  }
+  COPPICE_TRY(folder, make_run_folder(batch.output_folder));
+  COPPICE_TRY(run, run_of(batch, arguments, folder));
+  COPPICE_CHECK(load_plants(batch, run));
+  COPPICE_CHECK(write_plan(run));
+  COPPICE_CHECK(write_run(run));
+  return folder;
+}
+
+Result<std::string> run_script(const fs::path& run_folder) {
+  COPPICE_TRY(run, read_run(run_folder));
+  COPPICE_TRY(submissions, read_submissions(run));
+  return submissions.empty() ? std::string() : script_text(run, submissions.front());
+}
+
+Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
+  COPPICE_TRY(run, read_run(run_folder));
+  ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
+  FollowOptions options;
+  options.progress = [&bar](const FarmStatus& status) { bar.show("bake-all", status.fraction, status_text(status)); };
+  options.say = [&bar](const std::string& line) {
+    bar.clear();
+    std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
+  };
+  options.is_stopped = [] { return interrupted != 0; };
+  const LeaveOnInterrupt leave;
+  auto results = follow_run(run, options);
+  bar.clear();
+  if (!results) {
+    std::error_code error;
+    if (!was_handed_over(run) && run.submitter == Submitter::slurm) fs::remove_all(run_folder, error);
+    return results.error();
+  }
+  FollowedRun followed;
+  followed.left = results->end == FollowEnd::left;
+  followed.folder = run_folder;
+  COPPICE_CHECK(move_into(followed.jobs, jobs_of(run)));
+  followed.batch = batch_of(run, *std::move(results));
+  take_reported(report_path(run_folder), followed.batch);
+  if (!followed.left) {
+    const std::string json = batch_json(followed.batch);
+    COPPICE_CHECK(write_file_atomically(report_path(run_folder), bytes_of(json)));
+  }
+  return followed;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,58 @@
+#pragma once
+
+// bake-all on a cluster: its options, and how a batch becomes a run and a run a batch.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "batch_report.h"
+#include "result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace coppice::bake {
+
+struct FarmArguments {
+  bool slurm = false, attach = false, print = false;
+  std::filesystem::path coppice;
+  std::vector<std::string> sbatch_options;
+};
+
+/// Adds --slurm, --attach, --print, --coppice and what follows "--". `arguments` must outlive the command.
+void add_farm_options(CLI::App& command, FarmArguments& arguments);
+
+/// Throws CLI::ValidationError for options that do not go together.
+void check_farm_arguments(const FarmArguments& arguments);
+
+/// A batch for a cluster.
+struct FarmBatch {
+  std::filesystem::path output_folder;    ///< absolute
+  std::vector<BatchPlant> plants;         ///< checked, expanded
+  std::vector<std::string> task_options;  ///< of bake-all, for each task
+  std::filesystem::path cache;            ///< folder in which plants are looked for before there are tasks; empty: none
+};
+
+/// Makes a run of it. errors  io; invalid_argument: a path that JSON cannot hold, or tasks of another run still bake into this folder
+Result<std::filesystem::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments);
+
+/// The script of a run's only submission, for --print. errors  as read_run
+Result<std::string> run_script(const std::filesystem::path& run_folder);
+
+/// A run that was followed to its end, or left.
+struct FollowedRun {
+  Batch batch;
+  bool left = false;
+  std::filesystem::path folder;
+  std::vector<std::string> jobs;  ///< that Slurm has of it
+};
+
+/// Follows a run with a progress bar and lines about what is lost, until it has ended or Ctrl-C is pressed. Writes its report.json. A run
+/// that has never been handed over and cannot be is removed.
+/// errors  those of follow_run
+Result<FollowedRun> follow(const std::filesystem::path& run_folder, bool quiet);
+
+}  // namespace coppice::bake

@@ -1,0 +1,115 @@
+#include "farm_tries.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// "001-0017.…" -> 1 and 17.
+bool read_name(std::string_view name, TaskTry& made) {
+  const char* const end = name.data() + name.size();
+  const auto [dash, bad_submission] = std::from_chars(name.data(), end, made.submission);
+  if (bad_submission != std::errc() || dash == end || *dash != '-') return false;
+  const auto [dot, bad_task] = std::from_chars(dash + 1, end, made.task);
+  return bad_task == std::errc() && dot != end && *dot == '.';
+}
+
+Json small_json(const fs::path& path) {
+  constexpr std::uint64_t kMostBytes = 4096;
+  const auto bytes = read_file(path, kMostBytes);
+  return bytes ? Json::parse(bytes->begin(), bytes->end(), nullptr, false) : Json(Json::value_t::discarded);
+}
+
+std::optional<TaskTry> read_start(const fs::path& path) {
+  TaskTry made;
+  const Json json = small_json(path);
+  if (!json.is_object() || !read_name(path.filename().native(), made)) return {};
+  try {
+    made.node = json.at("node").get<std::string>();
+    made.job = json.at("job").get<std::string>();
+    made.array_job = json.at("array_job").get<std::string>();
+    made.started_s = json.at("time").get<double>();
+  } catch (const Json::exception&) {
+    return {};
+  }
+  made.log = path;
+  made.log.replace_extension(".log");
+  return made;
+}
+
+/// The journal's whole lines that have not been read yet.
+void read_journal(const fs::path& path, const std::string& name, TaskTry& of, std::vector<TriedPlant>& plants) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file.seekg(static_cast<std::streamoff>(of.read_bytes))) return;
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::size_t at = 0;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', at)) {
+    if (auto entry = journal_entry(std::string_view(text).substr(at, end - at))) plants.push_back({name, *std::move(entry)});
+    at = end + 1;
+  }
+  of.read_bytes += at;
+}
+
+}  // namespace
+
+std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
+  const fs::path folder = run_folder / "tries";
+  std::vector<fs::path> starts, journals, ends;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path extension = entry->path().extension();
+    if (extension == ".start" && !tries.contains(entry->path().stem())) starts.push_back(entry->path());
+    if (extension == ".plants") journals.push_back(entry->path());
+    if (extension == ".end") ends.push_back(entry->path());
+  }
+  for (const fs::path& path : starts)
+    if (auto made = read_start(path)) tries.emplace(path.stem(), *std::move(made));
+  // Ends before journals: whoever has ended has written all of its journal.
+  for (const fs::path& path : ends) {
+    const auto found = tries.find(path.stem());
+    if (found == tries.end() || found->second.exit_code) continue;
+    const Json json = small_json(path);
+    if (json.is_object() && json.contains("exit") && json["exit"].is_number_integer()) found->second.exit_code = json["exit"].get<int>();
+  }
+  std::ranges::sort(journals);
+  std::vector<TriedPlant> plants;
+  for (const fs::path& path : journals) {
+    const auto found = tries.find(path.stem());
+    if (found == tries.end() || found->second.is_read) continue;
+    TaskTry& of = found->second;
+    of.is_read = of.exit_code.has_value();
+    std::error_code unreadable;
+    const std::uintmax_t bytes = fs::file_size(path, unreadable);
+    if (!unreadable && bytes > of.read_bytes) read_journal(path, found->first, of, plants);
+  }
+  return plants;
+}
+
+void refresh_tries(const fs::path& run_folder) {
+  const fs::path path = run_folder / "tries" / "refresh";
+  std::ofstream(path).close();
+  std::error_code gone;
+  fs::remove(path, gone);
+}
+
+std::string tail_of(const fs::path& file, std::uint64_t most_bytes) {
+  auto bytes = read_file(file);
+  if (!bytes) return {};
+  const std::size_t count = std::min<std::size_t>(bytes->size(), most_bytes);
+  return {bytes->end() - static_cast<std::ptrdiff_t>(count), bytes->end()};
+}
+
+}  // namespace coppice::bake

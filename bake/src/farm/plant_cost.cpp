@@ -1,0 +1,125 @@
+#include "plant_cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "gltf_references.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::uint64_t kMostJsonBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 40;  // what a damaged file claims does not overflow
+
+std::uint64_t bytes_of_file(const fs::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(path, error);
+  return error ? 0 : bytes;
+}
+
+/// The JSON of a .gltf or .glb; discarded where there is none.
+Json document_of(const fs::path& path) {
+  constexpr std::uint64_t kHeadBytes = 20;  // header of the file and of its first chunk
+  auto head = read_file(path, kHeadBytes);
+  if (!head || head->size() < 2) return Json::value_t::discarded;
+  const bool is_binary = head->size() == kHeadBytes && std::memcmp(head->data(), "glTF", 4) == 0;
+  std::uint32_t json_bytes = 0;
+  if (is_binary) std::memcpy(&json_bytes, head->data() + 12, sizeof json_bytes);
+  const std::uint64_t skipped = is_binary ? kHeadBytes : 0;
+  const auto text = read_file(path, is_binary ? std::min(kMostJsonBytes, skipped + json_bytes) : kMostJsonBytes);
+  if (!text || text->size() < skipped) return Json::value_t::discarded;
+  return Json::parse(text->begin() + static_cast<std::ptrdiff_t>(skipped), text->end(), nullptr, false);
+}
+
+/// A member of an object, or an entry of an array; null where there is none.
+const Json& member(const Json& parent, const char* key) {
+  static const Json null;
+  if (!parent.is_object()) return null;
+  const auto found = parent.find(key);
+  return found == parent.end() ? null : *found;
+}
+
+const Json& entry(const Json& list, const Json& index) {
+  static const Json null;
+  return list.is_array() && index.is_number_unsigned() && index.get<std::size_t>() < list.size() ? list[index.get<std::size_t>()] : null;
+}
+
+std::uint64_t count_of(const Json& accessor) {
+  const Json& count = member(accessor, "count");
+  return count.is_number_unsigned() ? std::min(count.get<std::uint64_t>(), kMostTriangles) : 0;
+}
+
+std::uint64_t triangles_of_mesh(const Json& document, const Json& mesh) {
+  const Json &accessors = member(document, "accessors"), &primitives = member(mesh, "primitives");
+  std::uint64_t triangles = 0;
+  for (const Json& primitive : primitives.is_array() ? primitives : Json::array()) {
+    const Json& mode = member(primitive, "mode");
+    if (mode.is_number_unsigned() && mode.get<std::uint64_t>() < 4) continue;  // points and lines
+    const Json& indices = entry(accessors, member(primitive, "indices"));
+    const Json& corners = indices.is_object() ? indices : entry(accessors, member(member(primitive, "attributes"), "POSITION"));
+    triangles = std::min(kMostTriangles, triangles + count_of(corners) / 3);
+  }
+  return triangles;
+}
+
+/// How many times a node shows its mesh.
+std::uint64_t instances_of_node(const Json& document, const Json& node) {
+  const Json& attributes = member(member(member(node, "extensions"), "EXT_mesh_gpu_instancing"), "attributes");
+  if (!attributes.is_object() || attributes.empty()) return 1;
+  return std::max<std::uint64_t>(1, count_of(entry(member(document, "accessors"), *attributes.begin())));
+}
+
+std::uint64_t triangles_of(const Json& document) {
+  const Json &meshes = member(document, "meshes"), &nodes = member(document, "nodes");
+  std::uint64_t triangles = 0;
+  for (const Json& node : nodes.is_array() ? nodes : Json::array()) {
+    const std::uint64_t once = triangles_of_mesh(document, entry(meshes, member(node, "mesh")));
+    const std::uint64_t instances = std::min(instances_of_node(document, node), kMostTriangles / std::max<std::uint64_t>(1, once));
+    triangles = std::min(kMostTriangles, triangles + once * instances);
+  }
+  return triangles;
+}
+
+}  // namespace
+
+InputCounts count_input(const BatchPlant& plant) {
+  InputCounts counts;
+  counts.bytes = bytes_of_file(plant.input);
+  const Json document = document_of(plant.input);
+  if (!document.is_object()) return counts;
+  counts.triangles = triangles_of(document);
+  for (const GltfReference& reference : find_references(document)) {
+    const auto file = resolve_reference(plant.input.parent_path(), reference.uri, reference.place(), plant.options.import.outside_files);
+    if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);
+  }
+  return counts;
+}
+
+PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options) {
+  // A collapse looks at the plant from all views, at every step: its time goes by their pixels, and hardly by what they show, because
+  // plants whose leaves overlap more are looked at in smaller views. The rest goes by triangles and bytes.
+  constexpr double kSecondsOnce = 4.0, kSecondsPerMegapixel = 6.0, kSecondsPerMillionTriangles = 50.0, kMemoryOnce = 60e6,
+                   kMemoryPerInputByte = 12.0, kMemoryPerViewPixel = 60.0, kMemoryPerTriangle = 400.0;
+  const std::uint32_t views = options.view_count > 0 ? options.view_count : metric_view_count(options.metric, 0);
+  const double pixels = static_cast<double>(views) * options.collapse.resolution_px * options.collapse.resolution_px;
+  const double triangles = static_cast<double>(counts.triangles), bytes = static_cast<double>(counts.bytes);
+  const double seconds = kSecondsOnce + kSecondsPerMegapixel * pixels / 1e6 + kSecondsPerMillionTriangles * triangles / 1e6;
+  const double memory = kMemoryOnce + kMemoryPerInputByte * bytes + kMemoryPerViewPixel * pixels + kMemoryPerTriangle * triangles;
+  return {static_cast<std::uint64_t>(1000.0 * seconds), static_cast<std::uint64_t>(memory)};
+}
+
+PlantCost plant_cost(const BatchPlant& plant) {
+  return plant_cost(count_input(plant), plant.options);
+}
+
+}  // namespace coppice::bake

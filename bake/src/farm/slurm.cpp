@@ -1,0 +1,98 @@
+#include "slurm.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <sstream>
+#include <string_view>
+
+#include "child_program.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr double kMostSeconds = 90.0;  // clients of Slurm ask again by themselves for about a minute
+
+/// Nothing here can do without Slurm's programs.
+Error without_slurm(const Error& error) {
+  return Error{Status::unsupported, error.what, Error::kNoOffset,
+               error.detail + ": a machine that submits needs Slurm's client programs (Debian: slurm-client), and its slurm.conf"};
+}
+
+std::string without_newlines_at_end(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+bool is_live_state(std::string_view state) {
+  constexpr std::array<std::string_view, 13> kLive{"PENDING",   "RUNNING",  "SUSPENDED",    "COMPLETING",   "CONFIGURING",
+                                                   "RESIZING",  "REQUEUED", "REQUEUE_FED",  "REQUEUE_HOLD", "SIGNALING",
+                                                   "STAGE_OUT", "STOPPED",  "RESV_DEL_HOLD"};
+  return std::ranges::find(kLive, state) != kLive.end();
+}
+
+bool read_number(std::string_view text, std::uint32_t& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submission, const std::function<bool()>& waiting) {
+  std::vector<std::string> words{"sbatch", "--parsable"};
+  words.insert(words.end(), run.sbatch_options.begin(), run.sbatch_options.end());
+  words.push_back(script_path(run, submission).string());
+  const auto end = run_program(words, kMostSeconds, waiting);
+  if (!end) return without_slurm(end.error());
+  // "123" or "123;cluster"
+  const std::string job = end->out.substr(0, end->out.find_first_of(";\n"));
+  if (end->exit_code == 0 && !job.empty()) return job;
+  const std::string said = without_newlines_at_end(end->err + end->out);
+  return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, said.empty() ? "it does not answer" : said};
+}
+
+bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue) {
+  std::array<std::string, 6> fields;
+  std::istringstream text(line);
+  for (std::string& field : fields)
+    if (!std::getline(text, field, '|')) return false;
+  const std::string start = "coppice-" + run.folder.filename().string() + "-";
+  std::uint32_t submission = 0, task = 0;
+  if (!fields[4].starts_with(start) || !read_number(std::string_view(fields[4]).substr(start.size()), submission)) return false;
+  if (!read_number(fields[1], task)) return false;
+  QueuedTask queued{
+      fields[0], fields[2], fields[3], fields[5], is_live_state(fields[2]), fields[2] == "RUNNING" || fields[2] == "COMPLETING"};
+  // A submission that was made twice has two tasks of a number: the one that lives counts.
+  QueuedTask& there = queue[{submission, task}];
+  if (!there.is_live || queued.is_live) there = std::move(queued);
+  return true;
+}
+
+Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submissions, const std::function<bool()>& waiting) {
+  std::string names;
+  for (const Submission& submission : submissions) names += (names.empty() ? "" : ",") + job_name(run, submission);
+  const auto end = run_program(
+      {"squeue", "--noheader", "--array", "--all", "--states=all", "--name=" + names, "--format=%F|%K|%T|%N|%j|%r"}, kMostSeconds, waiting);
+  if (!end) return without_slurm(end.error());
+  if (end->exit_code != 0)
+    return Error{Status::io, "Slurm's controller does not answer", Error::kNoOffset, without_newlines_at_end(end->err)};
+  Queue queue;
+  std::istringstream lines(end->out);
+  for (std::string line; std::getline(lines, line);) static_cast<void>(read_queue_line(line, run, queue));
+  return queue;
+}
+
+std::uint32_t slurm_processor_count() {
+  const auto end = run_program({"sinfo", "--noheader", "--format=%C"}, kMostSeconds);
+  if (!end || end->exit_code != 0) return 0;
+  // "allocated/idle/other/total"
+  std::array<std::uint32_t, 2> up{};
+  std::istringstream text(end->out);
+  for (std::uint32_t& count : up) {
+    std::string field;
+    if (!std::getline(text, field, '/') || !read_number(field, count)) return 0;
+  }
+  return up[0] + up[1];
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,448 @@
+// A cache on a server: a server of ours that does wrong on purpose, and nginx as bake/README.md sets it up. What a cache may cost is
+// measured elsewhere (tests/bench/results); here a fault must neither fail a plant nor hang.
+
+#include <sys/mount.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "bake_cache.h"
+#include "cache_courier.h"
+#include "cache_index.h"
+#include "cache_server.h"
+#include "documents.h"
+#include "gltf_builder.h"
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::bake::CacheCourier;
+using coppice::bake::CachedBake;
+using coppice::bake::CacheReport;
+using coppice::test::FaultyServer;
+using coppice::test::Nginx;
+using coppice::test::ProcessResult;
+using coppice::test::ServerFaults;
+using coppice::test::TemporaryFolder;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::size_t count_of(const std::vector<std::string>& lines, const std::string& begin) {
+  return static_cast<std::size_t>(std::ranges::count_if(lines, [&](const std::string& line) { return line.starts_with(begin); }));
+}
+
+/// What a folder has below it but caches, by its path there.
+std::map<std::string, std::string> outputs(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (entry.is_regular_file() && !name.starts_with(".coppice-cache")) files[name] = read_text(entry.path());
+  }
+  return files;
+}
+
+// The cache's process alone, with entries that nobody baked. It is forked: before anything here starts a thread.
+
+CachedBake some_entry(std::size_t number) {
+  CachedBake entry;
+  entry.bytes.assign(1000 + number, static_cast<std::uint8_t>(number));
+  entry.parts = {{"name", "", std::to_string(number)}};
+  return entry;
+}
+
+std::string key_of_entry(std::size_t number) {
+  return coppice::bake::key_of(some_entry(number).parts);
+}
+
+class Courier : public testing::Test {
+ protected:
+  /// A folder that has entries 0 .. count - 1.
+  void store(std::size_t count) {
+    fs::create_directories(local_);
+    for (std::size_t i = 0; i < count; ++i) ASSERT_TRUE(coppice::bake::store_cached(local_, key_of_entry(i), some_entry(i)));
+  }
+  CacheCourier start(const std::string& url, coppice::bake::CacheMode mode = coppice::bake::CacheMode::read_write) {
+    auto courier = CacheCourier::start({url, {}, mode, local_, 2});
+    if (!courier) throw std::runtime_error(courier.error().message());
+    return *std::move(courier);
+  }
+  CacheReport send(const std::string& url, std::size_t count) {
+    CacheCourier courier = start(url);
+    for (std::size_t i = 0; i < count; ++i) courier.line().offer(key_of_entry(i));
+    return courier.finish();
+  }
+
+  CacheReport report_;
+  TemporaryFolder folder_;
+  fs::path local_ = folder_ / "local", objects_ = folder_ / "objects";
+};
+
+TEST_F(Courier, OneOfAHundredEntriesPoisonedIsNoticedAndReplaced) {
+  constexpr std::size_t kCount = 200;
+  store(kCount);
+  const FaultyServer server(objects_);
+  // Short of time not all may be sent at once; what is left is sent the next time.
+  for (int i = 0; i < 20 && send(server.url(), kCount).unsent > 0; ++i) {
+  }
+  for (const std::size_t poisoned : {17u, 117u}) {
+    const fs::path object = objects_ / coppice::bake::entry_url("", key_of_entry(poisoned)).substr(1);
+    std::string bytes = read_text(object);
+    ASSERT_FALSE(bytes.empty());
+    bytes[bytes.size() / 2] ^= 4;
+    write_text(object, bytes);
+  }
+  const auto fetch_all = [&] {
+    CacheCourier courier = start(server.url());
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const auto bundle = courier.line().fetch(key_of_entry(i));
+      EXPECT_TRUE(bundle) << i;
+      const auto entry = bundle ? coppice::bake::read_bundle(*bundle, key_of_entry(i)) : coppice::Error{};
+      EXPECT_EQ(!entry, bundle && i % 100 == 17 && report_.found == 0) << i;
+      if (entry) {
+        EXPECT_EQ(entry->bytes, some_entry(i).bytes);
+        continue;
+      }
+      courier.line().found_damaged(key_of_entry(i));
+      courier.line().offer(key_of_entry(i));
+    }
+    report_ = courier.finish();
+  };
+  fetch_all();
+  EXPECT_EQ(report_.found, kCount - 2);
+  EXPECT_EQ(report_.damaged, 2u);
+  EXPECT_EQ(report_.sent, 2u);
+  EXPECT_EQ(report_.unasked, 0u);
+  fetch_all();
+  EXPECT_EQ(report_.found, kCount);
+  EXPECT_EQ(report_.damaged, 0u);
+  EXPECT_EQ(report_.sent, 0u);
+}
+
+TEST_F(Courier, AsksOneQuestionWhereTheCacheHasAll) {
+  store(20);
+  const FaultyServer server(objects_);
+  ASSERT_EQ(send(server.url(), 20).sent, 20u);
+  const std::size_t before = server.requests().size();
+  const CacheReport again = send(server.url(), 20);
+  EXPECT_EQ(again.requests, 1u);
+  EXPECT_EQ(again.sent + again.unsent, 0u);
+  EXPECT_EQ(server.requests().size(), before + 1);
+  EXPECT_EQ(server.requests().back(), "GET /v1/index");
+}
+
+TEST_F(Courier, TheIndexIsAHint) {
+  store(6);
+  const FaultyServer server(objects_);
+  ASSERT_EQ(send(server.url(), 4).sent, 4u);
+  const fs::path index = objects_ / "v1" / "index";
+  // One that it names is gone; one that is there it lacks; then it is damaged; then it is gone.
+  fs::remove(objects_ / coppice::bake::entry_url("", key_of_entry(0)).substr(1));
+  coppice::bake::CacheIndex lacking;
+  for (const std::size_t named : {0u, 1u, 2u}) lacking[key_of_entry(named)] = 1;
+  for (const std::string& text : {coppice::bake::index_text(lacking), std::string("damaged"), std::string()}) {
+    write_text(index, text);
+    if (text.empty()) fs::remove(index);
+    CacheCourier courier = start(server.url(), coppice::bake::CacheMode::read);
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(courier.line().fetch(key_of_entry(i)).has_value(), i >= 1 && i <= 3) << text << i;
+    const CacheReport report = courier.finish();
+    EXPECT_EQ(report.found, 3u);
+    EXPECT_EQ(report.lacking, 2u);
+    EXPECT_EQ(report.unasked + report.unsent, 0u);
+    EXPECT_EQ(report.trouble.empty(), text != "damaged") << report.trouble;
+  }
+  // Whoever may write makes it right: with what it sent, and with what it found there.
+  CacheCourier courier = start(server.url());
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(0)));
+  EXPECT_TRUE(courier.line().fetch(key_of_entry(1)));
+  for (const std::size_t offered : {0u, 2u, 5u}) courier.line().offer(key_of_entry(offered));
+  EXPECT_EQ(courier.finish().sent, 2u) << "2 is there";
+  const auto made = coppice::bake::read_index(read_text(index));
+  ASSERT_TRUE(made);
+  for (const std::size_t named : {0u, 1u, 2u, 5u}) EXPECT_TRUE(made->contains(key_of_entry(named))) << named;
+}
+
+TEST_F(Courier, WhatIsReadIsNotWritten) {
+  store(2);
+  const FaultyServer server(objects_);
+  CacheCourier courier = start(server.url(), coppice::bake::CacheMode::read);
+  courier.line().offer(key_of_entry(0));
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(0)));
+  EXPECT_EQ(courier.finish().sent, 0u);
+  EXPECT_EQ(count_of(server.requests(), "PUT"), 0u);
+}
+
+// The tool.
+
+/// Small plants that bake in a moment.
+class CacheServer : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (int scale = 1; scale <= 3; ++scale) {
+      coppice::test::GltfBuilder builder = coppice::test::small_plant();
+      builder.json["nodes"][0]["scale"] = {scale, scale, scale};
+      const fs::path plant = plants_ / ("plant" + std::to_string(scale) + ".glb");
+      fs::create_directories(plants_);
+      coppice::test::write_file(plant, builder.glb());
+    }
+  }
+  /// A batch of its own, as on another machine.
+  ProcessResult bake_all(const std::string& out, std::vector<std::string> more, const std::vector<std::string>& environment = {}) {
+    std::vector<std::string> arguments{"bake-all",     plants_,
+                                       "-o",           folder_ / out.c_str(),
+                                       "--views",      "2",
+                                       "--resolution", "16",
+                                       "--report",     folder_ / (out + ".json").c_str()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    coppice::test::ProcessOptions options;
+    options.environment = environment;
+    return coppice::test::run_process(COPPICE_TOOL, arguments, options);
+  }
+  nlohmann::json report(const std::string& out) { return nlohmann::json::parse(read_text(folder_ / (out + ".json").c_str())); }
+  /// What all plants are without any cache.
+  std::map<std::string, std::string> expected() {
+    EXPECT_EQ(bake_all("expected", {"--no-cache"}).exit_code, 0);
+    EXPECT_FALSE(fs::exists(folder_ / "expected" / ".coppice-cache"));
+    return outputs(folder_ / "expected");
+  }
+  ProcessResult cache(std::vector<std::string> arguments, const std::vector<std::string>& environment = {}) {
+    arguments.insert(arguments.begin(), "cache");
+    coppice::test::ProcessOptions options;
+    options.environment = environment;
+    return coppice::test::run_process(COPPICE_TOOL, arguments, options);
+  }
+
+  TemporaryFolder folder_;
+  fs::path plants_ = folder_ / "plants";
+};
+
+struct Fault {
+  const char* name;
+  ServerFaults faults;
+  bool is_filled;     ///< by a batch that meets no fault
+  const char* says;   ///< part of the one line
+  std::size_t baked;  ///< of three
+};
+
+TEST_F(CacheServer, NoFaultOfACacheFailsAPlant) {
+  const auto plants = expected();
+  const std::vector<Fault> all = {
+      {"503", {.get_status = 503, .put_status = 503}, false, "503 (service unavailable)", 3},
+      {"403", {.get_status = 403, .put_status = 403}, false, "403 (forbidden)", 3},
+      {"401", {.get_status = 401, .put_status = 401}, false, "COPPICE_CACHE_CREDENTIALS", 3},
+      {"404", {.get_status = 404, .put_status = 404}, false, "404 (not found)", 3},
+      {"moved", {.get_status = 301, .put_status = 301}, false, "name the address", 3},
+      {"read only", {.put_status = 403}, false, "403 (forbidden)", 3},
+      {"full", {.put_status = 507}, false, "507 (no room left)", 3},
+      {"too large", {.put_status = 413}, false, "client_max_body_size", 3},
+      {"half bodies", {.half_bodies = true}, true, "not looked up", 3},
+      {"wrong bytes", {.wrong_bytes = true}, true, "entries were damaged", 3},
+      {"slow", {.delay_s = 20.0}, true, "no answer in 1.5 s", 3},
+  };
+  for (const Fault& fault : all) {
+    const fs::path objects = folder_ / (std::string("objects of ") + fault.name).c_str();
+    if (fault.is_filled) {
+      const FaultyServer server(objects);
+      ASSERT_EQ(bake_all(std::string("filling ") + fault.name, {"--cache", server.url()}).exit_code, 0);
+    }
+    const FaultyServer server(objects, fault.faults);
+    const ProcessResult result = bake_all(fault.name, {"--cache", server.url()});
+    EXPECT_LT(report(fault.name)["cache"]["lost_seconds"], 10.0) << fault.name;
+    EXPECT_EQ(result.exit_code, 0) << fault.name << result.err;
+    EXPECT_EQ(outputs(folder_ / fault.name), plants) << fault.name;
+    EXPECT_EQ(report(fault.name)["baked"], fault.baked) << fault.name;
+    EXPECT_NE(result.err.find(fault.says), std::string::npos) << fault.name << ": " << result.err;
+    const std::string line = "warning: cache " + server.url();
+    EXPECT_NE(result.err.find(line), std::string::npos) << fault.name << ": " << result.err;
+    EXPECT_EQ(result.err.find(line), result.err.rfind(line)) << fault.name << ": " << result.err;
+  }
+}
+
+TEST_F(CacheServer, NobodyListeningFailsNoPlant) {
+  const auto plants = expected();
+  const std::string url = coppice::test::dead_url();
+  const ProcessResult result = bake_all("dead", {"--cache", url});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(outputs(folder_ / "dead"), plants);
+  EXPECT_NE(result.err.find("warning: cache " + url), std::string::npos) << result.err;
+  EXPECT_EQ(report("dead")["cache"]["unasked"], 3);
+  EXPECT_EQ(report("dead")["cache"]["unsent"], 3);
+}
+
+TEST_F(CacheServer, AFullFolderFailsNoPlant) {
+  const fs::path full = folder_ / "full";
+  fs::create_directories(full);
+  if (::mount("coppice-test", full.c_str(), "tmpfs", 0, "size=4k") != 0) GTEST_SKIP() << "no tmpfs may be mounted here";
+  const ProcessResult result = bake_all("out", {"--cache", full});
+  const std::size_t files = static_cast<std::size_t>(std::distance(fs::directory_iterator(full), {}));
+  EXPECT_EQ(::umount(full.c_str()), 0);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(outputs(folder_ / "out"), expected());
+  EXPECT_NE(result.err.find("No space left on device"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("3 results were not kept in it"), std::string::npos) << result.err;
+  EXPECT_EQ(files, 0u) << "halves";
+}
+
+TEST_F(CacheServer, AFolderIsSharedOrOnlyRead) {
+  const fs::path shared = folder_ / "shared";
+  ASSERT_EQ(bake_all("one", {"--cache", shared}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "one" / ".coppice-cache"));
+  EXPECT_NE(bake_all("two", {}, {"COPPICE_CACHE=" + shared.string()}).out.find("0 baked, 3 cached"), std::string::npos);
+  EXPECT_NE(bake_all("three", {"--cache", shared, "--cache-mode", "read"}).out.find("0 baked, 3 cached"), std::string::npos);
+  const auto before = std::distance(fs::directory_iterator(shared), {});
+  EXPECT_NE(bake_all("four", {"--cache", shared, "--cache-mode", "read", "--metric", "mi"}).out.find("3 baked"), std::string::npos);
+  EXPECT_EQ(std::distance(fs::directory_iterator(shared), {}), before);
+  EXPECT_TRUE(fs::exists(folder_ / "four" / ".coppice-cache"));
+  // One that cannot be made is a warning, and the folder beside the outputs serves.
+  write_text(folder_ / "file", "");
+  const ProcessResult none = bake_all("five", {"--cache", folder_ / "file" / "cache"});
+  EXPECT_EQ(none.exit_code, 0) << none.err;
+  EXPECT_NE(none.err.find("was used instead"), std::string::npos) << none.err;
+  EXPECT_TRUE(fs::exists(folder_ / "five" / ".coppice-cache"));
+}
+
+TEST_F(CacheServer, ExplainSaysWhatDiffers) {
+  EXPECT_NE(bake_all("out", {"--explain"}).out.find("plant1: baked because the cache has no entry of this plant\n"), std::string::npos);
+  coppice::test::GltfBuilder builder = coppice::test::small_plant();
+  builder.json["nodes"][0]["scale"] = {7, 7, 7};
+  coppice::test::write_file(plants_ / "plant2.glb", builder.glb());
+  const ProcessResult changed = bake_all("out", {"--explain"});
+  EXPECT_NE(changed.out.find("plant2: baked because the input's bytes differ\n"), std::string::npos) << changed.out;
+  EXPECT_EQ(changed.out.find("plant1: baked"), std::string::npos) << changed.out;
+  EXPECT_EQ(report("out")["plants"][1]["because"], nlohmann::json::array({"the input's bytes differ"}));
+  EXPECT_EQ(report("out")["plants"][0]["because"], nlohmann::json::array());
+  const ProcessResult option = bake_all("out", {"--explain", "--metric", "mi"});
+  EXPECT_NE(option.out.find("plant3: baked because option metric: mi, was default\n"), std::string::npos) << option.out;
+}
+
+TEST_F(CacheServer, ExplainComparesWithWhatIsOnTheServerToo) {
+  const FaultyServer server(folder_ / "objects");
+  ASSERT_EQ(bake_all("one", {"--cache", server.url()}).exit_code, 0);
+  const ProcessResult other = bake_all("two", {"--cache", server.url(), "--explain", "--textures", "rgba8"});
+  EXPECT_NE(other.out.find("plant1: baked because option textures: rgba8, was bc\n"), std::string::npos) << other.out << other.err;
+}
+
+TEST_F(CacheServer, SecretsInAnAddressAreRefusedAndNotRepeated) {
+  for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame"}) {
+    for (const ProcessResult& result : {bake_all("out", {}, {"COPPICE_CACHE=" + where}), cache({"stats", where})}) {
+      EXPECT_EQ(result.exit_code, 1);
+      EXPECT_EQ((result.out + result.err).find("sesame"), std::string::npos) << result.err;
+      EXPECT_NE(result.err.find("host"), std::string::npos) << result.err;
+    }
+  }
+}
+
+/// The server block of bake/README.md, with what stands for a studio's network changed to everybody.
+std::string server_block() {
+  const std::string readme = coppice::test::source_text("bake/README.md"), fence = "```nginx\n";
+  const std::size_t at = readme.find(fence);
+  if (at == std::string::npos) return {};
+  return std::regex_replace(readme.substr(at + fence.size(), readme.find("```", at + fence.size()) - at - fence.size()),
+                            std::regex(R"(allow [0-9./]+;)"), "allow 127.0.0.1;");
+}
+
+class NginxCache : public CacheServer {
+ protected:
+  void SetUp() override {
+    if (!Nginx::is_there()) GTEST_SKIP() << "/usr/sbin/nginx is missing: Debian's package nginx";
+    CacheServer::SetUp();
+  }
+};
+
+TEST_F(NginxCache, IsFilledByOneMachineAndReadByOthers) {
+  const Nginx nginx(folder_ / "nginx", server_block());
+  const std::string url = nginx.url() + "/plants";
+  const ProcessResult first = bake_all("one", {"--cache", url});
+  EXPECT_EQ(first.exit_code, 0);
+  EXPECT_EQ(first.err, "");
+  EXPECT_EQ(report("one")["cache"]["sent"], 3);
+  EXPECT_NE(bake_all("two", {}, {"COPPICE_CACHE=" + url + "/"}).out.find("0 baked, 3 cached"), std::string::npos);
+  EXPECT_EQ(report("two")["cache"]["found"], 3);
+  EXPECT_EQ(outputs(folder_ / "one"), outputs(folder_ / "two"));
+  EXPECT_EQ(bake_all("two", {"--cache", url}).err, "");
+  EXPECT_EQ(report("two")["cache"]["requests"], 1) << "all is there: one question";
+  // Lost, the index comes back from nginx's listings, with entries that the batch does not know.
+  fs::remove(nginx.root() / "plants" / "v1" / "index");
+  fs::remove(plants_ / "plant1.glb");
+  EXPECT_EQ(bake_all("three", {"--cache", url}).exit_code, 0);
+  const auto index = coppice::bake::read_index(read_text(nginx.root() / "plants" / "v1" / "index"));
+  ASSERT_TRUE(index);
+  EXPECT_EQ(index->size(), 3u);
+}
+
+TEST_F(NginxCache, IsLookedAfterByTheTool) {
+  const Nginx nginx(folder_ / "nginx", server_block());
+  ASSERT_EQ(bake_all("one", {"--cache", nginx.url()}).exit_code, 0);
+  const auto stats = nlohmann::json::parse(cache({"stats", "--json", nginx.url()}).out);
+  EXPECT_EQ(stats["entries"], 3);
+  EXPECT_EQ(stats["unindexed"], 0);
+  EXPECT_EQ(cache({"verify", nginx.url()}).exit_code, 0);
+  const std::string key = report("one")["plants"][0]["key"];
+  write_text(nginx.root() / coppice::bake::entry_url("", key).substr(1), "poison");
+  const ProcessResult damaged = cache({"verify"}, {"COPPICE_CACHE=" + nginx.url()});
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_NE(damaged.out.find(key + ": damaged\n"), std::string::npos) << damaged.out;
+  EXPECT_EQ(cache({"verify", "--remove-damaged", nginx.url()}).exit_code, 0);
+  EXPECT_EQ(nlohmann::json::parse(cache({"stats", "--json", nginx.url()}).out)["entries"], 2);
+  fs::remove(nginx.root() / "v1" / "index");
+  EXPECT_NE(cache({"stats", nginx.url()}).out.find("no index"), std::string::npos);
+  EXPECT_EQ(cache({"index", nginx.url()}).out, "the index has 2 entries\n");
+  const auto pruned = nlohmann::json::parse(cache({"prune", "--max-gb", "0", "--json", nginx.url()}).out);
+  EXPECT_EQ(pruned["removed_entries"], 2);
+  EXPECT_EQ(nlohmann::json::parse(cache({"stats", "--json", nginx.url()}).out)["entries"], 0);
+  EXPECT_EQ(cache({"prune", nginx.url()}).exit_code, 2) << "how much?";
+}
+
+TEST_F(NginxCache, WhatAServerDoesNotAllowIsSaid) {
+  std::string block = server_block();
+  for (const std::string word : {"PUT DELETE", "autoindex on"})
+    block = std::regex_replace(block, std::regex(word), word == "autoindex on" ? "autoindex off" : "PUT");
+  const Nginx nginx(folder_ / "nginx", block);
+  ASSERT_EQ(bake_all("one", {"--cache", nginx.url()}).exit_code, 0);
+  const ProcessResult listed = cache({"stats", nginx.url()});
+  EXPECT_EQ(listed.exit_code, 1);
+  EXPECT_NE(listed.err.find("autoindex_format json"), std::string::npos) << listed.err;
+  EXPECT_NE(bake_all("two", {"--cache", nginx.url()}).out.find("3 cached"), std::string::npos);
+}
+
+TEST_F(NginxCache, TakesCredentialsOfTheEnvironmentAndOfNetrc) {
+  write_text(folder_ / "passwords", "ann:{PLAIN}sesame\n");
+  const std::string block =
+      std::regex_replace(server_block(), std::regex(R"(location / \{)"),
+                         "location / { auth_basic plants; auth_basic_user_file " + (folder_ / "passwords").string() + ";");
+  const Nginx nginx(folder_ / "nginx", block);
+  const ProcessResult without = bake_all("none", {"--cache", nginx.url()}, {"HOME=" + folder_.path().string()});
+  EXPECT_EQ(without.exit_code, 0);
+  EXPECT_NE(without.err.find("401"), std::string::npos) << without.err;
+  const ProcessResult sent = bake_all("one", {"--cache", nginx.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:sesame"});
+  EXPECT_EQ(sent.err, "");
+  EXPECT_EQ(report("one")["cache"]["sent"], 3);
+  write_text(folder_ / ".netrc", "machine 127.0.0.1 login ann password sesame\n");
+  const ProcessResult found = bake_all("two", {"--cache", nginx.url()}, {"HOME=" + folder_.path().string()});
+  EXPECT_NE(found.out.find("0 baked, 3 cached"), std::string::npos) << found.out << found.err;
+  const ProcessResult wrong = bake_all("three", {"--cache", nginx.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:opensesame"});
+  EXPECT_NE(wrong.err.find("401"), std::string::npos) << wrong.err;
+  for (const ProcessResult* result : {&without, &sent, &found, &wrong})
+    EXPECT_EQ((result->out + result->err).find("sesame"), std::string::npos) << result->out << result->err;
+  for (const char* name : {"none", "one", "two", "three"}) EXPECT_EQ(report(name).dump().find("sesame"), std::string::npos);
+}
+
+}  // namespace

@@ -1,0 +1,74 @@
+// One plant, one file: whatever the processor that bakes, and however many there are. Other processors are played by what glibc and
+// libjpeg-turbo take from the environment, and by QEMU (Debian: qemu-user) where it is installed.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "process.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::ProcessOptions;
+using coppice::test::ProcessResult;
+using coppice::test::program_on_path;
+using coppice::test::run_process;
+using coppice::test::TemporaryFolder;
+
+constexpr const char* kNoVectors = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX2,-AVX,-FMA,-FMA4,-SSE4_1,-SSE4_2,-SSSE3,-BMI2";
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The program's words, after those of another program that runs it.
+ProcessResult run(std::vector<std::string> words, const std::vector<std::string>& arguments, const ProcessOptions& options) {
+  words.emplace_back(COPPICE_TOOL);
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return run_process(words.front(), {words.begin() + 1, words.end()}, options);
+}
+
+class SameBytes : public testing::Test {
+ protected:
+  /// What plant and bake write, run by a program, in an environment.
+  std::string bake(const std::vector<std::string>& runner = {}, const std::vector<std::string>& environment = {}) {
+    ProcessOptions options;
+    options.environment = environment;
+    const fs::path plant = folder_ / "hazel.glb", baked = folder_ / "hazel.coppice";
+    fs::remove(plant);
+    fs::remove(baked);
+    const ProcessResult grown = run(runner, {"plant", "corylus", "-o", plant}, options);
+    EXPECT_EQ(grown.exit_code, 0) << grown.err;
+    const ProcessResult result = run(runner, {"bake", plant, "-o", baked, "--quiet", "--views", "5", "--resolution", "48"}, options);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read_text(plant) + read_text(baked);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SameBytes, WithoutFusedOperationsAndVectors) {
+  const std::string here = bake();
+  EXPECT_GT(here.size(), 100'000u);
+  EXPECT_TRUE(bake({}, {kNoVectors, "JSIMD_FORCENONE=1"}) == here);
+}
+
+TEST_F(SameBytes, OnOneProcessor) {
+  const fs::path taskset = program_on_path("taskset");
+  if (taskset.empty()) GTEST_SKIP() << "no taskset";
+  EXPECT_TRUE(bake({taskset, "1"}) == bake());
+}
+
+TEST_F(SameBytes, OnAProcessorOf2008) {
+  const fs::path qemu = program_on_path("qemu-x86_64");
+  if (qemu.empty()) GTEST_SKIP() << "no qemu-x86_64: third_party/install --optional installs qemu-user";
+  EXPECT_TRUE(bake({qemu, "-cpu", "Nehalem"}) == bake());
+}
+
+}  // namespace

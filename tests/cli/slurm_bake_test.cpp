@@ -1,0 +1,403 @@
+// coppice bake-all --slurm on a real Slurm: the same files as on one machine, whatever dies on the way. Needs Debian's slurm-wlm and munge.
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <sys/stat.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "documents.h"
+#include "gltf_builder.h"
+#include "process.h"
+#include "slurm_cluster.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::BackgroundProcess;
+using coppice::test::ProcessOptions;
+using coppice::test::ProcessResult;
+using coppice::test::run_process;
+using coppice::test::SlurmCluster;
+using coppice::test::TemporaryFolder;
+
+constexpr std::size_t kHazels = 8;
+/// About a second a plant on a processor of its own: long enough to be cut short.
+const std::vector<std::string> kQuick = {"--views", "8", "--resolution", "96", "--candidates", "4"};
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+/// Every .coppice below a folder outside what coppice keeps there, by its path in it.
+std::map<std::string, std::string> outputs(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (entry.is_regular_file() && name.rfind(".coppice-", 0) != 0) files[name] = read_text(entry.path());
+  }
+  return files;
+}
+
+/// False if it has not come true after so long. Polls: nothing here is timed.
+bool comes_true(const std::function<bool()>& condition, std::chrono::seconds most = std::chrono::seconds(120)) {
+  const auto start = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - start < most) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return false;
+}
+
+/// Hazels of some seeds, and what bake-all makes of them on this machine alone. Made once.
+struct Plants {
+  TemporaryFolder folder;
+  fs::path inputs = folder / "plants";
+  std::map<std::string, std::string> baked;
+
+  Plants() {
+    fs::create_directories(inputs / "hedge");
+    for (std::size_t i = 0; i < kHazels; ++i) {
+      const fs::path path = inputs / (i % 2 == 0 ? "." : "hedge") / ("hazel" + std::to_string(i) + ".glb");
+      run_process(COPPICE_TOOL, {"plant", "corylus", "-o", path, "--seed", std::to_string(i + 1)});
+    }
+    run_process(COPPICE_TOOL, joined({"bake-all", inputs, "-o", folder / "alone", "--quiet"}, kQuick));
+    baked = outputs(folder / "alone");
+  }
+};
+
+const Plants& plants() {
+  static const Plants made;
+  return made;
+}
+
+class SlurmBake : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string missing = SlurmCluster::missing();
+    if (!missing.empty()) GTEST_SKIP() << missing;
+    ASSERT_EQ(plants().baked.size(), kHazels);
+    cluster_ = std::make_unique<SlurmCluster>(2);
+  }
+
+  [[nodiscard]] std::vector<std::string> submit(const std::vector<std::string>& more = {}) const {
+    return joined(joined({"bake-all", plants().inputs, "-o", out_, "--slurm"}, kQuick), more);
+  }
+  [[nodiscard]] ProcessResult tool(const std::vector<std::string>& arguments) const {
+    return run_process(COPPICE_TOOL, arguments, cluster_->environment());
+  }
+  [[nodiscard]] std::unique_ptr<BackgroundProcess> start(const std::vector<std::string>& arguments) const {
+    return std::make_unique<BackgroundProcess>(COPPICE_TOOL, arguments, cluster_->environment());
+  }
+  [[nodiscard]] ProcessResult attach(const std::vector<std::string>& more = {}) const {
+    return tool(joined({"bake-all", "-o", out_, "--attach"}, more));
+  }
+
+  /// The newest run's folder; empty: there is none yet.
+  [[nodiscard]] fs::path run_folder() const {
+    fs::path newest;
+    std::error_code absent;
+    for (fs::directory_iterator entry(out_ / ".coppice-farm", absent), end; !absent && entry != end; entry.increment(absent))
+      newest = std::max(newest, entry->path());
+    return newest;
+  }
+
+  [[nodiscard]] std::vector<fs::path> tries(const std::string& extension) const {
+    std::vector<fs::path> files;
+    std::error_code absent;
+    for (fs::directory_iterator entry(run_folder() / "tries", absent), end; !absent && entry != end; entry.increment(absent))
+      if (entry->path().extension() == extension) files.push_back(entry->path());
+    return files;
+  }
+
+  /// Entries of all journals of the run.
+  [[nodiscard]] std::vector<nlohmann::json> journal() const {
+    std::vector<nlohmann::json> entries;
+    for (const fs::path& path : tries(".plants")) {
+      std::ifstream file(path);
+      for (std::string line; std::getline(file, line);)
+        if (auto entry = nlohmann::json::parse(line, nullptr, false); entry.is_object()) entries.push_back(std::move(entry));
+    }
+    return entries;
+  }
+
+  [[nodiscard]] std::size_t baked_count() const {
+    const auto entries = journal();
+    return static_cast<std::size_t>(std::ranges::count_if(entries, [](const auto& entry) { return entry["outcome"] == "baked"; }));
+  }
+
+  /// All plants are there, byte for byte, and none was baked more than once: what was cut had not been baked.
+  void expect_whole() const {
+    EXPECT_TRUE(outputs(out_) == plants().baked);
+    std::map<std::string, int> times;
+    for (const nlohmann::json& entry : journal())
+      if (entry["outcome"] == "baked") ++times[entry["output"].get<std::string>()];
+    for (const auto& [output, count] : times) EXPECT_EQ(count, 1) << output;
+  }
+
+  /// A program for --coppice that waits as long as `hold` is there, then does as coppice does.
+  [[nodiscard]] fs::path holding_coppice(const fs::path& hold) const {
+    const fs::path path = folder_ / "holding-coppice";
+    write_text(path, "#!/bin/sh\nwhile [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" COPPICE_TOOL "' \"$@\"\n");
+    ::chmod(path.c_str(), 0755);
+    return path;
+  }
+
+  TemporaryFolder folder_;
+  fs::path out_ = folder_ / "out of 100% trees";  // spaces and signs that sbatch and shells read otherwise
+  std::unique_ptr<SlurmCluster> cluster_;
+};
+
+/// Processes of the run that bake: coppice itself and the one it forked off for a plant.
+std::vector<int> bakers(const SlurmCluster& cluster, std::size_t node) {
+  std::vector<int> found;
+  for (const int id : cluster.processes_on(node)) {
+    std::error_code gone;
+    const fs::path program = fs::read_symlink("/proc/" + std::to_string(id) + "/exe", gone);
+    if (!gone && program == fs::canonical(COPPICE_TOOL)) found.push_back(id);
+  }
+  return found;
+}
+
+TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
+  const fs::path report = folder_ / "report.json";
+  const ProcessResult first = tool(submit({"--report", report}));
+  EXPECT_EQ(first.exit_code, 0) << first.err << first.out;
+  EXPECT_NE(first.out.find(std::to_string(kHazels) + " baked, 0 cached, 0 failed"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("hedge/hazel1"), std::string::npos) << first.out;
+  EXPECT_EQ(first.err, "");
+  expect_whole();
+
+  const auto json = nlohmann::json::parse(read_text(report));
+  EXPECT_EQ(json["nodes"], 2);
+  std::set<std::string> nodes, keys;
+  for (const auto& [key, value] : json.items()) keys.insert(key);
+  for (const auto& plant : json["plants"]) {
+    nodes.insert(plant["node"].get<std::string>());
+    EXPECT_EQ(plant["attempts"], 1);
+    EXPECT_GE(plant["queue_seconds"], 0.0);
+    for (const auto& [key, value] : plant.items()) keys.insert(key);
+  }
+  EXPECT_EQ(nodes, (std::set<std::string>{"node1", "node2"}));
+  const std::string readme = coppice::test::source_text("bake/README.md");
+  std::set<std::string> told = coppice::test::column_spans(coppice::test::table_after(readme, "`coppice bake-all --report F.json`"), 0);
+  told.merge(coppice::test::column_spans(coppice::test::table_after(readme, "`coppice bake-all --slurm --report F.json`"), 0));
+  told.erase("error");  // none failed
+  EXPECT_EQ(keys, told);
+
+  const ProcessResult second = tool(submit());
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_NE(second.out.find("0 baked, " + std::to_string(kHazels) + " cached, 0 failed"), std::string::npos) << second.out;
+  // A run that has ended tells again how.
+  const ProcessResult again = attach();
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.out.find(std::to_string(kHazels) + " cached"), std::string::npos) << again.out;
+}
+
+TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
+  const fs::path list = folder_ / "list.json";
+  fs::copy(plants().inputs / "hazel0.glb", folder_ / "hazel.glb");
+  write_text(folder_ / "letter.glb", "this is a letter, not a plant\n");
+  write_text(folder_ / "rules.json", R"({"classes": [{"material": "leaves", "class": "leaf"}]})");
+  write_text(list, R"([{"input": "hazel.glb", "classes": "rules.json", "output": "a/hazel.coppice"}, {"input": "letter.glb"},
+                       {"input": "hazel.glb", "metric": "geometric", "no_wind": true}])");
+  const ProcessResult result = tool(joined({"bake-all", list, "-o", out_, "--slurm"}, kQuick));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.out.find("2 baked, 0 cached, 1 failed"), std::string::npos) << result.out;
+  EXPECT_NE(result.err.find("letter.glb: not baked"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("again"), std::string::npos) << result.err;
+  ASSERT_EQ(run_process(COPPICE_TOOL, joined({"bake-all", list, "-o", folder_ / "alone", "--quiet"}, kQuick)).exit_code, 1);
+  EXPECT_TRUE(outputs(out_) == outputs(folder_ / "alone"));
+  EXPECT_EQ(attach().exit_code, 1);
+}
+
+TEST_F(SlurmBake, ANodeDiesInTheMiddle) {
+  for (const bool slurm_requeues : {true, false}) {
+    out_ = folder_ / (slurm_requeues ? "requeue" : "no requeue");
+    const auto submitter = start(submit(slurm_requeues ? std::vector<std::string>{} : std::vector<std::string>{"--", "--no-requeue"}));
+    // One that bakes, and has baked.
+    ASSERT_TRUE(comes_true([&] { return baked_count() >= 1 && !bakers(*cluster_, 0).empty(); })) << submitter->err();
+    cluster_->kill_node(0);
+    ASSERT_TRUE(comes_true([&] { return cluster_->run("sinfo", {"-h", "-N", "-o", "%T"}).out.find("down") != std::string::npos; }));
+    // Slurm waits two minutes before it starts such a task again; nobody here has to.
+    const std::string jobs = cluster_->queue("%F"), job = jobs.substr(0, jobs.find('\n'));
+    for (const char* task : {"_0", "_1"})
+      if (slurm_requeues) static_cast<void>(cluster_->run("scontrol", {"update", "JobId=" + job + task, "StartTime=now"}));
+    EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+    expect_whole();
+    cluster_->start_node(0);
+    ASSERT_TRUE(comes_true([&] { return cluster_->run("sinfo", {"-h", "-N", "-o", "%T"}).out.find("down") == std::string::npos; }));
+  }
+}
+
+TEST_F(SlurmBake, AKilledBakeIsTriedAgainWithMoreMemory) {
+  const auto submitter = start(submit());
+  // The youngest of them bakes a plant; a kernel without memory kills such a one.
+  std::vector<int> ids;
+  ASSERT_TRUE(comes_true([&] { return (ids = bakers(*cluster_, 0)).size() >= 2; })) << submitter->err();
+  ASSERT_EQ(::kill(ids.back(), SIGKILL), 0);
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  EXPECT_NE(submitter->err().find("1 plant is tried again"), std::string::npos) << submitter->err();
+  expect_whole();
+  const auto first = nlohmann::json::parse(read_text(run_folder() / "submission-001.json"));
+  nlohmann::json last;
+  for (int number = 2; fs::exists(run_folder() / ("submission-00" + std::to_string(number) + ".json")); ++number)
+    last = nlohmann::json::parse(read_text(run_folder() / ("submission-00" + std::to_string(number) + ".json")));
+  ASSERT_TRUE(last.is_object());
+  EXPECT_EQ(last["attempt"], 2);
+  EXPECT_EQ(last["memory_bytes"].get<std::uint64_t>(), 2 * first["memory_bytes"].get<std::uint64_t>());
+  EXPECT_EQ(last["minutes"].get<int>(), 2 * first["minutes"].get<int>());
+}
+
+TEST_F(SlurmBake, AKilledTaskIsTriedAgainFromWhereItWas) {
+  const auto submitter = start(submit());
+  ASSERT_TRUE(comes_true([&] { return baked_count() >= 1 && !bakers(*cluster_, 1).empty(); })) << submitter->err();
+  // All of it: script, coppice and the bake.
+  for (const int id : cluster_->processes_on(1)) ::kill(id, SIGKILL);
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  EXPECT_NE(submitter->err().find("tried again"), std::string::npos) << submitter->err();
+  expect_whole();
+}
+
+TEST_F(SlurmBake, ATaskThatTakesTooLongIsTriedAgain) {
+  // Slurm counts in minutes.
+  const fs::path hold = folder_ / "hold";
+  write_text(hold, "");
+  const auto submitter = start(submit({"--coppice", holding_coppice(hold), "--", "--time=1"}));
+  ASSERT_TRUE(comes_true([&] { return tries(".start").size() == 2; })) << submitter->err();
+  ASSERT_TRUE(comes_true([&] { return submitter->err().find("tried again") != std::string::npos; }, std::chrono::seconds(180)))
+      << cluster_->queue("%i %T %M %l");
+  fs::remove(hold);
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  EXPECT_NE(submitter->err().find("TIMEOUT"), std::string::npos) << submitter->err();
+  expect_whole();
+}
+
+TEST_F(SlurmBake, TheControllerIsKilledAndComesBack) {
+  const auto submitter = start(submit());
+  ASSERT_TRUE(comes_true([&] { return baked_count() >= 1; })) << submitter->err();
+  const std::string jobs = cluster_->queue("%F"), job = jobs.substr(0, jobs.find('\n'));
+  cluster_->kill_controller();
+  const std::size_t before = baked_count();
+  ASSERT_TRUE(comes_true([&] { return baked_count() > before; })) << "nodes go on";
+  cluster_->start_controller();
+  // One that was killed before it had saved which tasks run starts them again, finds them there, and then holds the job and drains the
+  // nodes: an administrator has to tell it to go on.
+  EXPECT_TRUE(comes_true([&] {
+    static_cast<void>(cluster_->run("scontrol", {"update", "NodeName=node[1-2]", "State=RESUME"}));
+    static_cast<void>(cluster_->run("scontrol", {"release", job}));
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    return fs::exists(run_folder() / "report.json");
+  })) << cluster_->queue("%i %T %r");
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  EXPECT_EQ(submitter->err(), "");
+  expect_whole();
+}
+
+TEST_F(SlurmBake, TheSubmitterIsKilledAtAnyMoment) {
+  const std::vector<std::function<bool()>> moments = {
+      [&] { return !run_folder().empty(); },
+      [&] { return fs::exists(run_folder() / "submission-001.sh"); },
+      [&] { return fs::exists(run_folder() / "run.json"); },
+      [&] { return cluster_->queue("%j").find(run_folder().filename()) != std::string::npos; },
+      [&] { return !tries(".start").empty(); },
+      [&] { return baked_count() >= 2; },
+  };
+  for (std::size_t moment = 0; moment < moments.size(); ++moment) {
+    SCOPED_TRACE("moment " + std::to_string(moment));
+    out_ = folder_ / ("moment " + std::to_string(moment)).c_str();
+    const auto submitter = start(submit());
+    ASSERT_TRUE(comes_true(moments[moment])) << submitter->err();
+    submitter->send(SIGKILL);
+    submitter->wait();
+    ProcessResult attached = attach();
+    if (attached.err.find("no run on a cluster") != std::string::npos) attached = tool(submit());  // it had not begun
+    EXPECT_EQ(attached.exit_code, 0) << attached.err << attached.out;
+    EXPECT_NE(attached.out.find("0 failed"), std::string::npos) << attached.out;
+    expect_whole();
+  }
+}
+
+TEST_F(SlurmBake, CtrlCLeavesTheRunAndAttachTakesItUp) {
+  const fs::path hold = folder_ / "hold";
+  write_text(hold, "");
+  const auto submitter = start(submit({"--coppice", holding_coppice(hold)}));
+  ASSERT_TRUE(comes_true([&] { return tries(".start").size() == 2; })) << submitter->err();
+  {
+    // Neither a second one that follows it, nor a second run.
+    const ProcessResult second = attach();
+    EXPECT_EQ(second.exit_code, 1);
+    EXPECT_NE(second.err.find("another coppice follows this run"), std::string::npos) << second.err;
+  }
+  submitter->send(SIGINT);
+  EXPECT_EQ(submitter->wait(), 130);
+  EXPECT_NE(submitter->err().find("--attach"), std::string::npos) << submitter->err();
+  EXPECT_NE(submitter->err().find("scancel"), std::string::npos) << submitter->err();
+  const ProcessResult other = tool(submit());
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.err.find("--attach"), std::string::npos) << other.err;
+  fs::remove(hold);
+  const ProcessResult attached = attach();
+  EXPECT_EQ(attached.exit_code, 0) << attached.err;
+  EXPECT_NE(attached.out.find(std::to_string(kHazels) + " baked"), std::string::npos) << attached.out;
+  expect_whole();
+}
+
+TEST_F(SlurmBake, TasksThatRunTwiceAtOnceGiveTheSameBytes) {
+  const auto submitter = start(submit());
+  ASSERT_TRUE(comes_true([&] { return !tries(".start").empty(); })) << submitter->err();
+  // As when a scheduler starts a task again whose node it has lost sight of.
+  const fs::path script = run_folder() / "submission-001.sh";
+  BackgroundProcess twin("/bin/sh", {script, "0"}), other("/bin/sh", {script, "1"});
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  twin.wait();
+  other.wait();
+  EXPECT_TRUE(outputs(out_) == plants().baked);
+}
+
+TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
+  const ProcessResult refused = tool(submit({"--", "--partition=nowhere"}));
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("invalid partition specified: nowhere"), std::string::npos) << refused.err;
+  EXPECT_TRUE(run_folder().empty()) << "a run that never was";
+  ProcessOptions elsewhere = cluster_->environment();
+  elsewhere.environment.emplace_back("PATH=/nowhere");
+  const ProcessResult missing = run_process(COPPICE_TOOL, submit(), elsewhere);
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("slurm-client"), std::string::npos) << missing.err;
+  EXPECT_EQ(std::ranges::count(missing.err, '\n'), 1) << missing.err;
+}
+
+TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsNamed) {
+  const ProcessResult result = tool(submit({"--coppice", "/nowhere/coppice"}));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("exit code 127"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("/nowhere/coppice"), std::string::npos) << result.err;
+}
+
+}  // namespace

@@ -1,0 +1,230 @@
+#include "slurm_cluster.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <pwd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace coppice::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Daemons are where not every user's PATH leads.
+fs::path program(const std::string& name) {
+  for (const char* folder : {"/usr/sbin", "/sbin", "/usr/local/sbin"})
+    if (fs::exists(fs::path(folder) / name)) return fs::path(folder) / name;
+  return program_on_path(name);
+}
+
+std::uint16_t free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = ::htonl(INADDR_LOOPBACK);
+  socklen_t bytes = sizeof address;
+  const bool bound = ::bind(socket, reinterpret_cast<sockaddr*>(&address), bytes) == 0 &&
+                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &bytes) == 0;
+  ::close(socket);
+  if (!bound) throw std::runtime_error("no free port");
+  return ::ntohs(address.sin_port);
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  const std::string whole = name.data();
+  return whole.substr(0, whole.find('.'));
+}
+
+std::string user_name() {
+  const passwd* const user = ::getpwuid(::geteuid());
+  return user != nullptr ? user->pw_name : "root";
+}
+
+void write_key(const fs::path& path) {
+  std::random_device random;
+  std::ofstream file(path, std::ios::binary);
+  for (int i = 0; i < 64; ++i) file.put(static_cast<char>(random()));
+  file.close();
+  ::chmod(path.c_str(), 0400);
+}
+
+struct Process {
+  int id = 0, parent = 0;
+  std::string words;  ///< its command line, with spaces
+};
+
+std::vector<Process> all_processes() {
+  std::vector<Process> processes;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename();
+    if (!std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; })) continue;
+    std::ifstream words(entry.path() / "cmdline", std::ios::binary), stat(entry.path() / "stat");
+    Process process{std::stoi(name), 0, {std::istreambuf_iterator<char>(words), {}}};
+    std::ranges::replace(process.words, '\0', ' ');
+    const std::string line{std::istreambuf_iterator<char>(stat), {}};
+    // "id (name) state parent ..."
+    if (const std::size_t end = line.rfind(") "); end != std::string::npos) process.parent = std::stoi(line.substr(end + 4));
+    processes.push_back(std::move(process));
+  }
+  return processes;
+}
+
+/// False if it has not come true after a minute.
+template <class Condition>
+bool comes_true(const Condition& condition) {
+  for (int tries = 0; tries < 600; ++tries) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string SlurmCluster::missing() {
+  std::string names;
+  for (const char* name : {"munged", "slurmctld", "slurmd", "sbatch", "squeue"})
+    if (program(name).empty()) names += std::string(names.empty() ? "" : ", ") + name;
+  if (!names.empty()) return "no " + names + ": third_party/install --optional installs slurm-wlm and munge";
+  if (::geteuid() != 0) return "slurmd needs root";
+  return {};
+}
+
+SlurmCluster::SlurmCluster(std::size_t node_count) : nodes_(node_count) {
+  const fs::path munge = folder_ / "munge";
+  fs::create_directories(munge);
+  ::chmod(munge.c_str(), 0700);
+  fs::create_directories(folder_ / "state");
+  write_key(munge / "key");
+  write_config(node_count);
+  // --force: the folders above are not root's alone.
+  munge_ = std::make_unique<BackgroundProcess>(
+      program("munged"), std::vector<std::string>{"--foreground", "--force", "--key-file=" + (munge / "key").string(),
+                                                  "--socket=" + (munge / "socket").string(), "--pid-file=" + (munge / "pid").string(),
+                                                  "--log-file=" + (munge / "log").string(), "--seed-file=" + (munge / "seed").string()});
+  if (!comes_true([&] { return fs::exists(munge / "socket"); })) throw std::runtime_error("munged does not start: " + munge_->err());
+  start_controller();
+  for (std::size_t node = 0; node < node_count; ++node) start_node(node);
+  const bool up = comes_true([&] {
+    const std::string states = run("sinfo", {"--noheader", "--Node", "--format=%T"}).out;
+    std::istringstream lines(states);
+    std::size_t idle = 0;
+    for (std::string line; std::getline(lines, line);) idle += line == "idle" ? 1u : 0u;
+    return idle == node_count;
+  });
+  if (!up) throw std::runtime_error("Slurm does not start: " + controller_->err() + nodes_.front()->err());
+}
+
+SlurmCluster::~SlurmCluster() {
+  for (std::size_t node = 0; node < nodes_.size(); ++node) kill_node(node);
+}
+
+void SlurmCluster::write_config(std::size_t node_count) const {
+  const std::string host = host_name(), user = user_name(), folder = folder_.path().string();
+  std::ofstream config(folder_ / "slurm.conf");
+  config << "ClusterName=coppice\nSlurmctldHost=" << host << "(127.0.0.1)\nSlurmctldPort=" << free_port() << "\nSlurmUser=" << user
+         << "\nSlurmdUser=" << user << "\nAuthType=auth/munge\nAuthInfo=socket=" << folder << "/munge/socket\n"
+         << "CommunicationParameters=NoInAddrAny,NoCtldInAddrAny\nStateSaveLocation=" << folder << "/state\nSlurmctldPidFile=" << folder
+         << "/controller.pid\nSlurmdPidFile=" << folder << "/%n.pid\nSlurmdSpoolDir=" << folder << "/%n\nSlurmctldLogFile=" << folder
+         << "/controller.log\nSlurmdLogFile=" << folder
+         << "/%n.log\n"
+         // Nothing of the machine's: no control groups, no database, no mail.
+         << "ProctrackType=proctrack/linuxproc\nTaskPlugin=task/none\nJobAcctGatherType=jobacct_gather/none\n"
+         << "AccountingStorageType=accounting_storage/none\nMailProg=/bin/true\nSwitchType=switch/none\nMpiDefault=none\n"
+         // Faults are found soon, and forgotten as soon.
+         << "ReturnToService=2\nSlurmdTimeout=5\nSlurmctldTimeout=5\nInactiveLimit=0\nKillWait=2\nMinJobAge=10\nMessageTimeout=5\n"
+         << "SchedulerType=sched/backfill\nSchedulerParameters=bf_interval=1,sched_interval=1,batch_sched_delay=0\n"
+         << "SelectType=select/cons_tres\nSelectTypeParameters=CR_Core_Memory\nSlurmdParameters=config_overrides\n";
+  for (std::size_t node = 0; node < node_count; ++node)
+    config << "NodeName=" << node_name(node) << " NodeHostname=" << host << " NodeAddr=127.0.0.1 Port=" << free_port()
+           << " CPUs=1 RealMemory=16000 State=UNKNOWN\n";
+  config << "PartitionName=farm Nodes=ALL Default=YES MaxTime=INFINITE State=UP\n";
+}
+
+ProcessOptions SlurmCluster::environment() const {
+  ProcessOptions options;
+  options.environment = {"SLURM_CONF=" + (folder_ / "slurm.conf").string()};
+  return options;
+}
+
+ProcessResult SlurmCluster::run(const std::string& name, const std::vector<std::string>& arguments) const {
+  return run_process(program(name), arguments, environment());
+}
+
+std::string SlurmCluster::queue(const std::string& format) const {
+  return run("squeue", {"--noheader", "--array", "--states=all", "--format=" + format}).out;
+}
+
+std::string SlurmCluster::node_name(std::size_t node) {
+  return "node" + std::to_string(node + 1);
+}
+
+std::string SlurmCluster::spool_of(std::size_t node) const {
+  return (folder_.path() / node_name(node)).string() + "/job";
+}
+
+std::vector<int> SlurmCluster::processes_on(std::size_t node) const {
+  const std::vector<Process> processes = all_processes();
+  std::set<int> ids;
+  for (const Process& process : processes)
+    for (std::size_t n = 0; n < nodes_.size(); ++n)
+      if ((n == node || node == nodes_.size()) && process.words.find(spool_of(n)) != std::string::npos) ids.insert(process.id);
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (const Process& process : processes)
+      if (ids.contains(process.parent)) grows = ids.insert(process.id).second || grows;
+  }
+  return {ids.begin(), ids.end()};
+}
+
+void SlurmCluster::kill_node(std::size_t node) {
+  if (nodes_[node]) nodes_[node]->send(SIGKILL);
+  // The step's daemon is the script's parent.
+  const std::vector<int> below = processes_on(node);
+  std::set<int> ids(below.begin(), below.end());
+  for (const Process& process : all_processes())
+    for (const Process& step : all_processes())
+      if (ids.contains(process.id) && step.id == process.parent && step.words.starts_with("slurmstepd")) ids.insert(step.id);
+  for (const int id : ids) ::kill(id, SIGKILL);
+  nodes_[node].reset();
+}
+
+void SlurmCluster::start_node(std::size_t node) {
+  // Where there is taskset, a node has a processor of its own, as far as there are as many.
+  const fs::path pin = program("taskset");
+  const std::string processor = std::to_string(node % std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<std::string> words{pin,  "--cpu-list",    processor, program("slurmd"),     "-D",
+                                 "-N", node_name(node), "-f",      folder_ / "slurm.conf"};
+  if (pin.empty()) words.erase(words.begin(), words.begin() + 3);
+  nodes_[node] =
+      std::make_unique<BackgroundProcess>(words.front(), std::vector<std::string>(words.begin() + 1, words.end()), environment());
+}
+
+void SlurmCluster::kill_controller() {
+  controller_->send(SIGKILL);
+  controller_.reset();
+}
+
+void SlurmCluster::start_controller() {
+  controller_ = std::make_unique<BackgroundProcess>(program("slurmctld"),
+                                                    std::vector<std::string>{"-D", "-f", (folder_ / "slurm.conf").string()}, environment());
+}
+
+}  // namespace coppice::test

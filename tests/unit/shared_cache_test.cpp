@@ -1,0 +1,292 @@
+// Entries, keys, what tells two of them apart, indices and addresses; upkeep of folders. Servers: cache_server_test.
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "atomic_file.h"
+#include "bake_cache.h"
+#include "cache_breaker.h"
+#include "cache_index.h"
+#include "cache_location.h"
+#include "cache_upkeep.h"
+#include "gltf_builder.h"
+#include "key_parts.h"
+#include "process.h"
+#include "why_baked.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+using Lines = std::vector<std::string>;
+
+std::vector<KeyPart> oak_parts() {
+  return {{"baker", "", "25"},     {"format", "", "13"}, {"option", "metric", "default"}, {"option", "views", "42"},
+          {"name", "", "oak.glb"}, {"input", "", "aa"},  {"file", "bark.png", "bb"}};
+}
+
+CachedBake entry_of(const std::string& name, std::size_t bytes = 1000) {
+  CachedBake entry;
+  entry.bytes.assign(bytes, 7);
+  entry.source_leaves = 12;
+  entry.foliage_bytes = 3;
+  entry.warnings = {"a \"warning\""};
+  entry.parts = oak_parts();
+  entry.parts[4].value = name;
+  return entry;
+}
+
+/// Stores it under its key, and says which that is.
+std::string store(const fs::path& folder, const CachedBake& entry) {
+  const std::string key = key_of(entry.parts);
+  EXPECT_TRUE(store_cached(folder, key, entry));
+  return key;
+}
+
+TEST(KeyParts, EveryPartCountsAndWhereOneEnds) {
+  const std::vector<KeyPart> parts = oak_parts();
+  EXPECT_TRUE(is_key(key_of(parts)));
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    for (std::string KeyPart::*text : {&KeyPart::kind, &KeyPart::name, &KeyPart::value}) {
+      std::vector<KeyPart> changed = parts;
+      changed[i].*text += "x";
+      EXPECT_NE(key_of(changed), key_of(parts));
+    }
+  EXPECT_NE(key_of(std::vector<KeyPart>{{"a", "bc", "d"}}), key_of(std::vector<KeyPart>{{"ab", "c", "d"}}));
+  EXPECT_FALSE(is_key("../../etc/passwd"));
+  EXPECT_FALSE(is_key(std::string(31, 'a')));
+  EXPECT_FALSE(is_key(std::string(32, 'A')));
+}
+
+TEST(KeyParts, NamesThatAreNoTextStayApart) {
+  EXPECT_EQ(portable_text("h\xc3\xa4sel.glb"), "h\xc3\xa4sel.glb");
+  EXPECT_EQ(portable_text("\xff\x01"),
+            "\xef\xbf\xbd"
+            "ff01");
+  EXPECT_NE(portable_text("\xef\xbf\xbd"
+                          "ff01"),
+            portable_text("\xff\x01"));
+}
+
+TEST(Bundle, GivesBackItsEntryAndNoticesEveryChange) {
+  const CachedBake entry = entry_of("oak.glb", 50);
+  const std::string key = key_of(entry.parts);
+  std::vector<std::uint8_t> bundle = bundle_of(entry);
+  const auto read = read_bundle(bundle, key);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->bytes, entry.bytes);
+  EXPECT_EQ(read->parts, entry.parts);
+  EXPECT_EQ(read->warnings, entry.warnings);
+  EXPECT_FALSE(read_bundle(bundle, std::string(32, 'a'))) << "an entry in another's place";
+  for (std::size_t i = 0; i < bundle.size(); ++i) {
+    bundle[i] ^= 1;
+    EXPECT_FALSE(read_bundle(bundle, key)) << "byte " << i;
+    bundle[i] ^= 1;
+    EXPECT_FALSE(read_bundle(std::span(bundle).first(i), key)) << i << " bytes";
+  }
+  bundle.push_back(0);
+  EXPECT_FALSE(read_bundle(bundle, key));
+}
+
+TEST(WhyBaked, NamesWhatDiffersFromTheNearestEntry) {
+  const auto reasons = [](auto change) {
+    std::vector<KeyPart> parts = oak_parts();
+    change(parts);
+    std::vector<KeyPart> far = oak_parts();
+    far[0].value = "24";
+    far[3].value = "7";
+    far[5].value = "ff";
+    return why_baked(parts, std::vector<KnownKey>{{"1", 5, far}, {"2", 1, oak_parts()}});
+  };
+  EXPECT_EQ(reasons([](auto& parts) { parts[0].value = "26"; }), Lines{"the baker's version: 26, was 25"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[1].value = "14"; }), Lines{"the file format's version: 14, was 13"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[3].value = "20"; }), Lines{"option views: 20, was 42"});
+  EXPECT_EQ(reasons([](auto& parts) { parts.push_back({"option", "node", "oak_LOD1"}); }), Lines{"option node: oak_LOD1, was not given"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[4].value = "elm.glb"; }), Lines{"name of the input: elm.glb, was oak.glb"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[5].value = "cc"; }), Lines{"the input's bytes differ"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[6].value = "cc"; }), Lines{"texture or buffer bark.png differs"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[6].value = "missing"; }), Lines{"texture or buffer bark.png is missing now"});
+  EXPECT_EQ(reasons([](auto& parts) { parts.pop_back(); }), Lines{"texture or buffer bark.png is no longer named by the input"});
+  EXPECT_EQ(reasons([](auto& parts) {
+              parts.push_back({"device", "", "llvmpipe"});
+            }),
+            Lines{"the device that measures areas: llvmpipe, was not given"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[2].value = "mi", parts[3].value = "20"; }),
+            (Lines{"option metric: mi, was default", "option views: 20, was 42"}));
+  EXPECT_EQ(reasons([](auto&) {}), Lines{"its entry is gone or damaged"});
+  EXPECT_EQ(reasons([](auto& parts) { parts[4].value = "elm.glb", parts[5].value = "cc"; }), Lines{"the cache has no entry of this plant"});
+}
+
+TEST(WhyBaked, ReadsTheKeysOfAFolder) {
+  const test::TemporaryFolder folder;
+  EXPECT_TRUE(known_keys(folder / "nowhere").empty());
+  const std::string key = store(folder.path(), entry_of("oak.glb"));
+  test::write_file(folder / (std::string(32, 'a') + ".record").c_str(), std::vector<std::uint8_t>(5));
+  const std::vector<KnownKey> known = known_keys(folder.path());
+  ASSERT_EQ(known.size(), 1u);
+  EXPECT_EQ(known[0].key, key);
+  EXPECT_EQ(known[0].parts, oak_parts());
+}
+
+TEST(CacheIndex, IsReadAsItWasWrittenOrNotAtAll) {
+  CacheIndex index;
+  for (int i = 0; i < 5; ++i) index[key_of(entry_of(std::to_string(i)).parts)] = static_cast<std::uint64_t>(i) << 33;
+  std::string text = index_text(index);
+  const auto read = read_index(text);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(*read, index);
+  EXPECT_TRUE(read_index(index_text({}))->empty());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    text[i] ^= 1;
+    EXPECT_FALSE(read_index(text)) << "byte " << i;
+    text[i] ^= 1;
+    EXPECT_FALSE(read_index(text.substr(0, i))) << i << " bytes";
+  }
+}
+
+TEST(CacheIndex, ListingsAreThoseOfNginx) {
+  const auto files = read_listing(
+      R"([{ "name":"ab", "type":"directory", "mtime":"Thu, 26 Nov 2026 22:07:53 GMT" },
+          { "name":"x", "type":"file", "mtime":"Thu, 01 Jan 1970 00:01:00 GMT", "size":123 }])");
+  ASSERT_TRUE(files) << files.error().message();
+  ASSERT_EQ(files->size(), 2u);
+  EXPECT_TRUE((*files)[0].is_folder);
+  EXPECT_EQ((*files)[1].bytes, 123u);
+  EXPECT_EQ((*files)[1].modified_s, 60);
+  for (const char* other : {"", "<html>", "{}", "[1]", R"([{"name":1}])"}) EXPECT_FALSE(read_listing(other)) << other;
+}
+
+TEST(CacheLocation, TellsFoldersFromAddressesAndRefusesSecrets) {
+  EXPECT_EQ(parse_cache_location("/mnt/cache")->folder, "/mnt/cache");
+  EXPECT_EQ(parse_cache_location("cache")->url, "");
+  EXPECT_EQ(parse_cache_location("https://host/plants//")->url, "https://host/plants");
+  for (const char* bad : {"", "ftp://host/x", "https://", "https://ann:secret@host/x", "https://secret@host/x", "https://host/x?secret=1",
+                          "https://host/x#secret", "http://ho st:secret/"}) {
+    const auto location = parse_cache_location(bad);
+    ASSERT_FALSE(location) << bad;
+    EXPECT_EQ(location.error().message().find("secret"), std::string::npos) << location.error().message();
+  }
+}
+
+TEST(CacheLocation, CredentialsAreAPasswordOrAToken) {
+  const auto with = [](const char* value) {
+    ::setenv(kCredentialsVariable, value, 1);
+    return credentials_of_environment();
+  };
+  EXPECT_EQ(with("")->user, "");
+  EXPECT_EQ(with("ann:se:cret")->user, "ann");
+  EXPECT_EQ(with("ann:se:cret")->password, "se:cret");
+  EXPECT_EQ(with("Bearer abc")->token, "abc");
+  for (const char* bad : {"secret", ":secret", "Bearer secret\nX: y"}) {
+    const auto credentials = with(bad);
+    ASSERT_FALSE(credentials) << bad;
+    EXPECT_EQ(credentials.error().message().find("secret"), std::string::npos);
+  }
+  ::unsetenv(kCredentialsVariable);
+}
+
+TEST(CacheBreaker, OpensAtOnceForGraveThingsAndAfterThreeOddOnes) {
+  using Setback = CacheBreaker::Setback;
+  CacheBreaker grave(1), odd(1), mixed(1), slow(2);
+  grave.went_wrong(Setback::grave, "first");
+  grave.went_wrong(Setback::grave, "second");
+  EXPECT_TRUE(grave.is_open());
+  EXPECT_EQ(grave.why(), "first");
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(odd.is_open());
+    odd.went_wrong(Setback::odd, "it answers 503");
+    mixed.went_wrong(Setback::odd, "it answers 503");
+    mixed.went_well();
+  }
+  EXPECT_TRUE(odd.is_open());
+  EXPECT_FALSE(mixed.is_open());
+  slow.lost(2.9);  // two jobs may lose a second and a half each
+  EXPECT_FALSE(slow.is_open());
+  slow.waiting(0.05);
+  EXPECT_FALSE(slow.is_open());
+  slow.waiting(0.2);
+  EXPECT_TRUE(slow.is_open());
+}
+
+class FolderUpkeep : public testing::Test {
+ protected:
+  /// An entry that was used so long ago.
+  std::string old_entry(const std::string& name, std::int64_t age_s) {
+    std::string key = store(folder_.path(), entry_of(name));
+    set_age(record_file(folder_.path(), key), age_s);
+    return key;
+  }
+  static void set_age(const fs::path& path, std::int64_t age_s) {
+    const timespec time{std::time(nullptr) - age_s, 0};
+    const timespec times[2] = {time, time};
+    ASSERT_EQ(::utimensat(AT_FDCWD, path.c_str(), times, 0), 0);
+  }
+  [[nodiscard]] CachePlace place() const { return {{folder_.path(), {}}, {}}; }
+  [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(peek_cached(folder_.path(), key)); }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(FolderUpkeep, WhatWasUsedLongestAgoIsPrunedFirst) {
+  const std::string oldest = old_entry("a", 300), used = old_entry("b", 200), newest = old_entry("c", 100);
+  const std::uint64_t all = cache_stats(place())->bytes;
+  EXPECT_EQ(cache_stats(place())->entries, 3u);
+  EXPECT_EQ(cache_stats(place())->versions.at("25"), 3u);
+  EXPECT_EQ(prune_cache(place(), all)->removed_entries, 0u);
+  ASSERT_TRUE(load_cached(folder_.path(), oldest)) << "a use";
+  const auto pruned = prune_cache(place(), all - 1);
+  ASSERT_TRUE(pruned) << pruned.error().message();
+  EXPECT_EQ(pruned->removed_entries, 1u);
+  EXPECT_EQ(pruned->entries, 2u);
+  EXPECT_TRUE(has(oldest));
+  EXPECT_FALSE(has(used));
+  EXPECT_TRUE(has(newest));
+  EXPECT_EQ(prune_cache(place(), 0)->bytes, 0u);
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(FolderUpkeep, FilesOfWritersThatMayStillRunStay) {
+  const fs::path stray = cached_file(folder_.path(), std::string(32, 'a')), old_stray = cached_file(folder_.path(), std::string(32, 'b'));
+  const fs::path others = folder_ / ".coppice-999999999-0-00000000.tmp", old_others = folder_ / ".coppice-999999999-1-00000000.tmp",
+                 abandoned = folder_ / ".coppice-999999999-0.tmp";
+  for (const fs::path& file : {stray, old_stray, others, old_others, abandoned}) test::write_file(file, std::vector<std::uint8_t>(5));
+  set_age(old_stray, 4000);
+  set_age(old_others, 4000);
+  EXPECT_EQ(cache_stats(place())->stray_files, 2u);
+  ASSERT_TRUE(prune_cache(place(), 0));
+  EXPECT_TRUE(fs::exists(stray)) << "a record may follow";
+  EXPECT_FALSE(fs::exists(old_stray));
+  EXPECT_TRUE(fs::exists(others)) << "another machine may be writing it";
+  EXPECT_FALSE(fs::exists(old_others));
+  EXPECT_FALSE(fs::exists(abandoned));
+}
+
+TEST_F(FolderUpkeep, VerifyFindsWhatIsDamagedAndRemovesItWhenAsked) {
+  const std::string good = store(folder_.path(), entry_of("a")), bad = store(folder_.path(), entry_of("b"));
+  test::write_file(cached_file(folder_.path(), bad), std::vector<std::uint8_t>(1000));
+  std::uint64_t steps = 0;
+  const auto count = [&steps](std::uint64_t done, std::uint64_t of) { steps += done <= of ? 1 : 0; };
+  for (const bool remove : {false, true}) {
+    const auto found = verify_cache(place(), remove, count);
+    ASSERT_TRUE(found) << found.error().message();
+    EXPECT_EQ(found->entries, 2u);
+    EXPECT_EQ(found->damaged, Lines{bad});
+    EXPECT_EQ(found->removed, remove ? 1u : 0u);
+  }
+  EXPECT_EQ(steps, 4u);
+  EXPECT_TRUE(verify_cache(place(), false, count)->damaged.empty());
+  EXPECT_TRUE(has(good));
+  EXPECT_FALSE(cache_stats({{folder_ / "nowhere", {}}, {}}));
+  EXPECT_FALSE(rebuild_index(place()));
+}
+
+}  // namespace
+}  // namespace coppice::bake

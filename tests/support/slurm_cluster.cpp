@@ -11,8 +11,8 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <set>
 #include <sstream>
@@ -69,18 +69,30 @@ struct Process {
   std::string words;  ///< its command line, with spaces
 };
 
+/// "id (name) state parent ..."; 0 where that is not there, as of a process that has just ended.
+int parent_in(const std::string& stat) {
+  const std::size_t end = stat.rfind(") ");
+  if (end == std::string::npos || end + 4 >= stat.size()) return 0;
+  return std::atoi(stat.c_str() + end + 4);
+}
+
+std::string text_of(const fs::path& path) {
+  // By read(): iterators throw where the process ends while it is read about.
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  std::array<char, 4096> block{};
+  while (file.read(block.data(), block.size()), file.gcount() > 0) text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
 std::vector<Process> all_processes() {
   std::vector<Process> processes;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/proc", error)) {
-    const std::string name = entry.path().filename();
+  for (fs::directory_iterator entry("/proc", error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename();
     if (!std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; })) continue;
-    std::ifstream words(entry.path() / "cmdline", std::ios::binary), stat(entry.path() / "stat");
-    Process process{std::stoi(name), 0, {std::istreambuf_iterator<char>(words), {}}};
+    Process process{std::atoi(name.c_str()), parent_in(text_of(entry->path() / "stat")), text_of(entry->path() / "cmdline")};
     std::ranges::replace(process.words, '\0', ' ');
-    const std::string line{std::istreambuf_iterator<char>(stat), {}};
-    // "id (name) state parent ..."
-    if (const std::size_t end = line.rfind(") "); end != std::string::npos) process.parent = std::stoi(line.substr(end + 4));
     processes.push_back(std::move(process));
   }
   return processes;
@@ -198,10 +210,12 @@ void SlurmCluster::kill_node(std::size_t node) {
   if (nodes_[node]) nodes_[node]->send(SIGKILL);
   // The step's daemon is the script's parent.
   const std::vector<int> below = processes_on(node);
-  std::set<int> ids(below.begin(), below.end());
-  for (const Process& process : all_processes())
-    for (const Process& step : all_processes())
-      if (ids.contains(process.id) && step.id == process.parent && step.words.starts_with("slurmstepd")) ids.insert(step.id);
+  std::set<int> ids(below.begin(), below.end()), parents;
+  const std::vector<Process> processes = all_processes();
+  for (const Process& process : processes)
+    if (ids.contains(process.id)) parents.insert(process.parent);
+  for (const Process& process : processes)
+    if (parents.contains(process.id) && process.words.starts_with("slurmstepd")) ids.insert(process.id);
   for (const int id : ids) ::kill(id, SIGKILL);
   nodes_[node].reset();
 }

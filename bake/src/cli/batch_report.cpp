@@ -23,9 +23,10 @@ std::size_t node_count(const Batch& batch) {
   return nodes.size();
 }
 
-/// "2 at a time"; "on 3 nodes in 40 tasks, 2 of them again"
+/// "2 at a time"; "on 3 nodes in 40 tasks, 2 of them again"; "from the cache"
 std::string places_text(const Batch& batch) {
   if (batch.places.empty()) return std::to_string(batch.job_count) + " at a time";
+  if (batch.task_count == 0) return "from the cache";
   const std::size_t nodes = node_count(batch);
   std::string text = "on " + std::to_string(nodes) + (nodes == 1 ? " node in " : " nodes in ") + std::to_string(batch.task_count) +
                      (batch.task_count == 1 ? " task" : " tasks");

@@ -215,6 +215,13 @@ Result<void> refuse_second_run(const fs::path& output_folder) {
                folder->string()};
 }
 
+/// Seconds since a run's folder was made.
+double since_made(const FarmRun& run) {
+  std::error_code error;
+  const auto made = fs::last_write_time(run.folder / "tries", error);
+  return error ? 0.0 : std::chrono::duration<double>(fs::file_time_type::clock::now() - made).count();
+}
+
 /// Of a run that had ended before it was followed, what its report says of time.
 void take_reported(const fs::path& report, Batch& batch) {
   const auto bytes = read_file(report);
@@ -294,6 +301,7 @@ Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
   followed.folder = run_folder;
   COPPICE_CHECK(move_into(followed.jobs, jobs_of(run)));
   followed.batch = batch_of(run, *std::move(results));
+  if (followed.batch.task_count == 0) followed.batch.seconds = since_made(run);
   take_reported(report_path(run_folder), followed.batch);
   if (!followed.left) {
     const std::string json = batch_json(followed.batch);

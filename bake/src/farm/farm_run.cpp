@@ -160,7 +160,7 @@ Result<fs::path> make_run_folder(const fs::path& output_folder) {
   std::tm calendar{};
   ::gmtime_r(&now, &calendar);
   std::array<char, 32> time{};
-  std::strftime(time.data(), time.size(), "%Y%m%d-%H%M%S", &calendar);
+  static_cast<void>(std::strftime(time.data(), time.size(), "%Y%m%d-%H%M%S", &calendar));
   for (std::uint32_t number = 0;; ++number) {
     const fs::path folder = farm / (std::string(time.data()) + "-" + numbered(number, 2));
     if (fs::create_directory(folder, error)) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
-#include <iterator>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -52,9 +51,9 @@ std::optional<TaskTry> read_start(const fs::path& path) {
 
 /// The journal's whole lines that have not been read yet.
 void read_journal(const fs::path& path, const std::string& name, TaskTry& of, std::vector<TriedPlant>& plants) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file.seekg(static_cast<std::streamoff>(of.read_bytes))) return;
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto bytes = read_file(path);
+  if (!bytes || bytes->size() <= of.read_bytes) return;
+  const std::string text(bytes->begin() + static_cast<std::ptrdiff_t>(of.read_bytes), bytes->end());
   std::size_t at = 0;
   for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', at)) {
     if (auto entry = journal_entry(std::string_view(text).substr(at, end - at))) plants.push_back({name, *std::move(entry)});

@@ -41,7 +41,8 @@ vec3 textured_albedo() {
 
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
-  return SurfacePlace(in_world_sun.xyz, wants(kContentUser) ? instance_texel(in_ids.x, 3).z : 0, pixel, in_before, (in_ids.w & kHasCome) != 0);
+  uint user = wants(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
+  return SurfacePlace(in_world_sun.xyz, user, pixel, in_before, (in_ids.w & kHasCome) != 0);
 }
 
 // As the vertex shader has it.

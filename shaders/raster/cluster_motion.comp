@@ -3,7 +3,7 @@
 
 // Where the clusters of a frame were in the frame before, by wind and by their instances: for raster_resolve.frag, which so knows of each
 // pixel without a look at the plant's field.
-// reads     view, instances, plants, rounds, work_items; lists, clusters and moved instances by address
+// reads     view, instances, moved instances, plants, rounds, work_items; lists and clusters by address
 // writes    ClusterMotion[] by address
 // dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record where the view wants velocity
 

@@ -23,8 +23,9 @@ layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer {
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
 // What the engine has drawn before plants, of each eye. Compute shaders alone see it.
 layout(set = 0, binding = 11) uniform sampler2D occluders[kMostEyes];
-layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;     // two floats each
-layout(set = 0, binding = 13) uniform usamplerBuffer moved_texels;  // Instance[]: where those that have moved since the frame before were then
+layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;  // two floats each
+// Instance[]: where those that have moved since the frame before were then.
+layout(set = 0, binding = 13) uniform usamplerBuffer moved_texels;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WordArray { uint at[]; };

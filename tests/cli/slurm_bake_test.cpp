@@ -231,6 +231,19 @@ TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
   EXPECT_NE(again.out.find(std::to_string(kHazels) + " cached"), std::string::npos) << again.out;
 }
 
+/// Nodes keep what they bake in the folder that --cache names, and the next batch, into another OUT, needs none of them.
+TEST_F(SlurmBake, NodesFillASharedCache) {
+  const fs::path shared = folder_ / "shared cache";
+  const ProcessResult first = tool(submit({"--cache", shared}));
+  EXPECT_EQ(first.exit_code, 0) << first.err << first.out;
+  expect_whole();
+  EXPECT_FALSE(fs::exists(out_ / ".coppice-cache" / "lock")) << "the shared folder takes its place";
+  const ProcessResult second = tool(joined({"bake-all", inputs_, "-o", folder_ / "out2", "--slurm", "--cache", shared}, kQuick));
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_NE(second.out.find("from the cache: 0 baked, " + std::to_string(kHazels) + " cached, 0 failed"), std::string::npos) << second.out;
+  EXPECT_EQ(outputs(folder_ / "out2"), plants().baked);
+}
+
 TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
   const fs::path list = folder_ / "list.json";
   fs::copy(plants().inputs / "hazel0.glb", folder_ / "hazel.glb");

@@ -16,16 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The output is `bytes`, written only if it is anything else.
-Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
-  std::error_code error;
-  if (fs::is_regular_file(output, error)) {
-    const auto there = read_file(output);
-    if (there && *there == bytes) return {};
-  }
-  return write_file_atomically(output, bytes);
-}
-
 /// Makes the output's folder, and sees before the bake whether it can be written.
 Result<void> prepare_output(const fs::path& output) {
   COPPICE_CHECK(make_folder_of(output));
@@ -76,8 +66,10 @@ Result<std::optional<CachedBake>> find_entry(const JobCache& cache, const std::s
 /// Why there is no entry: compared with what is in the folders, and on the server of the last plant of that name.
 std::vector<std::string> explanation(const std::vector<KeyPart>& parts, const JobCache& cache) {
   if (cache.known == nullptr) return {};
+  const auto record = cache.line.fetch_record(name_digits(parts));
+  if (!record) return why_baked(parts, *cache.known);
   std::vector<KnownKey> known = *cache.known;
-  if (const auto record = cache.line.fetch_record(name_digits(parts))) known.push_back({{}, 0, parts_of_record(*record)});
+  known.push_back({{}, 0, parts_of_record(*record)});
   return why_baked(parts, known);
 }
 
@@ -106,7 +98,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
     entry = std::move(baked);
   }
   if (!plant.output.empty()) {
-    COPPICE_CHECK(publish(plant.output, entry->bytes));
+    COPPICE_CHECK(publish_bake(plant.output, entry->bytes));
   }
   result.source_leaves = entry->source_leaves;
   result.file_bytes = entry->bytes.size();
@@ -116,6 +108,15 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
 }
 
 }  // namespace
+
+Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(output, error)) {
+    const auto there = read_file(output);
+    if (there && *there == bytes) return {};
+  }
+  return write_file_atomically(output, bytes);
+}
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
   const auto start = std::chrono::steady_clock::now();

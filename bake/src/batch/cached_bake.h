@@ -2,11 +2,13 @@
 
 // One plant of a batch: found in a cache, or baked and kept there.
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
 #include "bake_batch.h"
 #include "cache_courier.h"
+#include "result.h"
 #include "why_baked.h"
 
 namespace coppice::bake {
@@ -21,6 +23,9 @@ struct JobCache {
   /// The folders' entries as they were before the batch: what explanations compare with; null: nobody wants any
   const std::vector<KnownKey>* known = nullptr;
 };
+
+/// The output, whose folder is there, is then `bytes`: written only if it is anything else. errors  io
+Result<void> publish_bake(const std::filesystem::path& output, const std::vector<std::uint8_t>& bytes);
 
 /// As bake_cached, with all caches of a batch.
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress);

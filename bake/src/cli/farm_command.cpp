@@ -19,6 +19,7 @@
 #include "bake_cache.h"
 #include "bake_key.h"
 #include "batch_manifest.h"
+#include "cached_bake.h"
 #include "farm_follow.h"
 #include "farm_run.h"
 #include "output.h"
@@ -89,9 +90,7 @@ std::optional<BatchResult> load_plant(const BatchPlant& plant, const fs::path& c
   if (!key) return {};
   const auto entry = load_cached(cache, *key);
   if (!entry) return {};
-  const auto there = read_file(plant.output);
-  if (!there || *there != entry->bytes)
-    if (!make_folder_of(plant.output) || !write_file_atomically(plant.output, entry->bytes)) return {};
+  if (!make_folder_of(plant.output) || !publish_bake(plant.output, entry->bytes)) return {};
   BatchResult result{BatchOutcome::cached, {},  *key, entry->source_leaves, entry->bytes.size(),
                      entry->foliage_bytes, 0.0, 0,    entry->warnings};
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

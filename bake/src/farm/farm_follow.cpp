@@ -305,7 +305,6 @@ class Follower {
     for (auto& [limits, submission] : again) {
       submission.number = static_cast<std::uint32_t>(submissions_.size()) + 1;
       COPPICE_CHECK(write_submission(run_, submission));
-      retried_tasks_ += submission.tasks.size();
       take_plants(submission);
       submissions_.push_back(std::move(submission));
       asked_.reset();  // to hand it over now
@@ -386,7 +385,7 @@ class Follower {
   std::vector<Plant> plants_;
   std::vector<TaskName> current_;  ///< the last task that got each plant
   std::map<std::string, std::size_t> by_output_;
-  std::size_t ended_count_ = 0, running_ = 0, waiting_ = 0, most_running_ = 0, retried_tasks_ = 0;
+  std::size_t ended_count_ = 0, running_ = 0, waiting_ = 0, most_running_ = 0;
   Tries tries_;
   Queue queue_;
   std::map<TaskName, Clock::time_point> gone_;  ///< since when Slurm does not have them

@@ -3,21 +3,24 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "browser.h"
 #include "process.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using coppice::test::probed_page;
 using coppice::test::ProcessResult;
 using coppice::test::program_on_path;
 using coppice::test::run_process;
+using coppice::test::Scheme;
 using coppice::test::TemporaryFolder;
+using coppice::test::visit;
 
 constexpr const char* kProbe = R"probe(
 <pre id="probe"></pre>
@@ -71,42 +74,6 @@ constexpr const char* kProbe = R"probe(
 </script>
 )probe";
 
-enum class Scheme { dark, light };  // Blink's numbers
-
-/// Chromium's clock jumps from timer to timer, while pictures are decoded in real time: this is 10,000 rounds of the probe's waiting. On a
-/// busy machine they can be too few, so a page that was not drawn in time is given more, kAttempts times.
-constexpr int kVirtualMilliseconds = 200'000;
-constexpr int kAttempts = 4;
-
-struct Visit {
-  std::string document;  ///< the DOM at the end
-  std::string console;   ///< log lines of the page's console
-};
-
-Visit visit(const fs::path& page, const fs::path& profile, int width_px, Scheme scheme, int virtual_milliseconds = kVirtualMilliseconds) {
-  const ProcessResult result =
-      run_process(program_on_path("chromium"),
-                  {"--headless", "--no-sandbox", "--disable-gpu", "--user-data-dir=" + profile.string(),
-                   "--window-size=" + std::to_string(width_px) + ",900",
-                   "--blink-settings=preferredColorScheme=" + std::to_string(static_cast<int>(scheme)), "--enable-logging=stderr",
-                   "--virtual-time-budget=" + std::to_string(virtual_milliseconds), "--dump-dom", "file://" + page.string()});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  Visit visit{result.out, {}};
-  std::istringstream log(result.err);
-  for (std::string line; std::getline(log, line);)
-    if (line.find("CONSOLE") != std::string::npos) visit.console += line + "\n";
-  return visit;
-}
-
-/// Null when the probe has not come to its end.
-nlohmann::json probe_result(const Visit& visit) {
-  const std::string start = "<pre id=\"probe\">";
-  const std::size_t at = visit.document.find(start);
-  if (at == std::string::npos) return nullptr;
-  const std::size_t from = at + start.size();
-  return nlohmann::json::parse(visit.document.substr(from, visit.document.find("</pre>", from) - from), nullptr, false);
-}
-
 class Report : public testing::Test {
  protected:
   void SetUp() override {
@@ -121,25 +88,9 @@ class Report : public testing::Test {
     page_.assign(std::istreambuf_iterator<char>(file), {});
   }
 
-  /// The page with `addition` at the end of its body.
-  fs::path page_with(const std::string& addition) {
-    const std::size_t at = page_.rfind("</body>");
-    EXPECT_NE(at, std::string::npos);
-    std::ofstream(folder_ / "page.html", std::ios::binary) << page_.substr(0, at) << addition << page_.substr(at);
-    return folder_ / "page.html";
-  }
+  fs::path page_with(const std::string& addition) { return coppice::test::page_with(page_, addition, folder_ / "page.html"); }
 
-  nlohmann::json probe(int width_px, Scheme scheme) {
-    const fs::path page = page_with(kProbe);
-    nlohmann::json found;
-    for (int attempt = 0, milliseconds = kVirtualMilliseconds; attempt < kAttempts && !found.is_object(); ++attempt, milliseconds *= 4) {
-      const Visit seen = visit(page, folder_ / "profile", width_px, scheme, milliseconds);
-      EXPECT_EQ(seen.console, "");
-      found = probe_result(seen);
-    }
-    EXPECT_TRUE(found.is_object()) << "the page was never drawn";
-    return found;
-  }
+  nlohmann::json probe(int width_px, Scheme scheme) { return probed_page(page_with(kProbe), folder_ / "profile", width_px, scheme); }
 
   TemporaryFolder folder_;
   std::string page_;

@@ -20,6 +20,7 @@
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
+#include "plant_pictures.h"
 #include "temporary_file.h"
 
 namespace coppice::bake {
@@ -302,8 +303,12 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
   callbacks.run = [&](std::size_t job, const JobProgress& job_progress) {
     BatchPlant plant = plants[order[job]];
     if (plant.options.thread_count == 0) plant.options.thread_count = threads;
-    return result_text(
-        bake_one(plant, caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); }));
+    BatchResult result =
+        bake_one(plant, caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); });
+    if (!options.pictures.empty() && result.outcome != BatchOutcome::failed)
+      if (const auto drawn = draw_picture(plant.output, result.key, options.pictures); !drawn)
+        result.warnings.push_back("no picture of it: " + drawn.error().message());
+    return result_text(result);
   };
   callbacks.progressed = [&](std::size_t job, double fraction) { tracker.progressed(order[job], fraction); };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {

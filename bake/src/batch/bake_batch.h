@@ -86,8 +86,9 @@ struct BatchOptions {
   JobLimits limits;             ///< of each plant
   /// A folder takes the place of `cache`, unless it is only read; a folder that is only read, and an address, are behind `cache`.
   SharedCache shared = {};
-  bool other_batches = false;  ///< others that say so too may use `cache` at the same time; else that is refused
-  bool explain = false;        ///< fill BatchResult::because
+  bool other_batches = false;           ///< others that say so too may use `cache` at the same time; else that is refused
+  bool explain = false;                 ///< fill BatchResult::because
+  std::filesystem::path pictures = {};  ///< folder for a picture of each plant (plant_pictures.h); empty: none
   std::function<void(const BatchPlant& plant, const BatchResult& result)> ended = {};  ///< as each plant ends; may be empty
   std::function<void(const CacheReport&)> cache_reported = {};  ///< called once, at the end; empty: nobody wants to know
 };

@@ -34,12 +34,6 @@ std::string places_text(const Batch& batch) {
   return text;
 }
 
-/// "oaks/large" of OUT/oaks/large.coppice
-std::string plant_label(const Batch& batch, std::size_t plant) {
-  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
-  return shown(name.replace_extension());
-}
-
 /// Broken between words, or within those that are longer than a line. Lines after the first are indented. text: may be printed
 std::string wrapped(const std::string& text, std::size_t columns) {
   const std::string indent = "\n    ";
@@ -83,13 +77,19 @@ std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
   return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
 }
 
-std::string batch_json(const Batch& batch) {
+std::string plant_label(const Batch& batch, std::size_t plant) {
+  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
+  return shown(name.replace_extension());
+}
+
+nlohmann::ordered_json batch_record(const Batch& batch) {
   nlohmann::ordered_json plants = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < batch.plants.size(); ++i) {
     nlohmann::ordered_json& json = plants.emplace_back(plant_record(batch.plants[i], batch.results[i]));
     if (batch.places.empty()) continue;
     const PlantPlace& place = batch.places[i];
     json.update({{"node", place.node}, {"queue_seconds", place.queue_seconds}, {"attempts", place.attempts}});
+    if (!place.log_tail.empty()) json["log"] = place.log_tail;
   }
   nlohmann::ordered_json root = {{"baked", count_of(batch, BatchOutcome::baked)},
                                  {"cached", count_of(batch, BatchOutcome::cached)},
@@ -99,8 +99,18 @@ std::string batch_json(const Batch& batch) {
                                  {"cache", cache_json(batch.cache)}};
   if (!batch.places.empty())
     root.update({{"nodes", node_count(batch)}, {"tasks", batch.task_count}, {"retried_tasks", batch.retried_task_count}});
+  for (const FarmTry& made : batch.tries)
+    root["tries"].push_back({{"task", std::to_string(made.submission) + "-" + std::to_string(made.task)},
+                             {"node", made.node},
+                             {"start_seconds", made.start_s},
+                             {"seconds", made.seconds},
+                             {"exit", made.exit_code ? nlohmann::ordered_json(*made.exit_code) : nullptr}});
   root["plants"] = std::move(plants);
-  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return root;
+}
+
+std::string batch_json(const Batch& batch) {
+  return batch_record(batch).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 void print_batch(const Batch& batch) {

@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "bake_batch.h"
+#include "farm_follow.h"
 
 namespace coppice::bake {
 
@@ -17,6 +20,7 @@ struct PlantPlace {
   std::string node;            ///< empty: nowhere
   double queue_seconds = 0.0;  ///< from its task's submission to the task's start
   std::uint32_t attempts = 0;
+  std::string log_tail;  ///< of one that failed
 };
 
 /// Everything about a batch that has ended.
@@ -29,12 +33,17 @@ struct Batch {
   CacheReport cache;
   std::vector<PlantPlace> places;  ///< of each plant; empty: all on this machine
   std::size_t task_count = 0, retried_task_count = 0;
+  std::vector<FarmTry> tries;  ///< of its tasks
 };
 
 std::size_t count_of(const Batch& batch, BatchOutcome outcome);
 
 /// What --report writes: bake/README.md has the keys.
+nlohmann::ordered_json batch_record(const Batch& batch);
 std::string batch_json(const Batch& batch);
+
+/// "oaks/large" of OUT/oaks/large.coppice
+std::string plant_label(const Batch& batch, std::size_t plant);
 
 /// A line for each plant, and one of all.
 void print_batch(const Batch& batch);

@@ -10,6 +10,7 @@
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
+#include "batch_html.h"
 #include "batch_manifest.h"
 #include "batch_report.h"
 #include "cache_arguments.h"
@@ -20,6 +21,7 @@
 #include "limit_arguments.h"
 #include "output.h"
 #include "plant_cost.h"
+#include "plant_pictures.h"
 #include "plant_record.h"
 #include "printable.h"
 #include "progress_bar.h"
@@ -29,13 +31,14 @@ namespace coppice::bake {
 namespace {
 
 struct BakeAllCommand {
-  std::filesystem::path input, output, report, journal;
+  std::filesystem::path input, output, report, html, journal;
   BakeArguments bake;
   LimitArguments limits;
   CacheArguments cache;
   FarmArguments farm;
   std::uint32_t job_count = 0, thread_count = 0;
   std::uint32_t shard = 1, shard_count = 1;
+  bool pictures = false;  ///< for somebody else's page
   bool quiet = false;
 };
 
@@ -57,14 +60,21 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
 }
 
-Result<void> check_report(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
-  if (arguments.report.empty()) return {};
+Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
+  if (arguments.report.empty() && arguments.html.empty()) return {};
   std::vector<std::filesystem::path> others{arguments.input};
   for (const BatchPlant& plant : plants) {
     others.push_back(plant.input);
     others.push_back(plant.output);
   }
-  return check_output(arguments.report, others, Content::text);
+  if (!arguments.report.empty()) {
+    COPPICE_CHECK(check_output(arguments.report, others, Content::text));
+    others.push_back(arguments.report);
+  }
+  if (!arguments.html.empty()) {
+    COPPICE_CHECK(check_output(arguments.html, others, Content::text));
+  }
+  return {};
 }
 
 Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) {
@@ -75,7 +85,7 @@ Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) 
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
   if (error) return system_error("cannot make the folder", arguments.output, error.value());
-  COPPICE_CHECK(check_report(arguments, plants));
+  COPPICE_CHECK(check_reports(arguments, plants));
   return plants;
 }
 
@@ -106,7 +116,9 @@ void share_threads(const BakeAllCommand& arguments, Batch& batch) {
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_TRY(plants, checked_plants(arguments));
-  Batch batch{arguments.output, shard_of(arguments, std::move(plants)), {}, 0, 0.0, {}, {}, 0, 0};
+  Batch batch;
+  batch.output_folder = arguments.output;
+  batch.plants = shard_of(arguments, std::move(plants));
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   share_threads(arguments, batch);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
@@ -115,6 +127,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, options));
   options.cache_reported = [&batch](const CacheReport& report) { batch.cache = report; };
   options.other_batches = is_a_part(arguments);
+  if (arguments.pictures || !arguments.html.empty()) options.pictures = picture_folder(arguments.output);
   std::optional<Journal> journal;
   Result<void> journaled;
   if (!arguments.journal.empty()) {
@@ -134,12 +147,24 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   return batch;
 }
 
+/// The page, with the pictures that no task has drawn.
+std::string page_of(const BakeAllCommand& arguments, const Batch& batch) {
+  if (arguments.html.empty()) return {};
+  const std::vector<std::string> failures =
+      draw_missing_pictures(batch.plants, batch.results, picture_folder(batch.output_folder), default_job_count(batch.plants));
+  for (std::size_t i = 0; i < batch.plants.size(); ++i)
+    if (!failures[i].empty()) print_warnings(batch.plants[i].input, {"no picture of it: " + failures[i]});
+  return batch_html(batch);
+}
+
 int report_batch(const BakeAllCommand& arguments, const Batch& batch) {
   for (std::size_t i = 0; i < batch.plants.size(); ++i) print_warnings(batch.plants[i].input, batch.results[i].warnings);
-  const std::string json = batch_json(batch);
-  if (const int failed = write_outputs({{arguments.report, bytes_of(json)}}, ""); failed != 0) return failed;
-  if (!arguments.quiet && !is_standard_output(arguments.report)) print_batch(batch);
-  if (!is_standard_output(arguments.report)) print_reasons(batch);
+  const std::string json = batch_json(batch), page = page_of(arguments, batch);
+  if (const int failed = write_outputs({{arguments.report, bytes_of(json)}, {arguments.html, bytes_of(page)}}, ""); failed != 0)
+    return failed;
+  const bool prints = !is_standard_output(arguments.report) && !is_standard_output(arguments.html);
+  if (!arguments.quiet && prints) print_batch(batch);
+  if (prints) print_reasons(batch);
   print_cache_trouble(batch.cache);
   print_failures(batch, arguments.input);
   return count_of(batch, BatchOutcome::failed) > 0 ? 1 : 0;
@@ -161,6 +186,7 @@ std::vector<std::string> task_options(const BakeAllCommand& arguments) {
   std::vector<std::string> words{"--quiet"};
   const auto add = [&words](const char* name, const std::string& value) { words.insert(words.end(), {name, value}); };
   if (arguments.job_count > 0) add("--jobs", std::to_string(arguments.job_count));
+  if (!arguments.html.empty()) words.emplace_back("--pictures");
   if (arguments.limits.max_memory_mb > 0) add("--max-memory-mb", std::to_string(arguments.limits.max_memory_mb));
   if (arguments.limits.max_seconds > 0.0) add("--max-seconds", formatted("%.9g", arguments.limits.max_seconds));
   const std::vector<std::string> of_cache = cache_options(arguments.cache);
@@ -283,6 +309,13 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
   add_limit_options(*command, arguments->limits);
   add_cache_options(*command, arguments->cache);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
+  add_output_option(
+      *command, "--html", arguments->html,
+      "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and far. "
+      "Pictures are kept in OUT/.coppice-pictures, which may be deleted at any time")
+      ->type_name("F.html");
+  command->add_flag("--pictures", arguments->pictures,
+                    "Draw these pictures although there is no page: for the --html of a batch that this is a part of");
   add_output_option(*command, "--journal", arguments->journal,
                     "Add a line to this file for each plant as soon as it has ended: its entry of --report. Other coppices with a journal "
                     "may bake into OUT at the same time")

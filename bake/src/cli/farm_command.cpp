@@ -177,12 +177,13 @@ Batch batch_of(const FarmRun& run, FarmResults results) {
   for (const FarmPlant& plant : run.plants) batch.plants.push_back({plant.input, plant.output, {}});
   for (FarmPlantEnd& plant : results.plants) {
     batch.results.push_back(std::move(plant.result));
-    batch.places.push_back({std::move(plant.node), plant.queue_seconds, plant.attempts});
+    batch.places.push_back({std::move(plant.node), plant.queue_seconds, plant.attempts, std::move(plant.log_tail)});
   }
   batch.job_count = static_cast<std::uint32_t>(results.most_running);
   batch.seconds = results.seconds;
   batch.task_count = results.task_count;
   batch.retried_task_count = results.retried_task_count;
+  batch.tries = std::move(results.tries);
   return batch;
 }
 

@@ -1,37 +1,23 @@
-// The page is report_page/, embedded at build time (see report_page/embed.cmake); here it meets the data.
+// The page is report_page/, embedded at build time (core/embed_texts.cmake); here it meets the data.
 
 #include "report_html.h"
 
 #include <array>
-#include <cmath>
-#include <span>
 #include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "html_page.h"
 #include "report_headline.h"
 #include "report_page.h"
 
 namespace coppice::bake {
 namespace {
 
-std::string base64(std::span<const std::uint8_t> bytes) {
-  static constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j) group = group << 8 | (j < count ? bytes[i + j] : 0u);
-    for (std::size_t j = 0; j < 4; ++j) text += j <= count ? kDigits[group >> (18 - 6 * j) & 63] : '=';
-  }
-  return text;
-}
-
 nlohmann::ordered_json picture_json(const std::vector<std::uint8_t>& png) {
   if (png.empty()) return nullptr;
-  return "data:image/png;base64," + base64(png);
+  return data_url("image/png", png);
 }
 
 nlohmann::ordered_json level_json(const LevelMeasures& level, std::uint32_t size_px) {
@@ -88,36 +74,17 @@ nlohmann::ordered_json report_json(const EvaluationReport& report) {
           {"methods", std::move(methods)}};
 }
 
-/// JSON that cannot end the script element that holds it: strings alone have '<', and there it can be written as an escape.
-std::string json_for_script(const nlohmann::ordered_json& json) {
-  std::string text;
-  for (const char letter : json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace))
-    if (letter == '<')
-      text += "\\u003c";
-    else
-      text += letter;
-  return text;
-}
-
 }  // namespace
 
 std::string evaluation_html(const EvaluationReport& report) {
-  const std::string data = json_for_script(report_json(report));
+  const std::string data = json_for_script(report_json(report).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::pair<std::string_view, std::string_view> parts[] = {{"{{library_licence}}", report_page::kLibraryLicence},
                                                                  {"{{library_style}}", report_page::kLibraryStyle},
                                                                  {"{{style}}", report_page::kStyle},
                                                                  {"{{data}}", data},
                                                                  {"{{library_script}}", report_page::kLibraryScript},
                                                                  {"{{script}}", report_page::kScript}};
-  // In the order of the page, so that what was put in is never searched.
-  std::string page;
-  std::string_view rest = report_page::kPage;
-  for (const auto& [name, text] : parts) {
-    const std::size_t at = rest.find(name);
-    page.append(rest.substr(0, at)).append(text);
-    rest.remove_prefix(at + name.size());
-  }
-  return page.append(rest);
+  return filled_page(report_page::kPage, parts);
 }
 
 }  // namespace coppice::bake

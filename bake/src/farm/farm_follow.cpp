@@ -356,11 +356,29 @@ class Follower {
     return attempts;
   }
 
+  /// Of the try that ended a plant, else of the last one that had it.
+  [[nodiscard]] std::string log_tail_of(std::uint32_t plant, const TaskTry* last) const {
+    constexpr std::uint64_t kTailBytes = 4096;
+    if (last == nullptr) last = last_try(current_[plant]);
+    return last == nullptr ? std::string() : tail_of(last->log, kTailBytes);
+  }
+
+  [[nodiscard]] std::vector<FarmTry> tries() const {
+    std::vector<FarmTry> tries;
+    const double submitted_s = submissions_.empty() ? 0.0 : submissions_.front().submitted_s;
+    for (const auto& [name, made] : tries_)
+      tries.push_back({made.submission, made.task, made.node, made.started_s - submitted_s,
+                       made.ended_s > made.started_s ? made.ended_s - made.started_s : 0.0, made.exit_code});
+    std::ranges::stable_sort(tries, {}, &FarmTry::start_s);
+    return tries;
+  }
+
   [[nodiscard]] FarmResults results(FollowEnd end) const {
     FarmResults results;
     results.end = end;
     for (std::uint32_t plant = 0; plant < plants_.size(); ++plant) {
-      FarmPlantEnd ended{plants_[plant].result, {}, 0.0, 0};
+      FarmPlantEnd ended;
+      ended.result = plants_[plant].result;
       const auto found = tries_.find(plants_[plant].try_name);
       const TaskTry* const last = found == tries_.end() ? nullptr : &found->second;
       ended.attempts = attempts_of(plant, last);
@@ -368,6 +386,7 @@ class Follower {
         ended.node = last->node;
         ended.queue_seconds = std::max(0.0, last->started_s - submissions_[last->submission - 1].submitted_s);
       }
+      if (ended.result.outcome == BatchOutcome::failed) ended.log_tail = log_tail_of(plant, last);
       results.plants.push_back(std::move(ended));
     }
     for (const Submission& submission : submissions_) {
@@ -376,6 +395,7 @@ class Follower {
     }
     results.most_running = most_running_;
     if (!submissions_.empty() && submissions_.front().submitted_s > 0.0) results.seconds = now_s() - submissions_.front().submitted_s;
+    results.tries = tries();
     return results;
   }
 

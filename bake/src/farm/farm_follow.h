@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,16 @@ struct FarmPlantEnd {
   std::string node;            ///< where it ended; empty: nowhere
   double queue_seconds = 0.0;  ///< how long its task waited to be started
   std::uint32_t attempts = 0;  ///< tasks that began with it
+  std::string log_tail;        ///< of one that failed: the last lines that its last task printed
+};
+
+/// One run of a task, whether it ended or was lost.
+struct FarmTry {
+  std::uint32_t submission = 0, task = 0;
+  std::string node;
+  double start_s = 0.0;          ///< since the first submission, by the node's clock
+  double seconds = 0.0;          ///< 0 where it has not told that it ended
+  std::optional<int> exit_code;  ///< nothing: it was ended from outside, or has not ended
 };
 
 struct FarmStatus {
@@ -45,6 +56,7 @@ struct FarmResults {
   std::size_t task_count = 0, retried_task_count = 0;
   std::size_t most_running = 0;  ///< tasks at a time, as far as was seen
   double seconds = 0.0;          ///< since the first submission
+  std::vector<FarmTry> tries;    ///< by their start
 };
 
 /// errors  io: the run's folder cannot be used, or Slurm's controller does not take a new run; unsupported: Slurm's programs are missing;

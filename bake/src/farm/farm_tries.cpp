@@ -81,7 +81,9 @@ std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
     const auto found = tries.find(path.stem());
     if (found == tries.end() || found->second.exit_code) continue;
     const Json json = small_json(path);
-    if (json.is_object() && json.contains("exit") && json["exit"].is_number_integer()) found->second.exit_code = json["exit"].get<int>();
+    if (!json.is_object() || !json.contains("exit") || !json["exit"].is_number_integer()) continue;
+    found->second.exit_code = json["exit"].get<int>();
+    if (json.contains("time") && json["time"].is_number()) found->second.ended_s = json["time"].get<double>();
   }
   std::ranges::sort(journals);
   std::vector<TriedPlant> plants;

@@ -18,6 +18,7 @@ struct TaskTry {
   std::uint32_t submission = 0, task = 0;
   std::string node, job, array_job;
   double started_s = 0.0;        ///< seconds since 1970, by the node's clock
+  double ended_s = 0.0;          ///< likewise; 0 where it has not told
   std::optional<int> exit_code;  ///< of bake-all; nothing: it has not ended, or was ended from outside
   bool is_read = false;          ///< its journal will not grow, and has been read
   std::uint64_t read_bytes = 0;  ///< of its journal

@@ -1,0 +1,183 @@
+// The page of `coppice bake-all --html`: its pictures, and what it shows in headless Chromium.
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "browser.h"
+#include "documents.h"
+#include "gltf_builder.h"
+#include "image_decode.h"
+#include "process.h"
+#include "slurm_cluster.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using coppice::test::ProcessOptions;
+using coppice::test::ProcessResult;
+using coppice::test::program_on_path;
+using coppice::test::Scheme;
+using coppice::test::SlurmCluster;
+using coppice::test::TemporaryFolder;
+
+constexpr const char* kProbe = R"probe(
+<pre id="probe"></pre>
+<script>
+(async () => {
+  const pause = () => new Promise(resolve => setTimeout(resolve, 20));
+  while (document.documentElement.dataset.report !== 'ready') await pause();
+  const cards = () => [...document.querySelectorAll('.plant')], names = () => cards().map(card => card.querySelector('strong').textContent);
+  const set = (id, value) => { document.getElementById(id).value = value; document.getElementById(id).dispatchEvent(new Event('input')); };
+  const images = [...document.querySelectorAll('.plant img')];
+  await Promise.all(images.map(image => image.decode()));
+  const found = {
+    title: document.title,
+    summary: document.getElementById('summary').textContent,
+    overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    names: names(),
+    sizes: images.map(image => `${image.naturalWidth}x${image.naturalHeight}`),
+    failures: [...document.querySelectorAll('.failure')].map(failure => failure.textContent),
+    log: document.querySelector('.failure pre')?.textContent ?? '',
+    bars: document.querySelectorAll('#timeline rect').length,
+    nodes: [...document.querySelectorAll('#node_table tbody th')].map(node => node.textContent),
+    injected: document.querySelectorAll('main b').length,
+  };
+  set('find', 'SMALL');
+  found.found = names();
+  set('find', '');
+  set('show', 'failed');
+  found.failed = names();
+  set('show', 'all');
+  set('sort', 'leaves');
+  found.by_leaves = names();
+  images[0]?.click();
+  document.querySelector('.plant img')?.click();
+  found.enlarged = document.getElementById('large').open;
+  document.getElementById('probe').textContent = JSON.stringify(found);
+})();
+</script>
+)probe";
+
+std::string read_bytes(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class BatchPage : public testing::Test {
+ protected:
+  /// A hazel, the smallest plant under a name that is markup, and a file that is no plant.
+  void SetUp() override {
+    fs::create_directories(plants_);
+    ASSERT_EQ(run({"plant", "corylus", "-o", plants_ / "hazel.glb"}).exit_code, 0);
+    coppice::test::write_file(plants_ / "small<b>.glb", coppice::test::small_plant().glb());
+    std::ofstream(plants_ / "letter.glb") << "this is a letter, not a plant\n";
+  }
+
+  [[nodiscard]] ProcessResult run(const std::vector<std::string>& arguments, const ProcessOptions& options = {}) const {
+    return coppice::test::run_process(COPPICE_TOOL, arguments, options);
+  }
+  ProcessResult bake_all(const std::vector<std::string>& more, const ProcessOptions& options = {}) {
+    std::vector<std::string> arguments{"bake-all", plants_, "-o", out_, "--views", "2", "--resolution", "16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments, options);
+  }
+
+  /// The pictures' bytes by their names.
+  [[nodiscard]] std::map<std::string, std::string> pictures() const {
+    std::map<std::string, std::string> files;
+    std::error_code absent;
+    for (fs::directory_iterator entry(out_ / ".coppice-pictures", absent), end; !absent && entry != end; entry.increment(absent))
+      files[entry->path().filename()] = read_bytes(entry->path());
+    return files;
+  }
+
+  nlohmann::json probe(int width_px = 1400) {
+    const fs::path page = coppice::test::page_with(read_bytes(page_), kProbe, folder_ / "probed.html");
+    return coppice::test::probed_page(page, folder_ / "profile", width_px, Scheme::light);
+  }
+
+  TemporaryFolder folder_;
+  fs::path plants_ = folder_ / "plants", out_ = folder_ / "out", page_ = folder_ / "page.html";
+};
+
+TEST_F(BatchPage, APictureShowsThePlantNearAndFar) {
+  EXPECT_EQ(bake_all({}).exit_code, 1);
+  EXPECT_TRUE(pictures().empty()) << "nobody asked for them";
+  EXPECT_EQ(bake_all({"--html", page_}).exit_code, 1);
+  const auto drawn = pictures();
+  ASSERT_EQ(drawn.size(), 2u);
+  for (const auto& [name, bytes] : drawn) {
+    const auto image = coppice::bake::decode_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, 4096);
+    ASSERT_TRUE(image);
+    ASSERT_EQ(image->width, 288u);
+    ASSERT_EQ(image->height, 224u);
+    // Pixels that are no background, near and far.
+    std::size_t near = 0, far = 0;
+    for (std::size_t pixel = 0; pixel < std::size_t{288} * 224; ++pixel) {
+      const std::uint8_t* rgba = &image->rgba[4 * pixel];
+      if (std::abs(rgba[0] - image->rgba[0]) + std::abs(rgba[1] - image->rgba[1]) + std::abs(rgba[2] - image->rgba[2]) < 40) continue;
+      ++(pixel % 288 < 224 ? near : far);
+    }
+    EXPECT_GT(near, 500u);
+    EXPECT_GT(far, 50u);
+    EXPECT_LT(far, std::size_t{64} * 64) << "it is not below the plant alone";
+  }
+  fs::remove_all(out_ / ".coppice-pictures");
+  EXPECT_EQ(bake_all({"--pictures", "--jobs", "1"}).exit_code, 1);
+  EXPECT_EQ(pictures(), drawn) << "of cached plants, and the same bytes";
+}
+
+TEST_F(BatchPage, ShowsEveryPlant) {
+  if (program_on_path("chromium").empty())
+    GTEST_SKIP() << "chromium is not installed (third_party/install does that): the page is not opened";
+  ASSERT_EQ(bake_all({"--html", page_}).exit_code, 1);
+  const nlohmann::json found = probe();
+  ASSERT_TRUE(found.is_object());
+  EXPECT_EQ(found["title"], out_.string() + ": Coppice bake");
+  EXPECT_NE(found["summary"].get<std::string>().find("2 baked, 0 cached, 1 failed"), std::string::npos) << found["summary"];
+  EXPECT_EQ(found["overflow"], 0);
+  // Chromium prints the text as markup.
+  EXPECT_EQ(found["names"], nlohmann::json({"hazel", "letter", "small&lt;b&gt;"}));
+  EXPECT_EQ(found["sizes"], nlohmann::json({"288x224", "288x224"}));
+  ASSERT_EQ(found["failures"].size(), 1u);
+  EXPECT_NE(found["failures"][0].get<std::string>().find("letter"), std::string::npos);
+  EXPECT_EQ(found["bars"], 0) << "there are no nodes";
+  EXPECT_EQ(found["injected"], 0) << "a name became markup";
+  EXPECT_EQ(found["found"], nlohmann::json({"small&lt;b&gt;"}));
+  EXPECT_EQ(found["failed"], nlohmann::json({"letter"}));
+  EXPECT_EQ(found["by_leaves"], nlohmann::json({"hazel", "small&lt;b&gt;", "letter"}));
+  EXPECT_EQ(found["enlarged"], true);
+  const nlohmann::json narrow = probe(420);
+  ASSERT_TRUE(narrow.is_object());
+  EXPECT_EQ(narrow["overflow"], 0) << "the page scrolls sideways";
+}
+
+TEST_F(BatchPage, SlurmsNodesAndLogsAreOnIt) {
+  const std::string missing = SlurmCluster::missing();
+  if (!missing.empty()) GTEST_SKIP() << missing;
+  const SlurmCluster cluster(2);
+  ASSERT_EQ(bake_all({"--slurm", "--html", page_, "--report", folder_ / "report.json"}, cluster.environment()).exit_code, 1);
+  EXPECT_EQ(pictures().size(), 2u);
+  const nlohmann::json report = nlohmann::json::parse(read_bytes(folder_ / "report.json"));
+  ASSERT_EQ(report["tries"].size(), report["tasks"]);
+  for (const nlohmann::json& made : report["tries"]) {
+    EXPECT_TRUE(made["node"].get<std::string>().starts_with("node"));
+    EXPECT_GT(made["seconds"], 0.0);
+  }
+  if (program_on_path("chromium").empty()) return;
+  const nlohmann::json found = probe();
+  ASSERT_TRUE(found.is_object());
+  EXPECT_EQ(found["bars"], report["tasks"]);
+  EXPECT_EQ(found["nodes"].size(), report["nodes"]);
+  EXPECT_NE(found["log"].get<std::string>().find("letter.glb: not baked"), std::string::npos) << found["log"];
+}
+
+}  // namespace

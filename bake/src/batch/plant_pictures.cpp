@@ -1,6 +1,7 @@
 #include "plant_pictures.h"
 
 #include <algorithm>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -20,7 +21,7 @@ fs::path picture_path(const fs::path& folder, const std::string& key) {
   return folder / (key + ".webp");
 }
 
-Result<void> draw_picture(const fs::path& output, const std::string& key, const fs::path& folder) {
+Result<void> draw_picture(const fs::path& output, const std::string& key, const fs::path& folder) try {
   const fs::path path = picture_path(folder, key);
   std::error_code error;
   if (fs::exists(path, error)) return {};
@@ -28,6 +29,8 @@ Result<void> draw_picture(const fs::path& output, const std::string& key, const 
   COPPICE_TRY(picture, baked_picture(bytes));
   COPPICE_CHECK(make_folder_of(path));
   return write_file_atomically(path, picture);
+} catch (const std::bad_alloc&) {
+  return Error{Status::out_of_memory, "out of memory"};
 }
 
 std::vector<std::string> draw_missing_pictures(const std::vector<BatchPlant>& plants, const std::vector<BatchResult>& results,

@@ -18,7 +18,7 @@ std::filesystem::path picture_folder(const std::filesystem::path& output_folder)
 /// The picture of a plant in that folder.
 std::filesystem::path picture_path(const std::filesystem::path& folder, const std::string& key);
 
-/// Draws the output of a plant, unless the folder has its picture. errors  io; those of baked_picture
+/// Draws the output of a plant, unless the folder has its picture. errors  io; out_of_memory; those of baked_picture
 Result<void> draw_picture(const std::filesystem::path& output, const std::string& key, const std::filesystem::path& folder);
 
 /// draw_picture for every plant that has an output and no picture, each in a process of its own, so many at a time.

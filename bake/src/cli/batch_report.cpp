@@ -88,8 +88,7 @@ nlohmann::ordered_json batch_record(const Batch& batch) {
     nlohmann::ordered_json& json = plants.emplace_back(plant_record(batch.plants[i], batch.results[i]));
     if (batch.places.empty()) continue;
     const PlantPlace& place = batch.places[i];
-    json.update({{"node", place.node}, {"queue_seconds", place.queue_seconds}, {"attempts", place.attempts}});
-    if (!place.log_tail.empty()) json["log"] = place.log_tail;
+    json.update({{"node", place.node}, {"queue_seconds", place.queue_seconds}, {"attempts", place.attempts}, {"log", place.log_tail}});
   }
   nlohmann::ordered_json root = {{"baked", count_of(batch, BatchOutcome::baked)},
                                  {"cached", count_of(batch, BatchOutcome::cached)},

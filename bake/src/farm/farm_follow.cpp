@@ -63,7 +63,10 @@ class Follower {
     read_own_journal();
     while (true) {
       if (is_time_to_read()) take_tries();
-      if (ended_count_ == plants_.size()) return results(FollowEnd::all_ended);
+      if (ended_count_ == plants_.size()) {
+        wait_for_ends();
+        return results(FollowEnd::all_ended);
+      }
       if (is_time_to_ask()) {
         COPPICE_CHECK(ask());
         continue;
@@ -121,6 +124,20 @@ class Follower {
         plants_[found->second].taken_away = std::move(tried.entry.result);
       else
         end_plant(found->second, std::move(tried.entry.result), tried.try_name);
+    }
+  }
+
+  /// Tasks say that they end a moment after their last plant.
+  void wait_for_ends() {
+    constexpr double kMostSeconds = 2.0;
+    const auto start = Clock::now();
+    const auto ends = [this](const Plant& plant) {
+      const auto found = tries_.find(plant.try_name);
+      return found != tries_.end() && !found->second.exit_code;
+    };
+    while (std::ranges::any_of(plants_, ends) && seconds_since(start) < kMostSeconds) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      take_tries();
     }
   }
 

@@ -314,7 +314,7 @@ void RemoteCache::finish() {
 
 CacheReport RemoteCache::report() const {
   CacheReport report = report_;
-  report.lost_s = reading_.seconds_lost();
+  report.lost_seconds = reading_.seconds_lost();
   for (const std::string* why : {&reading_.why(), &writing_.why()}) {
     if (why->empty() || report.trouble.find(*why) != std::string::npos) continue;
     report.trouble += (report.trouble.empty() ? "" : "; ") + *why;

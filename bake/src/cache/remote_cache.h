@@ -37,7 +37,7 @@ struct CacheReport {
   std::uint64_t unasked = 0;             ///< plants of which it could not say whether it has them
   std::uint64_t unsent = 0;              ///< results that it did not get
   std::uint64_t damaged = 0;             ///< entries that were not what they should be
-  double lost_s = 0.0;                   ///< wall time of the batch that went for nothing: waits in vain, and its end
+  double lost_seconds = 0.0;             ///< wall time of the batch that went for nothing: waits in vain, and its end
   std::string trouble;                   ///< what was wrong with it; empty: nothing
 };
 

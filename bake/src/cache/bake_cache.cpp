@@ -106,12 +106,13 @@ Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::s
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key) {
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged) {
   Result<CachedBake> entry = peek_cached(folder, key);
   const std::filesystem::path record = record_file(folder, key);
   std::error_code ignored;
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
-  if (!entry && entry.error().status == Status::bad_file) std::filesystem::remove(record, ignored);
+  const bool is_damaged = !entry && entry.error().status == Status::bad_file;
+  if (is_damaged && damaged == DamagedEntry::is_removed) std::filesystem::remove(record, ignored);
   // What prune goes by. Whoever may not write there uses it all the same.
   if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, 0));
   return entry;

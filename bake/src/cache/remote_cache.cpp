@@ -76,7 +76,9 @@ void RemoteCache::read_index_answer(const HttpAnswer& answer) {
     went_wrong(reading_, answer);
   }
   close_if_open();
-  for (const auto& [key, wanted] : wanted_) get(key);
+  std::vector<std::string> keys;
+  for (const auto& [key, wanted] : wanted_) keys.push_back(key);
+  for (const std::string& key : keys) look_for(key);
 }
 
 void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<std::uint8_t>)> done) {
@@ -87,7 +89,7 @@ void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<s
   if (reading_.is_open())
     close_if_open();
   else if (is_new && !index_is_pending_)
-    get(key);
+    look_for(key);
 }
 
 void RemoteCache::fetch_record(const std::string& name, std::function<void(std::vector<std::uint8_t>)> done) {
@@ -102,6 +104,15 @@ void RemoteCache::fetch_record(const std::string& name, std::function<void(std::
           if (!is_there && !(whole && is_absent(answer.status))) went_wrong(reading_, answer);
           done(is_there ? std::move(answer.body) : std::vector<std::uint8_t>());
         });
+}
+
+void RemoteCache::look_for(const std::string& key) {
+  if (!options_.only_indexed || index_.contains(key)) {
+    get(key);
+    return;
+  }
+  ++report_.lacking;
+  answer_wanted(key, {});
 }
 
 void RemoteCache::get(const std::string& key) {

@@ -26,6 +26,7 @@ struct RemoteCacheOptions {
   CacheMode mode = CacheMode::read_write;
   std::filesystem::path folder;  ///< where entries that are offered are read
   std::size_t job_count = 1;     ///< that may wait for it at the same time
+  bool only_indexed = false;     ///< entries that the index lacks are not asked for
 };
 
 /// What a cache did for a batch, and what was lost by it.
@@ -73,6 +74,7 @@ class RemoteCache {
   void start(HttpRequest request, HttpTransfers::Done done);
   void ask_index();
   void read_index_answer(const HttpAnswer& answer);
+  void look_for(const std::string& key);
   void get(const std::string& key);
   void read_entry_answer(const std::string& key, HttpAnswer answer);
   void answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle);

@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "cache_report_json.h"
 #include "temporary_file.h"
 
 namespace coppice::bake {
@@ -125,6 +126,7 @@ FarmRun run_of(const Json& json, const fs::path& folder) {
   run.task_options = json.at("task_options").get<std::vector<std::string>>();
   run.most_attempts = json.at("most_attempts").get<std::uint32_t>();
   for (const Json& plant : json.at("plants")) run.plants.push_back(plant_of(plant));
+  run.cache = nlohmann::json(json.at("cache")).get<CacheReport>();
   return run;
 }
 
@@ -201,7 +203,8 @@ Result<void> write_run(const FarmRun& run) {
                                                      {"sbatch_options", run.sbatch_options},
                                                      {"task_options", run.task_options},
                                                      {"most_attempts", run.most_attempts},
-                                                     {"plants", std::move(plants)}}));
+                                                     {"plants", std::move(plants)},
+                                                     {"cache", nlohmann::json(run.cache)}}));
 }
 
 Result<FarmRun> read_run(const fs::path& folder) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -23,6 +22,7 @@
 #include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
@@ -32,32 +32,15 @@ using coppice::bake::CachedBake;
 using coppice::bake::CacheReport;
 using coppice::test::FaultyServer;
 using coppice::test::Nginx;
+using coppice::test::outputs;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::ServerFaults;
 using coppice::test::TemporaryFolder;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
-}
+using coppice::test::write_text;
 
 std::size_t count_of(const std::vector<std::string>& lines, const std::string& begin) {
   return static_cast<std::size_t>(std::ranges::count_if(lines, [&](const std::string& line) { return line.starts_with(begin); }));
-}
-
-/// What a folder has below it but caches, by its path there.
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file() && !name.starts_with(".coppice-cache")) files[name] = read_text(entry.path());
-  }
-  return files;
 }
 
 // The cache's process alone, with entries that nobody baked. It is forked: before anything here starts a thread.
@@ -180,6 +163,22 @@ TEST_F(Courier, TheIndexIsAHint) {
   for (const std::size_t named : {0u, 1u, 2u, 5u}) EXPECT_TRUE(made->contains(key_of_entry(named))) << named;
 }
 
+TEST_F(Courier, AsksOnlyForWhatTheIndexNamesWhereToldSo) {
+  store(3);
+  const FaultyServer server(objects_);
+  ASSERT_EQ(send(server.url(), 3).sent, 3u);
+  coppice::bake::CacheIndex lacking;
+  for (const std::size_t named : {0u, 2u}) lacking[key_of_entry(named)] = 1;
+  write_text(objects_ / "v1" / "index", coppice::bake::index_text(lacking));
+  auto courier = CacheCourier::start({server.url(), {}, coppice::bake::CacheMode::read, local_, 2, true});
+  ASSERT_TRUE(courier);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(courier->line().fetch(key_of_entry(i)).has_value(), i != 1) << i;
+  const CacheReport report = courier->finish();
+  EXPECT_EQ(report.requests, 3u) << "the index and two entries";
+  EXPECT_EQ(report.found, 2u);
+  EXPECT_EQ(report.lacking, 1u);
+}
+
 TEST_F(Courier, WhatIsReadIsNotWritten) {
   store(2);
   const FaultyServer server(objects_);
@@ -285,6 +284,48 @@ TEST_F(CacheServer, NobodyListeningFailsNoPlant) {
   EXPECT_NE(result.err.find("warning: cache " + url), std::string::npos) << result.err;
   EXPECT_EQ(report("dead")["cache"]["unasked"], 3);
   EXPECT_EQ(report("dead")["cache"]["unsent"], 3);
+}
+
+TEST_F(CacheServer, OneOfAHundredPoisonedIsBakedNamedAndReplaced) {
+  constexpr int kCount = 200;
+  plants_ = folder_ / "many";
+  fs::create_directories(plants_);
+  for (int i = 0; i < kCount; ++i) {
+    coppice::test::GltfBuilder builder = coppice::test::small_plant();
+    const double scale = 1.0 + 0.01 * i;
+    builder.json["nodes"][0]["scale"] = {scale, scale, scale};
+    coppice::test::write_file(plants_ / ("plant" + std::to_string(100 + i) + ".glb"), builder.glb());
+  }
+  const FaultyServer server(folder_ / "objects");
+  const std::vector<std::string> shared{"--cache", server.url()};
+  ASSERT_EQ(bake_all("one", shared).exit_code, 0);
+  // Short of time not all may be sent at once; what is left is sent the next time.
+  for (int i = 0; i < 20 && report("one")["cache"]["unsent"] > 0; ++i) ASSERT_EQ(bake_all("one", shared).exit_code, 0);
+  const auto baked = outputs(folder_ / "one");
+  ASSERT_EQ(baked.size(), std::size_t{kCount});
+
+  const auto plants = report("one")["plants"];
+  const auto object = [&](int plant) {
+    return folder_ / "objects" / coppice::bake::entry_url("", plants[static_cast<std::size_t>(plant)]["key"]).substr(1);
+  };
+  std::string bytes = read_text(object(17));
+  bytes[bytes.size() / 2] ^= 4;
+  write_text(object(17), bytes);
+  fs::resize_file(object(117), fs::file_size(object(117)) / 2);
+  const ProcessResult poisoned = bake_all("two", shared);
+  EXPECT_EQ(poisoned.exit_code, 0) << poisoned.err;
+  EXPECT_EQ(report("two")["baked"], 2);
+  EXPECT_EQ(report("two")["cached"], kCount - 2);
+  EXPECT_EQ(report("two")["cache"]["damaged"], 2);
+  EXPECT_EQ(report("two")["cache"]["sent"], 2);
+  EXPECT_TRUE(outputs(folder_ / "two") == baked);
+  for (const char* name : {"plant117.glb", "plant217.glb"})
+    EXPECT_TRUE(std::regex_search(poisoned.err, std::regex(std::string("warning: [^\n]*") + name + ": [^\n]*damaged"))) << poisoned.err;
+  EXPECT_EQ(std::ranges::count(poisoned.err, '\n'), 3) << poisoned.err;
+
+  EXPECT_EQ(bake_all("three", shared).err, "");
+  EXPECT_EQ(report("three")["cached"], kCount);
+  EXPECT_TRUE(outputs(folder_ / "three") == baked);
 }
 
 TEST_F(CacheServer, AFullFolderFailsNoPlant) {

@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <string_view>
@@ -19,16 +17,12 @@
 #include "pack.h"
 #include "process.h"
 #include "random_tree.h"
+#include "text_files.h"
 
 namespace coppice::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// A sub-command on small inputs. Paths are relative to the folder that it runs on.
 struct Command {

@@ -13,6 +13,7 @@
 
 #include "atomic_file.h"
 #include "checksum.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -83,10 +84,6 @@ bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_
   return true;
 }
 
-std::span<const std::uint8_t> bytes_of(std::string_view text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 }  // namespace
 
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key) {
@@ -144,7 +141,7 @@ std::vector<std::uint8_t> bundle_of(const CachedBake& entry) {
 
 Result<CachedBake> read_bundle(std::span<const std::uint8_t> bundle, const std::string& key) {
   const Error damaged{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, key};
-  const std::string_view text(reinterpret_cast<const char*>(bundle.data()), bundle.size());
+  const std::string_view text = as_text(bundle);
   if (!text.starts_with(kBundleStart)) return damaged;
   std::size_t record_bytes = 0;
   const auto [end, error] = std::from_chars(text.data() + kBundleStart.size(), text.data() + text.size(), record_bytes);

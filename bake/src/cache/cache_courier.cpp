@@ -25,6 +25,7 @@
 
 #include "cache_report_json.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -150,7 +151,7 @@ void run(const RemoteCacheOptions& options, int socket, int report) {
   }
   cache.finish();
   const std::string text = nlohmann::json(cache.report()).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  static_cast<void>(write_all(report, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, "the cache's report"));
+  static_cast<void>(write_all(report, bytes_of(text), "the cache's report"));
 }
 
 /// The courier's process. Leaves without the parent's exit handlers, which are copies here.

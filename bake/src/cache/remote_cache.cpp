@@ -8,6 +8,7 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "cache_listing.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -64,7 +65,7 @@ void RemoteCache::read_index_answer(const HttpAnswer& answer) {
   index_is_pending_ = false;
   const bool whole = answer.trouble == HttpTrouble::none;
   if (whole && is_success(answer.status)) {
-    auto index = read_index({reinterpret_cast<const char*>(answer.body.data()), answer.body.size()});
+    auto index = read_index(as_text(answer.body));
     index_is_missing_ = !index;
     if (index)
       index_ = *std::move(index);
@@ -288,8 +289,7 @@ HttpAnswer RemoteCache::ask(HttpRequest request, Clock::time_point until) {
 /// Of the index that is there now, which others may have written, with what this batch found out.
 void RemoteCache::write_index(Clock::time_point until) {
   const HttpAnswer now = ask({.method = HttpMethod::get, .url = index_url(options_.url)}, until);
-  auto index = now.status == 200 ? read_index({reinterpret_cast<const char*>(now.body.data()), now.body.size()})
-                                 : Result<CacheIndex>(Error{Status::io, "none"});
+  auto index = now.status == 200 ? read_index(as_text(now.body)) : Result<CacheIndex>(Error{Status::io, "none"});
   if (!index && now.trouble == HttpTrouble::none) {
     const Clock::time_point half = Clock::now() + (until - Clock::now()) / 2;
     const auto listed = list_cache([&](HttpRequest request) { return ask(std::move(request), half); }, options_.url);

@@ -19,6 +19,7 @@
 #include "atomic_file.h"
 #include "cache_report_json.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -29,7 +30,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint32_t kRunVersion = 1;  // of run.json
 
 Result<void> write_text(const fs::path& path, const std::string& text) {
-  return write_file_atomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  return write_file_atomically(path, bytes_of(text));
 }
 
 std::string dumped(const Json& json) {

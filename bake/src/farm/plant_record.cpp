@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -81,7 +82,7 @@ Result<Journal> Journal::open(const std::filesystem::path& path) {
 
 Result<void> Journal::add(const BatchPlant& plant, const BatchResult& result) {
   const std::string line = plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  COPPICE_CHECK(write_all(file_, {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()}, path_));
+  COPPICE_CHECK(write_all(file_, bytes_of(line), path_));
   // Others read it while it grows, through a file system that may keep it back. Some cannot sync; then they see it when it is closed.
   static_cast<void>(::fdatasync(file_));
   return {};

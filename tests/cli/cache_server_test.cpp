@@ -446,9 +446,18 @@ TEST_F(NginxCache, IsLookedAfterByTheTool) {
   fs::remove(nginx.root() / "v1" / "index");
   EXPECT_NE(cache({"stats", nginx.url()}).out.find("no index"), std::string::npos);
   EXPECT_EQ(cache({"index", nginx.url()}).out, "the index has 2 entries\n");
+  const auto record_count = [&] {
+    std::size_t count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(nginx.root() / "v1" / "records")) count += entry.is_regular_file() ? 1u : 0u;
+    return count;
+  };
+  EXPECT_EQ(record_count(), 3u) << "one of them of the entry that was removed";
+  EXPECT_EQ(cache({"prune", "--max-gb", "1", nginx.url()}).exit_code, 0);
+  EXPECT_EQ(record_count(), 2u);
   const auto pruned = nlohmann::json::parse(cache({"prune", "--max-gb", "0", "--json", nginx.url()}).out);
   EXPECT_EQ(pruned["removed_entries"], 2);
   EXPECT_EQ(nlohmann::json::parse(cache({"stats", "--json", nginx.url()}).out)["entries"], 0);
+  EXPECT_EQ(record_count(), 0u);
   EXPECT_EQ(cache({"prune", nginx.url()}).exit_code, 2) << "how much?";
 }
 

@@ -51,7 +51,8 @@ struct CachePruning {
 };
 
 /// Removes the entries used longest ago until `most_bytes` are left; on a server, which does not know of use, those sent longest ago. Of a
-/// folder also what writes that were cut short left. A bake that meets a removed entry bakes.
+/// folder also what writes that were cut short left, of a server the records (cache_index.h) of entries that are gone. A bake that meets a
+/// removed entry bakes.
 /// errors  as cache_stats; io: an entry cannot be removed, with what the server says
 Result<CachePruning> prune_cache(const CachePlace& place, std::uint64_t most_bytes);
 

@@ -17,9 +17,9 @@ namespace coppice::bake {
 namespace {
 
 // More than there are processors: they wait for a server.
-constexpr std::uint32_t kJobsAtATime = 8;
-// A process for each would cost more than the look.
-constexpr std::size_t kPlantsOfJob = 8;
+constexpr std::size_t kMostJobs = 8;
+// A process for each of many would cost more than the look.
+constexpr std::size_t kMostPlantsOfJob = 8;
 
 /// Whether it is worth while to go on.
 class Search {
@@ -42,8 +42,12 @@ class Search {
 
 Result<std::vector<BatchResult>> load_batch(const std::vector<BatchPlant>& plants, BatchOptions options) {
   options.other_batches = true;
+  options.explain = false;
   options.shared.only_indexed = true;
-  COPPICE_TRY(caches, BatchCaches::open(options, kJobsAtATime));
+  const std::size_t plants_of_job = std::clamp<std::size_t>(plants.size() / (4 * kMostJobs), 1, kMostPlantsOfJob);
+  const std::size_t job_count = (plants.size() + plants_of_job - 1) / plants_of_job;
+  const std::size_t at_a_time = std::clamp<std::size_t>(job_count, 1, kMostJobs);
+  COPPICE_TRY(caches, BatchCaches::open(options, at_a_time));
   std::vector<BatchResult> results(plants.size());
   Search search;
 
@@ -51,7 +55,7 @@ Result<std::vector<BatchResult>> load_batch(const std::vector<BatchPlant>& plant
   // In a process of its own, with what the search was when that began.
   callbacks.run = [&](std::size_t job, const JobProgress&) {
     std::vector<BatchResult> looked_for;
-    const std::size_t first = job * kPlantsOfJob, end = std::min(first + kPlantsOfJob, plants.size());
+    const std::size_t first = job * plants_of_job, end = std::min(first + plants_of_job, plants.size());
     for (std::size_t plant = first; plant < end && !search.is_over(); ++plant) {
       looked_for.push_back(load_one(plants[plant], caches.jobs()));
       search.looked_for(looked_for.back());
@@ -61,14 +65,17 @@ Result<std::vector<BatchResult>> load_batch(const std::vector<BatchPlant>& plant
   callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     if (!end.failure.empty()) return;  // whoever bakes them finds out why
-    std::size_t plant = job * kPlantsOfJob;
+    std::size_t plant = job * plants_of_job;
     for (BatchResult& result : nlohmann::json::parse(end.result).get<std::vector<BatchResult>>()) {
       search.looked_for(result);
-      result.outcome == BatchOutcome::cached ? caches.ended(result) : caches.missed();
+      if (result.outcome == BatchOutcome::cached)
+        caches.ended(result);
+      else if (plants[plant].failure.empty())
+        caches.missed();
       results[plant++] = std::move(result);
     }
   };
-  run_jobs((plants.size() + kPlantsOfJob - 1) / kPlantsOfJob, kJobsAtATime, callbacks);
+  run_jobs(job_count, at_a_time, callbacks);
   const CacheReport report = caches.finish();
   if (options.cache_reported) options.cache_reported(report);
   return results;

@@ -86,13 +86,13 @@ Result<void> load_plants(const FarmBatch& batch, FarmRun& run) {
   BatchOptions options = batch.caches;
   options.cache_reported = [&run](const CacheReport& report) { run.cache = report; };
   COPPICE_TRY(results, load_batch(batch.plants, options));
-  COPPICE_TRY(journal, Journal::open(submitter_journal(run.folder)));
+  std::string journal;
   for (std::size_t plant = 0; plant < results.size(); ++plant) {
     if (results[plant].outcome != BatchOutcome::cached) continue;
-    COPPICE_CHECK(journal.add(batch.plants[plant], results[plant]));
+    journal += journal_line(batch.plants[plant], results[plant]);
     run.plants[plant].is_cached = true;
   }
-  return {};
+  return write_file_atomically(submitter_journal(run.folder), bytes_of(journal));
 }
 
 /// Plants that are given to tasks, in arrays.

@@ -44,6 +44,10 @@ Json plant_record(const BatchPlant& plant, const BatchResult& result) {
   return json;
 }
 
+std::string journal_line(const BatchPlant& plant, const BatchResult& result) {
+  return plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 std::optional<JournalEntry> journal_entry(std::string_view line) {
   const Json json = Json::parse(line, nullptr, false);
   try {
@@ -81,8 +85,7 @@ Result<Journal> Journal::open(const std::filesystem::path& path) {
 }
 
 Result<void> Journal::add(const BatchPlant& plant, const BatchResult& result) {
-  const std::string line = plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  COPPICE_CHECK(write_all(file_, bytes_of(line), path_));
+  COPPICE_CHECK(write_all(file_, bytes_of(journal_line(plant, result)), path_));
   // Others read it while it grows, through a file system that may keep it back. Some cannot sync; then they see it when it is closed.
   static_cast<void>(::fdatasync(file_));
   return {};

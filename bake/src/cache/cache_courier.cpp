@@ -217,6 +217,7 @@ CacheCourier::~CacheCourier() {
 }
 
 Result<CacheCourier> CacheCourier::start(const RemoteCacheOptions& options) {
+  COPPICE_CHECK(load_http());  // here, where somebody hears that it is missing
   int line[2], report[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, line) != 0) return system_error("no socket", "cache", errno);
   const OpenFile courier_line(line[1]);

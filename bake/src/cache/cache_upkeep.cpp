@@ -211,6 +211,7 @@ class Server {
 };
 
 Result<CacheStats> server_stats(const CachePlace& place) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   CacheStats stats;
@@ -228,6 +229,7 @@ Result<CacheStats> server_stats(const CachePlace& place) {
 
 Result<CacheVerification> verify_server(const CachePlace& place, bool remove_damaged,
                                         const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   CacheVerification verification;
@@ -275,6 +277,7 @@ Result<void> prune_records(Server& server, const std::vector<ListedEntry>& entri
 }
 
 Result<CachePruning> prune_server(const CachePlace& place, std::uint64_t most_bytes) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   sort_by_use(entries);
@@ -316,6 +319,7 @@ Result<std::uint64_t> rebuild_index(const CachePlace& place) {
   if (place.location.url.empty())
     return Error{Status::invalid_argument, "a cache in a folder has no index and needs none", Error::kNoOffset,
                  place.location.folder.string()};
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   COPPICE_CHECK(server.write_index(entries));

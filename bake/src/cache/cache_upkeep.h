@@ -28,7 +28,8 @@ struct CacheStats {
   std::uint64_t unindexed = 0, misindexed = 0;    ///< entries that the index lacks; that it names and are not there
 };
 
-/// errors  io: the folder cannot be read, or the server does not answer; unsupported: the server gives no listings in JSON
+/// errors  io: the folder cannot be read, or the server does not answer; unsupported: the server gives no listings in JSON, or
+///         libcurl is missing
 Result<CacheStats> cache_stats(const CachePlace& place);
 
 struct CacheVerification {

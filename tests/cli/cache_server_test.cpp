@@ -391,6 +391,18 @@ TEST_F(CacheServer, ExplainComparesWithWhatIsOnTheServerToo) {
   EXPECT_NE(other.out.find("plant1: baked because option textures: rgba8, was bc\n"), std::string::npos) << other.out << other.err;
 }
 
+TEST_F(CacheServer, WhereLibcurlIsMissingItsPackageIsNamedAndOnlyAddressesNeedIt) {
+  write_text(folder_ / "libraries" / "libcurl.so.4", "no library");
+  const std::vector<std::string> without{"LD_LIBRARY_PATH=" + (folder_ / "libraries").string()};
+  for (const ProcessResult& result :
+       {bake_all("out", {"--cache", "https://host/x"}, without), cache({"stats", "https://host/x"}, without)}) {
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.err.find("apt-get install libcurl4"), std::string::npos) << result.err;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  }
+  EXPECT_EQ(bake_all("out", {"--cache", folder_ / "shared"}, without).exit_code, 0);
+}
+
 TEST_F(CacheServer, SecretsInAnAddressAreRefusedAndNotRepeated) {
   for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame"}) {
     for (const ProcessResult& result : {bake_all("out", {}, {"COPPICE_CACHE=" + where}), cache({"stats", where})}) {

@@ -131,7 +131,7 @@ void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
   if (is_there) {
     ++report_.found;
     if (!index_.contains(key)) added_[key] = answer.body.size();
-    answer_wanted(key, std::move(answer.body));
+    answer_wanted(key, answer.body);
     return;
   }
   if (wanted != wanted_.end()) reading_.lost(std::chrono::duration<double>(Clock::now() - wanted->second.since).count());
@@ -146,7 +146,7 @@ void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
   close_if_open();
 }
 
-void RemoteCache::answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle) {
+void RemoteCache::answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle) {
   const auto found = wanted_.find(key);
   if (found == wanted_.end()) return;  // nobody waits any more
   const Wanted wanted = std::move(found->second);

@@ -77,7 +77,7 @@ class RemoteCache {
   void look_for(const std::string& key);
   void get(const std::string& key);
   void read_entry_answer(const std::string& key, HttpAnswer answer);
-  void answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle);
+  void answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle);
   void close_if_open();
   void look_at_waiting();
   void send_next();

@@ -7,15 +7,13 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "process.h"
 #include "slurm_cluster.h"
+#include "text_files.h"
 
 namespace {
 
@@ -29,16 +27,6 @@ double seconds_of(const std::string& program, const std::vector<std::string>& ar
   const std::size_t last = result.out.find_last_of('\n', result.out.size() - 2);
   std::printf("%s", result.out.substr(last == std::string::npos ? 0 : last + 1).c_str());
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_regular_file()) {
-      std::ifstream file(entry.path(), std::ios::binary);
-      files[entry.path().filename()] = {std::istreambuf_iterator<char>(file), {}};
-    }
-  return files;
 }
 
 void measure(const std::string& count, const std::string& views, const std::string& resolution) {
@@ -62,7 +50,8 @@ void measure(const std::string& count, const std::string& views, const std::stri
   const double two = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
   const double warm = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
   std::printf("%s plants: %.1f s on one processor, %.1f s on two nodes: %.3f of half; warm %.1f s; bytes are %s\n", count.c_str(), one, two,
-              two / (one / 2.0), warm, outputs(folder / "one") == outputs(folder / "two") ? "equal" : "NOT EQUAL");
+              two / (one / 2.0), warm,
+              outputs(folder / "one", ".coppice-") == outputs(folder / "two", ".coppice-") ? "equal" : "NOT EQUAL");
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -11,12 +10,14 @@
 #include <nlohmann/json.hpp>
 
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::TemporaryFolder;
 
 const std::vector<std::string> kValidation = {"VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation",
@@ -27,11 +28,6 @@ ProcessResult coppice_tool(const std::vector<std::string>& arguments, const std:
   ProcessOptions options;
   options.environment = environment;
   return coppice::test::run_process(COPPICE_TOOL, arguments, options);
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 nlohmann::json read_json(const fs::path& path) {

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -17,42 +14,26 @@
 #include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using coppice::test::outputs;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::TemporaryFolder;
+using coppice::test::write_text;
 
 ProcessResult coppice_tool(const std::vector<std::string>& arguments, const ProcessOptions& options = {}) {
   return coppice::test::run_process(COPPICE_TOOL, arguments, options);
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
 }
 
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
   return count;
-}
-
-/// Every .coppice below a folder outside its cache, by its path in it.
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file() && name.rfind(".coppice-cache", 0) != 0) files[name] = read_text(entry.path());
-  }
-  return files;
 }
 
 const std::vector<std::string> kQuick = {"--views", "2", "--resolution", "16"};

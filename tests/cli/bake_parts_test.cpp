@@ -2,8 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -12,40 +10,29 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cache_server.h"
 #include "gltf_builder.h"
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using coppice::test::BackgroundProcess;
+using coppice::test::FaultyServer;
+using coppice::test::joined;
+using coppice::test::outputs;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
 
+/// What coppice keeps beside outputs begins so.
+const std::string kKept = ".coppice-";
 const std::vector<std::string> kQuick = {"--views", "2", "--resolution", "16", "--quiet"};
-
-std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
 
 ProcessResult coppice_tool(const std::vector<std::string>& arguments) {
   return run_process(COPPICE_TOOL, arguments);
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file() && name.rfind(".coppice-", 0) != 0) files[name] = read_text(entry.path());
-  }
-  return files;
 }
 
 class BakeParts : public testing::Test {
@@ -69,7 +56,7 @@ TEST_F(BakeParts, ShardsAreAllPlantsOnceAndMayRunAtTheSameTime) {
         joined({"bake-all", plants_, "-o", out_, "--shard", shard, "--report", folder_ / (std::string("report") + shard[0]).c_str()},
                kQuick)));
   for (const auto& shard : shards) EXPECT_EQ(shard->wait(), 0) << shard->err();
-  EXPECT_TRUE(outputs(out_) == outputs(folder_ / "alone"));
+  EXPECT_TRUE(outputs(out_, kKept) == outputs(folder_ / "alone", kKept));
   std::multiset<std::string> baked;
   for (const char* name : {"report1", "report2", "report3"}) {
     const auto json = nlohmann::json::parse(read_text(folder_ / name));
@@ -83,7 +70,7 @@ TEST_F(BakeParts, ShardsAreAllPlantsOnceAndMayRunAtTheSameTime) {
 TEST_F(BakeParts, MoreShardsThanPlantsAreEmpty) {
   const ProcessResult result = coppice_tool(joined({"bake-all", plants_, "-o", out_, "--shard", "9/9"}, kQuick));
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(outputs(out_).empty());
+  EXPECT_TRUE(outputs(out_, kKept).empty());
 }
 
 TEST_F(BakeParts, AJournalHasALineForEachPlant) {
@@ -112,7 +99,50 @@ TEST_F(BakeParts, APrintedScriptCanBeRunByHandAndFollowed) {
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
   }
   EXPECT_EQ(following.wait(), 0) << following.err();
-  EXPECT_TRUE(outputs(out_) == outputs(folder_ / "alone"));
+  EXPECT_TRUE(outputs(out_, kKept) == outputs(folder_ / "alone", kKept));
+}
+
+TEST_F(BakeParts, WhatACacheThatIsOnlyReadHasNeedsNoTask) {
+  const fs::path cache = folder_ / "alone" / ".coppice-cache", report = folder_ / "report.json";
+  const std::vector<std::string> submit =
+      joined({"bake-all", plants_, "-o", out_, "--slurm", "--print", "--cache", cache, "--cache-mode", "read"}, kQuick);
+  const ProcessResult printed = coppice_tool(submit);
+  EXPECT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_EQ(printed.out, "") << "no task is needed";
+  EXPECT_TRUE(outputs(out_, kKept) == outputs(folder_ / "alone", kKept));
+  const ProcessResult followed = coppice_tool({"bake-all", "-o", out_, "--attach", "--report", report});
+  EXPECT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_NE(followed.out.find("from the cache: 0 baked, 7 cached, 0 failed"), std::string::npos) << followed.out;
+  const auto told = nlohmann::json::parse(read_text(report))["cache"];
+  EXPECT_EQ(told["where"], cache.string());
+  EXPECT_EQ(told["found"], 7);
+  EXPECT_EQ(told["lacking"], 0);
+  // What it lacks is a task's.
+  coppice::test::write_file(plants_ / "new.glb", coppice::test::small_plant().glb());
+  EXPECT_NE(coppice_tool(submit).out.find("#SBATCH --array=0-0\n"), std::string::npos);
+}
+
+TEST_F(BakeParts, ADamagedEntryIsLeftToItsTask) {
+  const std::vector<std::string> bake = joined({"bake-all", plants_, "-o", out_}, kQuick);
+  ASSERT_EQ(coppice_tool(bake).exit_code, 0);
+  for (const auto& entry : fs::directory_iterator(out_ / ".coppice-cache"))
+    if (entry.path().extension() == ".coppice") std::ofstream(entry.path(), std::ios::app) << "x";
+  const ProcessResult printed = coppice_tool(joined(bake, {"--slurm", "--print"}));
+  EXPECT_NE(printed.out.find("#SBATCH --array=0-"), std::string::npos) << printed.out;
+  const ProcessResult baked = coppice_tool(bake);
+  std::size_t warnings = 0;
+  for (std::size_t at = baked.err.find("damaged"); at != std::string::npos; at = baked.err.find("damaged", at + 1)) ++warnings;
+  EXPECT_EQ(warnings, 7u) << baked.err;
+}
+
+TEST_F(BakeParts, AServerThatDoesNotAnswerKeepsNoRunFromBeginning) {
+  for (const auto& faults : {coppice::test::ServerFaults{.delay_s = 20.0}, coppice::test::ServerFaults{.get_status = 503}}) {
+    const FaultyServer server(folder_ / "objects", faults);
+    const ProcessResult printed =
+        coppice_tool(joined({"bake-all", plants_, "-o", out_, "--slurm", "--print", "--cache", server.url()}, kQuick));
+    EXPECT_EQ(printed.exit_code, 0) << printed.err;
+    EXPECT_NE(printed.out.find("#SBATCH --array=0-"), std::string::npos) << printed.out;
+  }
 }
 
 TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {

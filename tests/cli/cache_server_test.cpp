@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -23,6 +22,7 @@
 #include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
@@ -32,32 +32,15 @@ using coppice::bake::CachedBake;
 using coppice::bake::CacheReport;
 using coppice::test::FaultyServer;
 using coppice::test::Nginx;
+using coppice::test::outputs;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::ServerFaults;
 using coppice::test::TemporaryFolder;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
-}
+using coppice::test::write_text;
 
 std::size_t count_of(const std::vector<std::string>& lines, const std::string& begin) {
   return static_cast<std::size_t>(std::ranges::count_if(lines, [&](const std::string& line) { return line.starts_with(begin); }));
-}
-
-/// What a folder has below it but caches, by its path there.
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file() && !name.starts_with(".coppice-cache")) files[name] = read_text(entry.path());
-  }
-  return files;
 }
 
 // The cache's process alone, with entries that nobody baked. It is forked: before anything here starts a thread.
@@ -180,6 +163,22 @@ TEST_F(Courier, TheIndexIsAHint) {
   for (const std::size_t named : {0u, 1u, 2u, 5u}) EXPECT_TRUE(made->contains(key_of_entry(named))) << named;
 }
 
+TEST_F(Courier, AsksOnlyForWhatTheIndexNamesWhereToldSo) {
+  store(3);
+  const FaultyServer server(objects_);
+  ASSERT_EQ(send(server.url(), 3).sent, 3u);
+  coppice::bake::CacheIndex lacking;
+  for (const std::size_t named : {0u, 2u}) lacking[key_of_entry(named)] = 1;
+  write_text(objects_ / "v1" / "index", coppice::bake::index_text(lacking));
+  auto courier = CacheCourier::start({server.url(), {}, coppice::bake::CacheMode::read, local_, 2, true});
+  ASSERT_TRUE(courier);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(courier->line().fetch(key_of_entry(i)).has_value(), i != 1) << i;
+  const CacheReport report = courier->finish();
+  EXPECT_EQ(report.requests, 3u) << "the index and two entries";
+  EXPECT_EQ(report.found, 2u);
+  EXPECT_EQ(report.lacking, 1u);
+}
+
 TEST_F(Courier, WhatIsReadIsNotWritten) {
   store(2);
   const FaultyServer server(objects_);
@@ -287,6 +286,58 @@ TEST_F(CacheServer, NobodyListeningFailsNoPlant) {
   EXPECT_EQ(report("dead")["cache"]["unsent"], 3);
 }
 
+TEST_F(CacheServer, OneOfAHundredPoisonedIsBakedNamedAndReplaced) {
+  constexpr int kCount = 100;  // nearly all of the time is for baking them once
+  plants_ = folder_ / "many";
+  fs::create_directories(plants_);
+  for (int i = 0; i < kCount; ++i) {
+    coppice::test::GltfBuilder builder = coppice::test::small_plant();
+    const double scale = 1.0 + 0.01 * i;
+    builder.json["nodes"][0]["scale"] = {scale, scale, scale};
+    coppice::test::write_file(plants_ / ("plant" + std::to_string(100 + i) + ".glb"), builder.glb());
+  }
+  const FaultyServer server(folder_ / "objects");
+  const std::vector<std::string> shared{"--cache", server.url()};
+  ASSERT_EQ(bake_all("one", shared).exit_code, 0);
+  // Short of time not all may be sent at once; what is left is sent the next time.
+  for (int i = 0; i < 20 && report("one")["cache"]["unsent"] > 0; ++i) ASSERT_EQ(bake_all("one", shared).exit_code, 0);
+  const auto baked = outputs(folder_ / "one");
+  ASSERT_EQ(baked.size(), std::size_t{kCount});
+  const auto plants = report("one")["plants"];
+
+  struct Poison {
+    const char* name;
+    std::size_t plant;
+    std::string (*of)(std::string bytes);
+  };
+  const std::vector<Poison> poisons = {{"wrong bytes", 17,
+                                        [](std::string bytes) {
+                                          bytes[bytes.size() / 2] ^= 4;
+                                          return bytes;
+                                        }},
+                                       {"truncated", 67, [](std::string bytes) { return bytes.substr(0, bytes.size() / 2); }}};
+  for (const Poison& poison : poisons) {
+    SCOPED_TRACE(poison.name);
+    const fs::path object = folder_ / "objects" / coppice::bake::entry_url("", plants[poison.plant]["key"]).substr(1);
+    const std::string good = read_text(object);
+    write_text(object, poison.of(good));
+    const ProcessResult result = bake_all(poison.name, shared);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(report(poison.name)["baked"], 1);
+    EXPECT_EQ(report(poison.name)["cached"], kCount - 1);
+    EXPECT_EQ(report(poison.name)["cache"]["damaged"], 1);
+    EXPECT_EQ(report(poison.name)["cache"]["sent"], 1);
+    EXPECT_TRUE(outputs(folder_ / poison.name) == baked);
+    const std::string input = fs::path(plants[poison.plant]["input"].get<std::string>()).filename();
+    EXPECT_TRUE(std::regex_search(result.err, std::regex("warning: [^\n]*" + input + ": [^\n]*damaged"))) << result.err;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 2) << "the plant's, and the cache's: " << result.err;
+    EXPECT_EQ(read_text(object), good) << "replaced";
+  }
+  EXPECT_EQ(bake_all("last", shared).err, "");
+  EXPECT_EQ(report("last")["cached"], kCount);
+  EXPECT_TRUE(outputs(folder_ / "last") == baked);
+}
+
 TEST_F(CacheServer, AFullFolderFailsNoPlant) {
   const fs::path full = folder_ / "full";
   fs::create_directories(full);
@@ -338,6 +389,18 @@ TEST_F(CacheServer, ExplainComparesWithWhatIsOnTheServerToo) {
   ASSERT_EQ(bake_all("one", {"--cache", server.url()}).exit_code, 0);
   const ProcessResult other = bake_all("two", {"--cache", server.url(), "--explain", "--textures", "rgba8"});
   EXPECT_NE(other.out.find("plant1: baked because option textures: rgba8, was bc\n"), std::string::npos) << other.out << other.err;
+}
+
+TEST_F(CacheServer, WhereLibcurlIsMissingItsPackageIsNamedAndOnlyAddressesNeedIt) {
+  write_text(folder_ / "libraries" / "libcurl.so.4", "no library");
+  const std::vector<std::string> without{"LD_LIBRARY_PATH=" + (folder_ / "libraries").string()};
+  for (const ProcessResult& result :
+       {bake_all("out", {"--cache", "https://host/x"}, without), cache({"stats", "https://host/x"}, without)}) {
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.err.find("apt-get install libcurl4"), std::string::npos) << result.err;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  }
+  EXPECT_EQ(bake_all("out", {"--cache", folder_ / "shared"}, without).exit_code, 0);
 }
 
 TEST_F(CacheServer, SecretsInAnAddressAreRefusedAndNotRepeated) {
@@ -405,9 +468,18 @@ TEST_F(NginxCache, IsLookedAfterByTheTool) {
   fs::remove(nginx.root() / "v1" / "index");
   EXPECT_NE(cache({"stats", nginx.url()}).out.find("no index"), std::string::npos);
   EXPECT_EQ(cache({"index", nginx.url()}).out, "the index has 2 entries\n");
+  const auto record_count = [&] {
+    std::size_t count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(nginx.root() / "v1" / "records")) count += entry.is_regular_file() ? 1u : 0u;
+    return count;
+  };
+  EXPECT_EQ(record_count(), 3u) << "one of them of the entry that was removed";
+  EXPECT_EQ(cache({"prune", "--max-gb", "1", nginx.url()}).exit_code, 0);
+  EXPECT_EQ(record_count(), 2u);
   const auto pruned = nlohmann::json::parse(cache({"prune", "--max-gb", "0", "--json", nginx.url()}).out);
   EXPECT_EQ(pruned["removed_entries"], 2);
   EXPECT_EQ(nlohmann::json::parse(cache({"stats", "--json", nginx.url()}).out)["entries"], 0);
+  EXPECT_EQ(record_count(), 0u);
   EXPECT_EQ(cache({"prune", nginx.url()}).exit_code, 2) << "how much?";
 }
 

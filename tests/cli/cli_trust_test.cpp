@@ -9,8 +9,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -21,6 +19,7 @@
 #include "printable.h"
 #include "process.h"
 #include "random_tree.h"
+#include "text_files.h"
 
 namespace coppice::test {
 namespace {
@@ -31,11 +30,6 @@ using Words = std::vector<std::string>;
 ProcessResult tool(const Words& arguments, ProcessOptions options = {}) {
   options.kill_after = std::chrono::seconds(60);  // what hangs fails
   return run_process(COPPICE_TOOL, arguments, options);
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string joined(const Words& arguments) {

@@ -2,14 +2,13 @@
 // libjpeg-turbo take from the environment, and by QEMU (Debian: qemu-user) where it is installed.
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "process.h"
+#include "text_files.h"
 
 namespace {
 
@@ -17,15 +16,11 @@ namespace fs = std::filesystem;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
 using coppice::test::program_on_path;
+using coppice::test::read_text;
 using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
 
 constexpr const char* kNoVectors = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX2,-AVX,-FMA,-FMA4,-SSE4_1,-SSE4_2,-SSSE3,-BMI2";
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// The program's words, after those of another program that runs it.
 ProcessResult run(std::vector<std::string> words, const std::vector<std::string>& arguments, const ProcessOptions& options) {

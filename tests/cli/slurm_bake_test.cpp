@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -20,49 +19,33 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cache_server.h"
 #include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
 #include "slurm_cluster.h"
+#include "text_files.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using coppice::test::BackgroundProcess;
+using coppice::test::FaultyServer;
+using coppice::test::joined;
+using coppice::test::outputs;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
+using coppice::test::read_text;
 using coppice::test::run_process;
 using coppice::test::SlurmCluster;
 using coppice::test::TemporaryFolder;
+using coppice::test::write_text;
 
 constexpr std::size_t kHazels = 8;
+/// What coppice keeps beside outputs begins so.
+const std::string kKept = ".coppice-";
 /// About a second a plant on a processor of its own: long enough to be cut short.
 const std::vector<std::string> kQuick = {"--views", "8", "--resolution", "96", "--candidates", "4"};
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
-}
-
-std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
-
-/// Every .coppice below a folder outside what coppice keeps there, by its path in it.
-std::map<std::string, std::string> outputs(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file() && name.rfind(".coppice-", 0) != 0) files[name] = read_text(entry.path());
-  }
-  return files;
-}
 
 /// False if it has not come true after so long. Polls: nothing here is timed.
 bool comes_true(const std::function<bool()>& condition, std::chrono::seconds most = std::chrono::seconds(120)) {
@@ -87,7 +70,7 @@ struct Plants {
       run_process(COPPICE_TOOL, {"plant", "corylus", "-o", path, "--seed", std::to_string(i + 1)});
     }
     run_process(COPPICE_TOOL, joined({"bake-all", inputs, "-o", folder / "alone", "--quiet"}, kQuick));
-    baked = outputs(folder / "alone");
+    baked = outputs(folder / "alone", kKept);
   }
 };
 
@@ -164,7 +147,7 @@ class SlurmBake : public testing::Test {
 
   /// All plants are there, byte for byte, and none was baked more than once: what was cut had not been baked.
   void expect_whole() const {
-    EXPECT_TRUE(outputs(out_) == expected());
+    EXPECT_TRUE(outputs(out_, kKept) == expected());
     std::map<std::string, int> times;
     for (const nlohmann::json& entry : journal())
       if (entry["outcome"] == "baked") ++times[entry["output"].get<std::string>()];
@@ -241,7 +224,56 @@ TEST_F(SlurmBake, NodesFillASharedCache) {
   const ProcessResult second = tool(joined({"bake-all", inputs_, "-o", folder_ / "out2", "--slurm", "--cache", shared}, kQuick));
   EXPECT_EQ(second.exit_code, 0) << second.err;
   EXPECT_NE(second.out.find("from the cache: 0 baked, " + std::to_string(kHazels) + " cached, 0 failed"), std::string::npos) << second.out;
-  EXPECT_EQ(outputs(folder_ / "out2"), plants().baked);
+  EXPECT_EQ(outputs(folder_ / "out2", kKept), plants().baked);
+}
+
+/// The submitter finds them all, by one question for what is there.
+TEST_F(SlurmBake, WhatAServerHasNeedsNoTask) {
+  const FaultyServer server(folder_ / "objects");
+  const fs::path report = folder_ / "report.json";
+  const auto fill = [&] {
+    const fs::path filled = folder_ / "filled.json";
+    const ProcessResult result = run_process(
+        COPPICE_TOOL,
+        joined({"bake-all", inputs_, "-o", plants().folder / "alone", "--quiet", "--cache", server.url(), "--report", filled}, kQuick));
+    return result.exit_code == 0 && nlohmann::json::parse(read_text(filled))["cache"]["unsent"] == 0;
+  };
+  ASSERT_TRUE(comes_true(fill));
+  const std::size_t before = server.requests().size();
+  const ProcessResult warm = tool(submit({"--cache", server.url(), "--report", report}));
+  EXPECT_EQ(warm.exit_code, 0) << warm.err;
+  EXPECT_EQ(warm.err, "");
+  EXPECT_NE(warm.out.find("from the cache: 0 baked, " + std::to_string(kHazels) + " cached, 0 failed"), std::string::npos) << warm.out;
+  EXPECT_EQ(outputs(out_, kKept), plants().baked);
+  EXPECT_FALSE(fs::exists(run_folder() / "submission-001.json"));
+  EXPECT_EQ(cluster_->queue("%j"), "");
+  const std::vector<std::string> all = server.requests(), asked(all.begin() + static_cast<std::ptrdiff_t>(before), all.end());
+  EXPECT_EQ(asked.size(), 1 + kHazels);
+  EXPECT_EQ(asked.front(), "GET /v1/index");
+  EXPECT_EQ(std::ranges::count(asked, "GET /v1/index"), 1);
+  EXPECT_TRUE(std::ranges::all_of(asked, [](const std::string& request) { return request.starts_with("GET /v1/"); }));
+  const auto cache = nlohmann::json::parse(read_text(report))["cache"];
+  EXPECT_EQ(cache["where"], server.url());
+  EXPECT_EQ(cache["found"], kHazels);
+  EXPECT_EQ(cache["requests"], 1 + kHazels);
+  EXPECT_EQ(cache["trouble"], "");
+
+  const ProcessResult again = tool(submit({"--cache", server.url()}));
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(server.requests().size(), all.size() + 1) << "now all of it is in OUT's cache";
+}
+
+TEST_F(SlurmBake, ADeadServerCostsTheSubmitterNoPlant) {
+  const std::string url = coppice::test::dead_url();
+  const fs::path report = folder_ / "report.json";
+  const ProcessResult result = tool(submit({"--cache", url, "--report", report}));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  expect_whole();
+  EXPECT_EQ(result.err.find("coppice: warning: cache " + url), 0u) << result.err;
+  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  const auto cache = nlohmann::json::parse(read_text(report))["cache"];
+  EXPECT_EQ(cache["unasked"], kHazels);
+  EXPECT_LT(cache["lost_seconds"], 10.0);
 }
 
 TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
@@ -257,7 +289,7 @@ TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
   EXPECT_NE(result.err.find("letter.glb: not baked"), std::string::npos) << result.err;
   EXPECT_EQ(result.err.find("again"), std::string::npos) << result.err;
   ASSERT_EQ(run_process(COPPICE_TOOL, joined({"bake-all", list, "-o", folder_ / "alone", "--quiet"}, kQuick)).exit_code, 1);
-  EXPECT_TRUE(outputs(out_) == outputs(folder_ / "alone"));
+  EXPECT_TRUE(outputs(out_, kKept) == outputs(folder_ / "alone", kKept));
   EXPECT_EQ(attach().exit_code, 1);
 }
 
@@ -403,7 +435,7 @@ TEST_F(SlurmBake, TasksThatRunTwiceAtOnceGiveTheSameBytes) {
   EXPECT_EQ(submitter->wait(), 0) << submitter->err();
   twin.wait();
   other.wait();
-  EXPECT_TRUE(outputs(out_) == plants().baked);
+  EXPECT_TRUE(outputs(out_, kKept) == plants().baked);
 }
 
 TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {

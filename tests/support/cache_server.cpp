@@ -13,12 +13,13 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
+
+#include "text_files.h"
 
 namespace coppice::test {
 namespace {
@@ -59,11 +60,6 @@ bool is_listened_at(std::uint16_t port) {
 
 std::string url_of(std::uint16_t port) {
   return "http://127.0.0.1:" + std::to_string(port);
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::vector<std::string> lines_of(const fs::path& path) {

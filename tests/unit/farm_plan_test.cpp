@@ -210,6 +210,9 @@ TEST(FarmRun, ComesBackFromItsFilesAsItWas) {
   run.sbatch_options = {"-c", "4"};
   run.task_options = {"--quiet"};
   run.plants = {{"/a.glb", "/out/a.coppice", R"({"input": "/a.glb"})", {5, 6}, {}}, {"/b.glb", "/out/b.coppice", "{}", {7, 8}, "not read"}};
+  run.cache.where = "https://cache.example";
+  run.cache.unasked = 2;
+  run.cache.lost_seconds = 1.5;
   Submission submission;
   submission.memory_bytes = 512'000'000;
   submission.minutes = 12;
@@ -222,6 +225,9 @@ TEST(FarmRun, ComesBackFromItsFilesAsItWas) {
   EXPECT_EQ(read->plants[1].failure, "not read");
   EXPECT_EQ(read->plants[0].cost, run.plants[0].cost);
   EXPECT_EQ(read->sbatch_options, run.sbatch_options);
+  EXPECT_EQ(read->cache.where, run.cache.where);
+  EXPECT_EQ(read->cache.unasked, 2u);
+  EXPECT_EQ(read->cache.lost_seconds, 1.5);
   const auto submissions = read_submissions(*read);
   ASSERT_TRUE(submissions);
   ASSERT_EQ(submissions->size(), 1u);

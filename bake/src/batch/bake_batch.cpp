@@ -17,6 +17,7 @@
 
 #include "atomic_file.h"
 #include "batch_caches.h"
+#include "batch_result_json.h"
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
@@ -81,33 +82,11 @@ double overall_fraction(std::string_view stage, double fraction) {
 
 /// A result on its way from the process that made it.
 std::string result_text(const BatchResult& result) {
-  const nlohmann::json json = {{"outcome", static_cast<int>(result.outcome)},
-                               {"error", result.error},
-                               {"key", result.key},
-                               {"source_leaves", result.source_leaves},
-                               {"file_bytes", result.file_bytes},
-                               {"foliage_bytes", result.foliage_bytes},
-                               {"seconds", result.seconds},
-                               {"warnings", result.warnings},
-                               {"cache_failure", result.cache_failure},
-                               {"because", result.because}};
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 BatchResult result_of(const std::string& text) {
-  const nlohmann::json json = nlohmann::json::parse(text);
-  BatchResult result;
-  result.outcome = static_cast<BatchOutcome>(json["outcome"].get<int>());
-  result.error = json["error"];
-  result.key = json["key"];
-  result.source_leaves = json["source_leaves"];
-  result.file_bytes = json["file_bytes"];
-  result.foliage_bytes = json["foliage_bytes"];
-  result.seconds = json["seconds"];
-  result.warnings = json["warnings"].get<std::vector<std::string>>();
-  result.cache_failure = json["cache_failure"];
-  result.because = json["because"].get<std::vector<std::string>>();
-  return result;
+  return nlohmann::json::parse(text).get<BatchResult>();
 }
 
 /// Where a batch is, as its jobs say.

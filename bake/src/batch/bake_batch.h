@@ -77,7 +77,8 @@ struct BatchStatus {
 struct SharedCache {
   CacheLocation location;  ///< both empty: there is none
   CacheMode mode = CacheMode::read_write;
-  CacheCredentials credentials;
+  CacheCredentials credentials = {};
+  bool only_indexed = false;  ///< of an address, entries that its index lacks are not asked for
 };
 
 struct BatchOptions {

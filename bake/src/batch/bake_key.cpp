@@ -1,10 +1,7 @@
 #include "bake_key.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <optional>
-#include <string_view>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
@@ -12,21 +9,11 @@
 #include "atomic_file.h"
 #include "checksum.h"
 #include "coppice/format.h"
+#include "gltf_text.h"
 #include "occlusion_areas.h"
 
 namespace coppice::bake {
 namespace {
-
-/// The JSON of a .gltf or .glb; empty for what is neither.
-std::string_view json_text(std::span<const std::uint8_t> gltf) {
-  constexpr std::size_t kJsonStart = 20;  // after the header and the head of the first chunk
-  const std::string_view text(reinterpret_cast<const char*>(gltf.data()), gltf.size());
-  if (!text.starts_with("glTF")) return text;
-  if (text.size() < kJsonStart) return {};
-  std::uint32_t bytes = 0;
-  std::memcpy(&bytes, gltf.data() + 12, sizeof bytes);
-  return text.substr(kJsonStart, bytes);
-}
 
 /// As much of a file as a bake reads; nothing where there is none.
 Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& reference, const std::filesystem::path& folder,
@@ -104,10 +91,7 @@ std::vector<KeyPart> option_parts(const BakeOptions& options) {
 }
 
 std::vector<GltfReference> referred_files(std::span<const std::uint8_t> gltf) {
-  std::string_view text = json_text(gltf);
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  return find_references(nlohmann::json::parse(text, nullptr, false));
+  return find_references(nlohmann::json::parse(gltf_text(gltf), nullptr, false));
 }
 
 Result<std::vector<KeyPart>> bake_key_parts(const std::filesystem::path& input, const BakeOptions& options) {

@@ -74,7 +74,8 @@ Result<BatchCaches> BatchCaches::open(const BatchOptions& options, std::size_t j
   }
   const SharedCache& shared = options.shared;
   if (shared.location.url.empty()) return caches;
-  auto courier = CacheCourier::start({shared.location.url, shared.credentials, shared.mode, caches.jobs_.folder, job_count});
+  auto courier =
+      CacheCourier::start({shared.location.url, shared.credentials, shared.mode, caches.jobs_.folder, job_count, shared.only_indexed});
   if (courier) {
     caches.courier_.emplace(*std::move(courier));
     caches.jobs_.line = caches.courier_->line();

@@ -41,6 +41,8 @@ class BatchCaches {
   [[nodiscard]] const std::filesystem::path& folder() const { return jobs_.folder; }
   /// What became of a plant. A folder that takes nothing is no longer tried by jobs that start after that.
   void ended(const BatchResult& result);
+  /// A plant was looked for, not found, and left to others.
+  void missed() { ++folder_report_.lacking; }
   /// Lets what is left be sent.
   CacheReport finish();
 

@@ -1,6 +1,7 @@
 #include "cached_bake.h"
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -37,10 +38,10 @@ void warn_of_damage(const Error& error, BatchResult& result) {
 }
 
 /// Nothing where it must be baked.
-Result<std::optional<CachedBake>> find_entry(const JobCache& cache, const std::string& key, BatchResult& result) {
+Result<std::optional<CachedBake>> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
   using Found = std::optional<CachedBake>;
   if (cache.folder.empty()) return Found();
-  Result<CachedBake> entry = load_cached(cache.folder, key);
+  Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
   if (entry) {
     cache.line.offer(key);
     return Found(*std::move(entry));
@@ -84,27 +85,59 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   return entry;
 }
 
+/// Publishes it, and says what is known of it.
+Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
+  if (!plant.output.empty()) {
+    COPPICE_CHECK(publish_bake(plant.output, entry.bytes));
+  }
+  result.source_leaves = entry.source_leaves;
+  result.file_bytes = entry.bytes.size();
+  result.foliage_bytes = entry.foliage_bytes;
+  result.warnings.insert(result.warnings.end(), entry.warnings.begin(), entry.warnings.end());
+  return {};
+}
+
 Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress, BatchResult& result) {
   if (!plant.output.empty()) {
     COPPICE_CHECK(prepare_output(plant.output));
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
-  COPPICE_TRY(entry, find_entry(cache, result.key, result));
+  COPPICE_TRY(entry, find_entry(cache, result.key, DamagedEntry::is_removed, result));
   result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
   if (!entry) {
     result.because = explanation(parts, cache);
     COPPICE_TRY(baked, bake_into(plant, cache, parts, progress, result));
     entry = std::move(baked);
   }
-  if (!plant.output.empty()) {
-    COPPICE_CHECK(publish_bake(plant.output, entry->bytes));
+  return take_entry(plant, *entry, result);
+}
+
+Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
+  COPPICE_TRY(key, bake_key(plant.input, plant.options));
+  result.key = std::move(key);
+  COPPICE_TRY(entry, find_entry(cache, result.key, DamagedEntry::stays, result));
+  if (!entry) return Error{Status::io, "no cache has it", Error::kNoOffset, result.key};
+  result.outcome = BatchOutcome::cached;
+  COPPICE_CHECK(make_folder_of(plant.output));
+  return take_entry(plant, *entry, result);
+}
+
+/// What became of a plant by `work`, which fills it in.
+BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(BatchResult&)>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  BatchResult result;
+  if (!plant.failure.empty()) {
+    result.error = plant.failure;
+    return result;
   }
-  result.source_leaves = entry->source_leaves;
-  result.file_bytes = entry->bytes.size();
-  result.foliage_bytes = entry->foliage_bytes;
-  result.warnings.insert(result.warnings.end(), entry->warnings.begin(), entry->warnings.end());
-  return {};
+  if (const auto done = work(result); !done) {
+    result.outcome = BatchOutcome::failed;
+    const Error& error = done.error();
+    result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
 }
 
 }  // namespace
@@ -119,19 +152,11 @@ Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t
 }
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  BatchResult result;
-  if (!plant.failure.empty()) {
-    result.error = plant.failure;
-    return result;
-  }
-  if (const auto done = bake_or_load(plant, cache, progress, result); !done) {
-    result.outcome = BatchOutcome::failed;
-    const Error& error = done.error();
-    result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
-  }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
+  return result_of(plant, [&](BatchResult& result) { return bake_or_load(plant, cache, progress, result); });
+}
+
+BatchResult load_one(const BatchPlant& plant, const JobCache& cache) {
+  return result_of(plant, [&](BatchResult& result) { return load(plant, cache, result); });
 }
 
 }  // namespace coppice::bake

@@ -30,4 +30,8 @@ Result<void> publish_bake(const std::filesystem::path& output, const std::vector
 /// As bake_cached, with all caches of a batch.
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress);
 
+/// The same of a plant that a cache has; no other is baked: it has failed, because no cache has it. A damaged entry of `cache.folder`
+/// stays for whoever bakes the plant.
+BatchResult load_one(const BatchPlant& plant, const JobCache& cache);
+
 }  // namespace coppice::bake

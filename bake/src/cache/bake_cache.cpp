@@ -13,6 +13,7 @@
 
 #include "atomic_file.h"
 #include "checksum.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -83,10 +84,6 @@ bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_
   return true;
 }
 
-std::span<const std::uint8_t> bytes_of(std::string_view text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 }  // namespace
 
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key) {
@@ -106,12 +103,13 @@ Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::s
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key) {
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged) {
   Result<CachedBake> entry = peek_cached(folder, key);
   const std::filesystem::path record = record_file(folder, key);
   std::error_code ignored;
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
-  if (!entry && entry.error().status == Status::bad_file) std::filesystem::remove(record, ignored);
+  const bool is_damaged = !entry && entry.error().status == Status::bad_file;
+  if (is_damaged && damaged == DamagedEntry::is_removed) std::filesystem::remove(record, ignored);
   // What prune goes by. Whoever may not write there uses it all the same.
   if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, 0));
   return entry;
@@ -143,7 +141,7 @@ std::vector<std::uint8_t> bundle_of(const CachedBake& entry) {
 
 Result<CachedBake> read_bundle(std::span<const std::uint8_t> bundle, const std::string& key) {
   const Error damaged{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, key};
-  const std::string_view text(reinterpret_cast<const char*>(bundle.data()), bundle.size());
+  const std::string_view text = as_text(bundle);
   if (!text.starts_with(kBundleStart)) return damaged;
   std::size_t record_bytes = 0;
   const auto [end, error] = std::from_chars(text.data() + kBundleStart.size(), text.data() + text.size(), record_bytes);

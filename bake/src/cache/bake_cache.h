@@ -28,10 +28,14 @@ struct CachedBake {
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key);
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key);
 
+enum class DamagedEntry : std::uint8_t { is_removed, stays };
+
 /// Reads an entry and marks it as used now, where that is allowed.
-/// key  as of key_of
-/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, and no entry any more
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key);
+/// key      as of key_of
+/// damaged  what becomes of an entry that is: whoever bakes the plant next removes it, others leave it, so that it is noticed then
+/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key,
+                               DamagedEntry damaged = DamagedEntry::is_removed);
 
 /// As load_cached, of which nothing is to be seen in the folder.
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key);

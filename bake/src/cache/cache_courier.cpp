@@ -23,7 +23,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cache_report_json.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -137,29 +139,6 @@ void serve(RemoteCache& cache, const Message& message) {
   if (message.text[0] == 'r') cache.fetch_record(key, answer);
 }
 
-std::string report_text(const CacheReport& report) {
-  const nlohmann::json json = {{"where", report.where},    {"found", report.found},       {"lacking", report.lacking},
-                               {"sent", report.sent},      {"requests", report.requests}, {"unasked", report.unasked},
-                               {"unsent", report.unsent},  {"damaged", report.damaged},   {"lost_s", report.lost_s},
-                               {"trouble", report.trouble}};
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-CacheReport report_of(const nlohmann::json& json) {
-  CacheReport report;
-  report.where = json["where"];
-  report.found = json["found"];
-  report.lacking = json["lacking"];
-  report.sent = json["sent"];
-  report.requests = json["requests"];
-  report.unasked = json["unasked"];
-  report.unsent = json["unsent"];
-  report.damaged = json["damaged"];
-  report.lost_s = json["lost_s"];
-  report.trouble = json["trouble"];
-  return report;
-}
-
 void run(const RemoteCacheOptions& options, int socket, int report) {
   RemoteCache cache(options);
   for (bool is_open = true; is_open;) {
@@ -171,8 +150,8 @@ void run(const RemoteCacheOptions& options, int socket, int report) {
     }
   }
   cache.finish();
-  const std::string text = report_text(cache.report());
-  static_cast<void>(write_all(report, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, "the cache's report"));
+  const std::string text = nlohmann::json(cache.report()).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  static_cast<void>(write_all(report, bytes_of(text), "the cache's report"));
 }
 
 /// The courier's process. Leaves without the parent's exit handlers, which are copies here.
@@ -238,6 +217,7 @@ CacheCourier::~CacheCourier() {
 }
 
 Result<CacheCourier> CacheCourier::start(const RemoteCacheOptions& options) {
+  COPPICE_CHECK(load_http());  // here, where somebody hears that it is missing
   int line[2], report[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, line) != 0) return system_error("no socket", "cache", errno);
   const OpenFile courier_line(line[1]);
@@ -269,7 +249,7 @@ void CacheCourier::stop() {
 CacheReport CacheCourier::finish() {
   const Clock::time_point start = Clock::now();
   CacheReport report = take_report();
-  report.lost_s += std::chrono::duration<double>(Clock::now() - start).count();
+  report.lost_seconds += std::chrono::duration<double>(Clock::now() - start).count();
   return report;
 }
 
@@ -290,7 +270,7 @@ CacheReport CacheCourier::take_report() {
   }
   stop();
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
-  if (json.is_object()) return report_of(json);
+  if (json.is_object()) return json.get<CacheReport>();
   CacheReport lost;
   lost.where = where_;
   lost.trouble = "the process that asks it ended early, or had no answer in time";

@@ -41,7 +41,7 @@ class CourierLine {
 class CacheCourier {
  public:
   /// Starts the process, which dies with this one.
-  /// errors  io: the system gives no process
+  /// errors  io: the system gives no process; unsupported: as load_http
   /// thread  this process must have no other threads
   static Result<CacheCourier> start(const RemoteCacheOptions& options);
   CacheCourier(CacheCourier&& other) noexcept;

@@ -44,12 +44,12 @@ std::string folders_url(const std::string& cache_url) {
   return cache_url + "/v1/";
 }
 
-std::string folder_url(const std::string& cache_url, const std::string& name) {
-  return folders_url(cache_url) + name + "/";
+std::string records_url(const std::string& cache_url) {
+  return folders_url(cache_url) + "records/";
 }
 
 std::string entry_url(const std::string& cache_url, const std::string& key) {
-  return folder_url(cache_url, key.substr(0, 2)) + key;
+  return folders_url(cache_url) + key.substr(0, 2) + "/" + key;
 }
 
 std::string index_url(const std::string& cache_url) {
@@ -57,7 +57,7 @@ std::string index_url(const std::string& cache_url) {
 }
 
 std::string record_url(const std::string& cache_url, const std::string& name) {
-  return folder_url(cache_url, "records") + name.substr(0, 2) + "/" + name;
+  return records_url(cache_url) + name.substr(0, 2) + "/" + name;
 }
 
 std::string name_digits(std::span<const KeyPart> parts) {

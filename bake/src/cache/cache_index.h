@@ -25,9 +25,9 @@ std::string record_url(const std::string& cache_url, const std::string& name);
 /// The XXH3-128 of the parts' file name in hexadecimal digits.
 std::string name_digits(std::span<const KeyPart> parts);
 
-/// Of the folder that has the folders of entries, and of one of those: "ab". With the slash that a listing is asked for by.
+/// Of what has the folders of entries, "ab", and of what has those of records. With the slash that a listing is asked for by.
 std::string folders_url(const std::string& cache_url);
-std::string folder_url(const std::string& cache_url, const std::string& name);
+std::string records_url(const std::string& cache_url);
 
 /// Bytes of each entry by its key.
 using CacheIndex = std::map<std::string, std::uint64_t>;

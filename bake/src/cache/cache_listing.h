@@ -1,6 +1,6 @@
 #pragma once
 
-// Every entry of a cache on a server, by the listings of its folders.
+// Every entry and every record of a cache on a server, by the listings of its folders.
 
 #include <cstdint>
 #include <functional>
@@ -24,5 +24,8 @@ using HttpAsk = std::function<HttpAnswer(HttpRequest)>;
 /// In order of the keys. A cache that has nothing yet has none.
 /// errors  unsupported: the server gives no listings in JSON; io: it does not answer
 Result<std::vector<ListedEntry>> list_cache(const HttpAsk& ask, const std::string& cache_url);
+
+/// The names of records: record_url() makes addresses of them. errors  as list_cache
+Result<std::vector<std::string>> list_records(const HttpAsk& ask, const std::string& cache_url);
 
 }  // namespace coppice::bake

@@ -1,25 +1,22 @@
 #include "cache_location.h"
 
-#include <curl/curl.h>
-
 #include <cstdlib>
 #include <memory>
 #include <string_view>
 
+#include "curl_functions.h"
+
 namespace coppice::bake {
 namespace {
 
-struct UrlDeleter {
-  void operator()(CURLU* url) const { curl_url_cleanup(url); }
-};
-using Url = std::unique_ptr<CURLU, UrlDeleter>;
+using Url = std::unique_ptr<CURLU, decltype(&::curl_url_cleanup)>;
 
 /// Empty where the address has none.
-std::string part_of(const Url& url, CURLUPart part) {
+std::string part_of(const CurlFunctions& curl, const Url& url, CURLUPart part) {
   char* text = nullptr;
-  if (curl_url_get(url.get(), part, &text, 0) != CURLUE_OK) return {};
+  if (curl.url_get(url.get(), part, &text, 0) != CURLUE_OK) return {};
   std::string copy(text);
-  curl_free(text);
+  curl.free(text);
   return copy;
 }
 
@@ -28,18 +25,19 @@ Error refused(const char* what, const std::string& where = {}) {
 }
 
 Result<std::string> checked_url(const std::string& text) {
-  const Url url(curl_url());
+  COPPICE_TRY(curl, load_curl());
+  const Url url(curl->url(), curl->url_cleanup);
   if (!url) return Error{Status::out_of_memory, "out of memory"};
-  if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
+  const auto part = [&](CURLUPart wanted) { return part_of(*curl, url, wanted); };
+  if (curl->url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
     return refused("the cache's address cannot be read: it is like https://host/path");
-  const std::string scheme = part_of(url, CURLUPART_SCHEME), host = part_of(url, CURLUPART_HOST);
+  const std::string scheme = part(CURLUPART_SCHEME), host = part(CURLUPART_HOST);
   if (scheme != "http" && scheme != "https") return refused("a cache's address begins with http:// or https://, or it is a folder", scheme);
-  if (!part_of(url, CURLUPART_USER).empty() || !part_of(url, CURLUPART_PASSWORD).empty())
+  if (!part(CURLUPART_USER).empty() || !part(CURLUPART_PASSWORD).empty())
     return refused("no user or password in the cache's address, where others see it: put them into COPPICE_CACHE_CREDENTIALS or ~/.netrc",
                    host);
-  if (!part_of(url, CURLUPART_QUERY).empty() || !part_of(url, CURLUPART_FRAGMENT).empty())
-    return refused("a cache's address has no ? and no #", host);
-  std::string whole = part_of(url, CURLUPART_URL);
+  if (!part(CURLUPART_QUERY).empty() || !part(CURLUPART_FRAGMENT).empty()) return refused("a cache's address has no ? and no #", host);
+  std::string whole = part(CURLUPART_URL);
   while (whole.ends_with('/')) whole.pop_back();
   return whole;
 }

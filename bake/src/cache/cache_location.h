@@ -20,7 +20,7 @@ struct CacheLocation {
 /// Tells an address from a folder by "://".
 /// errors  invalid_argument: empty; an address of another protocol, one that is none, or one with a user, a password, a query or a
 /// fragment.
-///         The message has none of these.
+///         The message has none of these. unsupported: an address, and libcurl is missing
 Result<CacheLocation> parse_cache_location(const std::string& text);
 
 /// The environment variable that has credentials: "USER:PASSWORD", or "Bearer TOKEN".

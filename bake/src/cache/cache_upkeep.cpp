@@ -17,6 +17,7 @@
 #include "cache_index.h"
 #include "cache_listing.h"
 #include "http_transfers.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -155,6 +156,7 @@ Result<CachePruning> prune_folder(const fs::path& folder, std::uint64_t most_byt
 
 /// Patient: nobody waits for it but the person who called.
 constexpr double kPatience_s = 15.0;
+constexpr int kAbsent = 404;
 
 class Server {
  public:
@@ -177,9 +179,12 @@ class Server {
   Result<std::vector<ListedEntry>> list() {
     return list_cache([this](HttpRequest request) { return ask(std::move(request)); }, url_);
   }
+  Result<std::vector<std::string>> list_records() {
+    return coppice::bake::list_records([this](HttpRequest request) { return ask(std::move(request)); }, url_);
+  }
   /// errors  io: with what the server says
-  Result<void> remove(const std::string& key) {
-    const HttpAnswer answer = ask({.method = HttpMethod::remove, .url = entry_url(url_, key)});
+  Result<void> remove(const std::string& url) {
+    const HttpAnswer answer = ask({.method = HttpMethod::remove, .url = url});
     return checked(answer, "the server does not let entries be removed");
   }
   Result<void> write_index(const std::vector<ListedEntry>& entries) {
@@ -194,8 +199,8 @@ class Server {
 
  private:
   [[nodiscard]] Result<void> checked(const HttpAnswer& answer, const char* what) const {
-    constexpr int kAbsent = 404;  // gone already
-    const bool done = answer.trouble == HttpTrouble::none && ((answer.status >= 200 && answer.status < 300) || answer.status == kAbsent);
+    const bool done = answer.trouble == HttpTrouble::none &&
+                      ((answer.status >= 200 && answer.status < 300) || answer.status == kAbsent);  // or gone already
     if (done) return {};
     const std::string why = answer.trouble == HttpTrouble::none ? status_text(answer.status) : answer.why;
     return Error{Status::io, what, Error::kNoOffset, url_ + ": " + why};
@@ -206,12 +211,13 @@ class Server {
 };
 
 Result<CacheStats> server_stats(const CachePlace& place) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   CacheStats stats;
   for (const ListedEntry& entry : entries) count(stats, entry);
   const HttpAnswer answer = server.ask({.method = HttpMethod::get, .url = index_url(server.url())});
-  const auto index = read_index({reinterpret_cast<const char*>(answer.body.data()), answer.body.size()});
+  const auto index = read_index(as_text(answer.body));
   stats.has_index = answer.status == 200 && index;
   std::set<std::string> keys;
   for (const ListedEntry& entry : entries) keys.insert(entry.key);
@@ -223,6 +229,7 @@ Result<CacheStats> server_stats(const CachePlace& place) {
 
 Result<CacheVerification> verify_server(const CachePlace& place, bool remove_damaged,
                                         const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   CacheVerification verification;
@@ -241,7 +248,7 @@ Result<CacheVerification> verify_server(const CachePlace& place, bool remove_dam
   std::ranges::sort(verification.unreadable);
   if (!remove_damaged || verification.damaged.empty()) return verification;
   for (const std::string& key : verification.damaged) {
-    COPPICE_CHECK(server.remove(key));
+    COPPICE_CHECK(server.remove(entry_url(server.url(), key)));
     ++verification.removed;
   }
   COPPICE_TRY(left, server.list());
@@ -249,7 +256,28 @@ Result<CacheVerification> verify_server(const CachePlace& place, bool remove_dam
   return verification;
 }
 
+/// Removes the records of entries that are gone. One may have come, with its entry, since entries were listed.
+Result<void> prune_records(Server& server, const std::vector<ListedEntry>& entries) {
+  COPPICE_TRY(names, server.list_records());
+  std::set<std::string> keys;
+  for (const ListedEntry& entry : entries) keys.insert(entry.key);
+  std::vector<std::pair<std::string, std::string>> unknown;  // names, and keys
+  for (const std::string& name : names)
+    server.start({.method = HttpMethod::get, .url = record_url(server.url(), name)}, [&, name](const HttpAnswer& answer) {
+      if (answer.trouble != HttpTrouble::none || answer.status != 200) return;
+      const std::string key = key_of(parts_of_record(answer.body));
+      if (!keys.contains(key)) unknown.emplace_back(name, key);
+    });
+  server.finish();
+  for (const auto& [name, key] : unknown) {
+    if (server.ask({.method = HttpMethod::head, .url = entry_url(server.url(), key)}).status != kAbsent) continue;
+    COPPICE_CHECK(server.remove(record_url(server.url(), name)));
+  }
+  return {};
+}
+
 Result<CachePruning> prune_server(const CachePlace& place, std::uint64_t most_bytes) {
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   sort_by_use(entries);
@@ -257,7 +285,7 @@ Result<CachePruning> prune_server(const CachePlace& place, std::uint64_t most_by
   for (const ListedEntry& entry : entries) pruning.bytes += entry.bytes;
   std::size_t first_kept = 0;
   for (; first_kept < entries.size() && pruning.bytes > most_bytes; ++first_kept) {
-    COPPICE_CHECK(server.remove(entries[first_kept].key));
+    COPPICE_CHECK(server.remove(entry_url(server.url(), entries[first_kept].key)));
     pruning.bytes -= entries[first_kept].bytes;
     ++pruning.removed_entries;
     pruning.removed_bytes += entries[first_kept].bytes;
@@ -267,6 +295,7 @@ Result<CachePruning> prune_server(const CachePlace& place, std::uint64_t most_by
   if (first_kept > 0) {
     COPPICE_CHECK(server.write_index(entries));
   }
+  COPPICE_CHECK(prune_records(server, entries));
   return pruning;
 }
 
@@ -290,6 +319,7 @@ Result<std::uint64_t> rebuild_index(const CachePlace& place) {
   if (place.location.url.empty())
     return Error{Status::invalid_argument, "a cache in a folder has no index and needs none", Error::kNoOffset,
                  place.location.folder.string()};
+  COPPICE_CHECK(load_http());
   Server server(place);
   COPPICE_TRY(entries, server.list());
   COPPICE_CHECK(server.write_index(entries));

@@ -28,7 +28,8 @@ struct CacheStats {
   std::uint64_t unindexed = 0, misindexed = 0;    ///< entries that the index lacks; that it names and are not there
 };
 
-/// errors  io: the folder cannot be read, or the server does not answer; unsupported: the server gives no listings in JSON
+/// errors  io: the folder cannot be read, or the server does not answer; unsupported: the server gives no listings in JSON, or
+///         libcurl is missing
 Result<CacheStats> cache_stats(const CachePlace& place);
 
 struct CacheVerification {
@@ -51,7 +52,8 @@ struct CachePruning {
 };
 
 /// Removes the entries used longest ago until `most_bytes` are left; on a server, which does not know of use, those sent longest ago. Of a
-/// folder also what writes that were cut short left. A bake that meets a removed entry bakes.
+/// folder also what writes that were cut short left, of a server the records (cache_index.h) of entries that are gone. A bake that meets a
+/// removed entry bakes.
 /// errors  as cache_stats; io: an entry cannot be removed, with what the server says
 Result<CachePruning> prune_cache(const CachePlace& place, std::uint64_t most_bytes);
 

@@ -5,6 +5,8 @@
 
 #include <xxhash.h>
 
+#include "text_bytes.h"
+
 namespace coppice::bake {
 
 struct Checksum::State {
@@ -26,7 +28,7 @@ void Checksum::add(std::span<const std::uint8_t> part) {
 }
 
 void Checksum::add(std::string_view part) {
-  add({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
+  add(bytes_of(part));
 }
 
 std::string Checksum::text() const {

@@ -1,7 +1,5 @@
 #include "http_transfers.h"
 
-#include <curl/curl.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "curl_functions.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -30,15 +29,20 @@ struct HttpTransfers::Transfer {
 
 namespace {
 
+const CurlFunctions& curl() {
+  static const CurlFunctions& loaded = **load_curl();
+  return loaded;
+}
+
 /// A process is set up once. What libcurl frees at its end the system does too.
 void initialise() {
-  static const CURLcode done = curl_global_init(CURL_GLOBAL_DEFAULT);
+  static const CURLcode done = curl().global_init(CURL_GLOBAL_DEFAULT);
   if (done != CURLE_OK) throw std::bad_alloc();
 }
 
 template <class T>
 void set(CURL* easy, CURLoption option, T value) {
-  if (curl_easy_setopt(easy, option, value) == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (curl().easy_setopt(easy, option, value) == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
 }
 
 HttpTrouble trouble_of(CURLcode code) {
@@ -62,25 +66,30 @@ HttpTrouble trouble_of(CURLcode code) {
 
 }  // namespace
 
+Result<void> load_http() {
+  const auto curl = load_curl();
+  return curl ? Result<void>() : curl.error();
+}
+
 HttpTransfers::HttpTransfers(CacheCredentials credentials, std::size_t at_a_time)
     : credentials_(std::move(credentials)), at_a_time_(at_a_time) {
   initialise();
-  multi_ = curl_multi_init();
+  multi_ = curl().multi_init();
   if (multi_ == nullptr) throw std::bad_alloc();
-  static_cast<void>(curl_multi_setopt(static_cast<CURLM*>(multi_), CURLMOPT_MAXCONNECTS, static_cast<long>(at_a_time)));
+  static_cast<void>(curl().multi_setopt(static_cast<CURLM*>(multi_), CURLMOPT_MAXCONNECTS, static_cast<long>(at_a_time)));
   // A server that does not know of it would be waited for.
-  curl_slist* headers = curl_slist_append(nullptr, "Expect:");
-  if (!credentials_.token.empty()) headers = curl_slist_append(headers, ("Authorization: Bearer " + credentials_.token).c_str());
+  curl_slist* headers = curl().slist_append(nullptr, "Expect:");
+  if (!credentials_.token.empty()) headers = curl().slist_append(headers, ("Authorization: Bearer " + credentials_.token).c_str());
   headers_ = headers;
 }
 
 HttpTransfers::~HttpTransfers() {
   for (const auto& transfer : running_) {
-    curl_multi_remove_handle(static_cast<CURLM*>(multi_), transfer->easy);
-    curl_easy_cleanup(transfer->easy);
+    curl().multi_remove_handle(static_cast<CURLM*>(multi_), transfer->easy);
+    curl().easy_cleanup(transfer->easy);
   }
-  curl_multi_cleanup(static_cast<CURLM*>(multi_));
-  curl_slist_free_all(static_cast<curl_slist*>(headers_));
+  curl().multi_cleanup(static_cast<CURLM*>(multi_));
+  curl().slist_free_all(static_cast<curl_slist*>(headers_));
 }
 
 void HttpTransfers::start(HttpRequest request, Done done) {
@@ -91,7 +100,7 @@ void HttpTransfers::start(HttpRequest request, Done done) {
 }
 
 void HttpTransfers::begin(std::unique_ptr<Transfer> transfer) {
-  CURL* easy = curl_easy_init();
+  CURL* easy = curl().easy_init();
   if (easy == nullptr) throw std::bad_alloc();
   transfer->easy = easy;
   transfer->mark = Clock::now();
@@ -146,7 +155,7 @@ void HttpTransfers::begin(std::unique_ptr<Transfer> transfer) {
     set(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(self->request.body.size()));
   }
   running_.push_back(std::move(transfer));
-  if (curl_multi_add_handle(static_cast<CURLM*>(multi_), easy) != CURLM_OK) throw std::bad_alloc();
+  if (curl().multi_add_handle(static_cast<CURLM*>(multi_), easy) != CURLM_OK) throw std::bad_alloc();
 }
 
 void HttpTransfers::step(double seconds, int also) {
@@ -157,34 +166,34 @@ void HttpTransfers::step(double seconds, int also) {
   }
   auto* multi = static_cast<CURLM*>(multi_);
   int still_running = 0;
-  static_cast<void>(curl_multi_perform(multi, &still_running));
+  static_cast<void>(curl().multi_perform(multi, &still_running));
   curl_waitfd other{also, CURL_WAIT_POLLIN, 0};
   // Short: whether a transfer has stalled is seen at its end.
   const double most = running_.empty() ? seconds : std::min(seconds, 0.1);
-  static_cast<void>(curl_multi_poll(multi, &other, also >= 0 ? 1u : 0u, static_cast<int>(most * 1000.0), nullptr));
-  static_cast<void>(curl_multi_perform(multi, &still_running));
+  static_cast<void>(curl().multi_poll(multi, &other, also >= 0 ? 1u : 0u, static_cast<int>(most * 1000.0), nullptr));
+  static_cast<void>(curl().multi_perform(multi, &still_running));
   take_finished();
   give_up_stalled();
 }
 
 void HttpTransfers::take_finished() {
   int left = 0;
-  while (CURLMsg* message = curl_multi_info_read(static_cast<CURLM*>(multi_), &left)) {
+  while (CURLMsg* message = curl().multi_info_read(static_cast<CURLM*>(multi_), &left)) {
     if (message->msg != CURLMSG_DONE) continue;
     const CURLcode code = message->data.result;
     Transfer* transfer = nullptr;
-    static_cast<void>(curl_easy_getinfo(message->easy_handle, CURLINFO_PRIVATE, &transfer));
+    static_cast<void>(curl().easy_getinfo(message->easy_handle, CURLINFO_PRIVATE, &transfer));
     long status = 0;
-    static_cast<void>(curl_easy_getinfo(message->easy_handle, CURLINFO_RESPONSE_CODE, &status));
+    static_cast<void>(curl().easy_getinfo(message->easy_handle, CURLINFO_RESPONSE_CODE, &status));
     HttpAnswer answer = std::move(transfer->answer);
     answer.status = static_cast<int>(status);
     curl_off_t content_bytes = 0;
-    static_cast<void>(curl_easy_getinfo(message->easy_handle, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &content_bytes));
+    static_cast<void>(curl().easy_getinfo(message->easy_handle, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &content_bytes));
     answer.content_bytes = content_bytes > 0 ? static_cast<std::uint64_t>(content_bytes) : 0;
     answer.trouble = transfer->too_large ? HttpTrouble::too_large : trouble_of(code);
     if (answer.trouble != HttpTrouble::none) {
       answer.body.clear();
-      const char* words = transfer->error[0] != '\0' ? transfer->error.data() : curl_easy_strerror(code);
+      const char* words = transfer->error[0] != '\0' ? transfer->error.data() : curl().easy_strerror(code);
       answer.why = transfer->too_large ? "it sent more than a gigabyte" : printable(words);
     }
     finish(*transfer, std::move(answer));
@@ -222,8 +231,8 @@ void HttpTransfers::finish(Transfer& transfer, HttpAnswer answer) {
   running_.erase(at);
   // First what waits for the answer: libcurl may take its time.
   ended->done(std::move(answer));
-  curl_multi_remove_handle(static_cast<CURLM*>(multi_), ended->easy);
-  curl_easy_cleanup(ended->easy);
+  curl().multi_remove_handle(static_cast<CURLM*>(multi_), ended->easy);
+  curl().easy_cleanup(ended->easy);
 }
 
 std::string status_text(int status) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cache_location.h"
+#include "result.h"
 
 namespace coppice::bake {
 
@@ -40,6 +41,10 @@ struct HttpAnswer {
 
 /// An entry that is larger is not read.
 inline constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{1} << 30;
+
+/// What HttpTransfers are made with: to be called before there are any. A process that is forked off after that has it too.
+/// errors  unsupported: as load_curl
+Result<void> load_http();
 
 /// thread  one. The process may get threads: libcurl looks up names in one.
 class HttpTransfers {

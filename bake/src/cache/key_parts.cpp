@@ -4,13 +4,14 @@
 #include <cstdint>
 
 #include "checksum.h"
+#include "text_bytes.h"
 #include "utf8.h"
 
 namespace coppice::bake {
 namespace {
 
 bool is_utf8(std::string_view text) {
-  std::span<const std::uint8_t> rest(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  std::span<const std::uint8_t> rest = bytes_of(text);
   while (!rest.empty()) {
     const std::size_t length = utf8_sequence_length(rest);
     if (length == 0) return false;

@@ -8,6 +8,7 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "cache_listing.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -64,7 +65,7 @@ void RemoteCache::read_index_answer(const HttpAnswer& answer) {
   index_is_pending_ = false;
   const bool whole = answer.trouble == HttpTrouble::none;
   if (whole && is_success(answer.status)) {
-    auto index = read_index({reinterpret_cast<const char*>(answer.body.data()), answer.body.size()});
+    auto index = read_index(as_text(answer.body));
     index_is_missing_ = !index;
     if (index)
       index_ = *std::move(index);
@@ -76,7 +77,9 @@ void RemoteCache::read_index_answer(const HttpAnswer& answer) {
     went_wrong(reading_, answer);
   }
   close_if_open();
-  for (const auto& [key, wanted] : wanted_) get(key);
+  std::vector<std::string> keys;
+  for (const auto& [key, wanted] : wanted_) keys.push_back(key);
+  for (const std::string& key : keys) look_for(key);
 }
 
 void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<std::uint8_t>)> done) {
@@ -87,7 +90,7 @@ void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<s
   if (reading_.is_open())
     close_if_open();
   else if (is_new && !index_is_pending_)
-    get(key);
+    look_for(key);
 }
 
 void RemoteCache::fetch_record(const std::string& name, std::function<void(std::vector<std::uint8_t>)> done) {
@@ -102,6 +105,15 @@ void RemoteCache::fetch_record(const std::string& name, std::function<void(std::
           if (!is_there && !(whole && is_absent(answer.status))) went_wrong(reading_, answer);
           done(is_there ? std::move(answer.body) : std::vector<std::uint8_t>());
         });
+}
+
+void RemoteCache::look_for(const std::string& key) {
+  if (!options_.only_indexed || index_.contains(key)) {
+    get(key);
+    return;
+  }
+  ++report_.lacking;
+  answer_wanted(key, {});
 }
 
 void RemoteCache::get(const std::string& key) {
@@ -119,7 +131,7 @@ void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
   if (is_there) {
     ++report_.found;
     if (!index_.contains(key)) added_[key] = answer.body.size();
-    answer_wanted(key, std::move(answer.body));
+    answer_wanted(key, answer.body);
     return;
   }
   if (wanted != wanted_.end()) reading_.lost(std::chrono::duration<double>(Clock::now() - wanted->second.since).count());
@@ -134,7 +146,7 @@ void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
   close_if_open();
 }
 
-void RemoteCache::answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle) {
+void RemoteCache::answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle) {
   const auto found = wanted_.find(key);
   if (found == wanted_.end()) return;  // nobody waits any more
   const Wanted wanted = std::move(found->second);
@@ -277,8 +289,7 @@ HttpAnswer RemoteCache::ask(HttpRequest request, Clock::time_point until) {
 /// Of the index that is there now, which others may have written, with what this batch found out.
 void RemoteCache::write_index(Clock::time_point until) {
   const HttpAnswer now = ask({.method = HttpMethod::get, .url = index_url(options_.url)}, until);
-  auto index = now.status == 200 ? read_index({reinterpret_cast<const char*>(now.body.data()), now.body.size()})
-                                 : Result<CacheIndex>(Error{Status::io, "none"});
+  auto index = now.status == 200 ? read_index(as_text(now.body)) : Result<CacheIndex>(Error{Status::io, "none"});
   if (!index && now.trouble == HttpTrouble::none) {
     const Clock::time_point half = Clock::now() + (until - Clock::now()) / 2;
     const auto listed = list_cache([&](HttpRequest request) { return ask(std::move(request), half); }, options_.url);
@@ -314,7 +325,7 @@ void RemoteCache::finish() {
 
 CacheReport RemoteCache::report() const {
   CacheReport report = report_;
-  report.lost_s = reading_.seconds_lost();
+  report.lost_seconds = reading_.seconds_lost();
   for (const std::string* why : {&reading_.why(), &writing_.why()}) {
     if (why->empty() || report.trouble.find(*why) != std::string::npos) continue;
     report.trouble += (report.trouble.empty() ? "" : "; ") + *why;

@@ -26,6 +26,7 @@ struct RemoteCacheOptions {
   CacheMode mode = CacheMode::read_write;
   std::filesystem::path folder;  ///< where entries that are offered are read
   std::size_t job_count = 1;     ///< that may wait for it at the same time
+  bool only_indexed = false;     ///< entries that the index lacks are not asked for
 };
 
 /// What a cache did for a batch, and what was lost by it.
@@ -37,7 +38,7 @@ struct CacheReport {
   std::uint64_t unasked = 0;             ///< plants of which it could not say whether it has them
   std::uint64_t unsent = 0;              ///< results that it did not get
   std::uint64_t damaged = 0;             ///< entries that were not what they should be
-  double lost_s = 0.0;                   ///< wall time of the batch that went for nothing: waits in vain, and its end
+  double lost_seconds = 0.0;             ///< wall time of the batch that went for nothing: waits in vain, and its end
   std::string trouble;                   ///< what was wrong with it; empty: nothing
 };
 
@@ -73,9 +74,10 @@ class RemoteCache {
   void start(HttpRequest request, HttpTransfers::Done done);
   void ask_index();
   void read_index_answer(const HttpAnswer& answer);
+  void look_for(const std::string& key);
   void get(const std::string& key);
   void read_entry_answer(const std::string& key, HttpAnswer answer);
-  void answer_wanted(const std::string& key, std::vector<std::uint8_t> bundle);
+  void answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle);
   void close_if_open();
   void look_at_waiting();
   void send_next();

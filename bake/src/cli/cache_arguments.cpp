@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "cache_report_json.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -46,9 +47,7 @@ std::vector<std::string> cache_options(const CacheArguments& arguments) {
 }
 
 nlohmann::ordered_json cache_json(const CacheReport& report) {
-  return {{"where", report.where},         {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
-          {"requests", report.requests},   {"unasked", report.unasked}, {"unsent", report.unsent},   {"damaged", report.damaged},
-          {"lost_seconds", report.lost_s}, {"trouble", report.trouble}};
+  return nlohmann::json(report);
 }
 
 void print_cache_trouble(const CacheReport& report) {

@@ -199,9 +199,7 @@ Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
   COPPICE_TRY(plants, checked_plants(arguments));
   BatchOptions caches;
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, caches));
-  const std::filesystem::path& shared = caches.shared.location.folder;
-  return prepare_run({arguments.output, std::move(plants), task_options(arguments), shared.empty() ? caches.cache : shared},
-                     arguments.farm);
+  return prepare_run({arguments.output, std::move(plants), task_options(arguments), std::move(caches)}, arguments.farm);
 }
 
 /// Ctrl-C does not end what the cluster does.

@@ -9,19 +9,16 @@
 #include <cstdio>
 #include <ctime>
 #include <map>
-#include <optional>
 #include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "bake_cache.h"
-#include "bake_key.h"
 #include "batch_manifest.h"
-#include "cached_bake.h"
 #include "farm_follow.h"
 #include "farm_run.h"
+#include "load_batch.h"
 #include "output.h"
 #include "plant_cost.h"
 #include "plant_record.h"
@@ -83,38 +80,19 @@ Result<FarmRun> run_of(const FarmBatch& batch, const FarmArguments& arguments, c
   return run;
 }
 
-/// A plant that the cache has, as a task would find it; nothing where a task has to look.
-std::optional<BatchResult> load_plant(const BatchPlant& plant, const fs::path& cache) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto key = bake_key(plant.input, plant.options);
-  if (!key) return {};
-  const auto entry = load_cached(cache, *key);
-  if (!entry) return {};
-  if (!make_folder_of(plant.output) || !publish_bake(plant.output, entry->bytes)) return {};
-  BatchResult result{BatchOutcome::cached, {},  *key, entry->source_leaves, entry->bytes.size(),
-                     entry->foliage_bytes, 0.0, 0,    entry->warnings};
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
-}
-
-/// Takes from the cache what is there, so that a batch that has hardly changed needs hardly a task. Nodes read inputs faster together than
-/// this machine alone: it stops after some seconds where most plants have to be baked.
+/// Takes from the caches what is there, so that a batch that has hardly changed needs hardly a task.
 Result<void> load_plants(const FarmBatch& batch, FarmRun& run) {
-  constexpr double kSeconds = 5.0;
-  if (batch.cache.empty()) return {};
-  const auto start = std::chrono::steady_clock::now();
-  COPPICE_TRY(journal, Journal::open(submitter_journal(run.folder)));
-  std::size_t found = 0;
-  for (std::size_t plant = 0; plant < batch.plants.size(); ++plant) {
-    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > kSeconds && 2 * found < plant) break;
-    if (!batch.plants[plant].failure.empty()) continue;
-    const auto result = load_plant(batch.plants[plant], batch.cache);
-    if (!result) continue;
-    COPPICE_CHECK(journal.add(batch.plants[plant], *result));
+  if (batch.caches.cache.empty()) return {};
+  BatchOptions options = batch.caches;
+  options.cache_reported = [&run](const CacheReport& report) { run.cache = report; };
+  COPPICE_TRY(results, load_batch(batch.plants, options));
+  std::string journal;
+  for (std::size_t plant = 0; plant < results.size(); ++plant) {
+    if (results[plant].outcome != BatchOutcome::cached) continue;
+    journal += journal_line(batch.plants[plant], results[plant]);
     run.plants[plant].is_cached = true;
-    ++found;
   }
-  return {};
+  return write_file_atomically(submitter_journal(run.folder), bytes_of(journal));
 }
 
 /// Plants that are given to tasks, in arrays.
@@ -184,6 +162,7 @@ Batch batch_of(const FarmRun& run, FarmResults results) {
   batch.task_count = results.task_count;
   batch.retried_task_count = results.retried_task_count;
   batch.tries = std::move(results.tries);
+  batch.cache = run.cache;
   return batch;
 }
 

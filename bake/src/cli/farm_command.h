@@ -33,7 +33,7 @@ struct FarmBatch {
   std::filesystem::path output_folder;    ///< absolute
   std::vector<BatchPlant> plants;         ///< checked, expanded
   std::vector<std::string> task_options;  ///< of bake-all, for each task
-  std::filesystem::path cache;            ///< folder in which plants are looked for before there are tasks; empty: none
+  BatchOptions caches;                    ///< in which plants are looked for before there are tasks: as set_caches
 };
 
 /// Makes a run of it. errors  io; invalid_argument: a path that JSON cannot hold, or tasks of another run still bake into this folder

@@ -62,10 +62,6 @@ Result<void> refuse_standard_output(const std::filesystem::path& output, const c
   return {};
 }
 
-std::span<const std::uint8_t> bytes_of(const std::string& text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 std::string formatted(const char* format, ...) {
   va_list arguments, again;
   va_start(arguments, format);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "result.h"
+#include "text_bytes.h"
 
 namespace CLI {
 class App;
@@ -43,8 +44,6 @@ struct Output {
   std::filesystem::path path;  ///< empty: not asked for
   std::span<const std::uint8_t> bytes;
 };
-
-std::span<const std::uint8_t> bytes_of(const std::string& text);
 
 /// As printf makes it. What a command says of its work is made before its outputs are written, after which nothing is allocated.
 std::string formatted(const char* format, ...) __attribute__((format(printf, 1, 2)));

@@ -17,7 +17,9 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "cache_report_json.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -28,7 +30,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint32_t kRunVersion = 1;  // of run.json
 
 Result<void> write_text(const fs::path& path, const std::string& text) {
-  return write_file_atomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  return write_file_atomically(path, bytes_of(text));
 }
 
 std::string dumped(const Json& json) {
@@ -125,6 +127,7 @@ FarmRun run_of(const Json& json, const fs::path& folder) {
   run.task_options = json.at("task_options").get<std::vector<std::string>>();
   run.most_attempts = json.at("most_attempts").get<std::uint32_t>();
   for (const Json& plant : json.at("plants")) run.plants.push_back(plant_of(plant));
+  run.cache = nlohmann::json(json.at("cache")).get<CacheReport>();
   return run;
 }
 
@@ -201,7 +204,8 @@ Result<void> write_run(const FarmRun& run) {
                                                      {"sbatch_options", run.sbatch_options},
                                                      {"task_options", run.task_options},
                                                      {"most_attempts", run.most_attempts},
-                                                     {"plants", std::move(plants)}}));
+                                                     {"plants", std::move(plants)},
+                                                     {"cache", nlohmann::json(run.cache)}}));
 }
 
 Result<FarmRun> read_run(const fs::path& folder) {

@@ -19,6 +19,7 @@
 
 #include "farm_plan.h"
 #include "plant_cost.h"
+#include "remote_cache.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -45,6 +46,7 @@ struct FarmRun {
   std::vector<std::string> task_options;    ///< of bake-all, for every task
   std::uint32_t most_attempts = 3;          ///< of a plant
   std::vector<FarmPlant> plants;
+  CacheReport cache;  ///< what the shared cache did before there were tasks
 };
 
 /// An array of tasks, given to the scheduler in one go.

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
 #include "gltf_references.h"
+#include "gltf_text.h"
 
 namespace coppice::bake {
 namespace {
@@ -29,16 +28,8 @@ std::uint64_t bytes_of_file(const fs::path& path) {
 
 /// The JSON of a .gltf or .glb; discarded where there is none.
 Json document_of(const fs::path& path) {
-  constexpr std::uint64_t kHeadBytes = 20;  // header of the file and of its first chunk
-  auto head = read_file(path, kHeadBytes);
-  if (!head || head->size() < 2) return Json::value_t::discarded;
-  const bool is_binary = head->size() == kHeadBytes && std::memcmp(head->data(), "glTF", 4) == 0;
-  std::uint32_t json_bytes = 0;
-  if (is_binary) std::memcpy(&json_bytes, head->data() + 12, sizeof json_bytes);
-  const std::uint64_t skipped = is_binary ? kHeadBytes : 0;
-  const auto text = read_file(path, is_binary ? std::min(kMostJsonBytes, skipped + json_bytes) : kMostJsonBytes);
-  if (!text || text->size() < skipped) return Json::value_t::discarded;
-  return Json::parse(text->begin() + static_cast<std::ptrdiff_t>(skipped), text->end(), nullptr, false);
+  const auto bytes = read_gltf_text(path, kMostJsonBytes);
+  return bytes ? Json::parse(gltf_text(*bytes), nullptr, false) : Json(Json::value_t::discarded);
 }
 
 /// A member of an object, or an entry of an array; null where there is none.

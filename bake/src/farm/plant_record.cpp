@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -41,6 +42,10 @@ Json plant_record(const BatchPlant& plant, const BatchResult& result) {
                {"warnings", result.warnings},
                {"because", result.because}});
   return json;
+}
+
+std::string journal_line(const BatchPlant& plant, const BatchResult& result) {
+  return plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::optional<JournalEntry> journal_entry(std::string_view line) {
@@ -80,8 +85,7 @@ Result<Journal> Journal::open(const std::filesystem::path& path) {
 }
 
 Result<void> Journal::add(const BatchPlant& plant, const BatchResult& result) {
-  const std::string line = plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  COPPICE_CHECK(write_all(file_, {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()}, path_));
+  COPPICE_CHECK(write_all(file_, bytes_of(journal_line(plant, result)), path_));
   // Others read it while it grows, through a file system that may keep it back. Some cannot sync; then they see it when it is closed.
   static_cast<void>(::fdatasync(file_));
   return {};

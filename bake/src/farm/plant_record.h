@@ -25,7 +25,10 @@ struct JournalEntry {
   BatchResult result;
 };
 
-/// A line of a journal; nothing where it is no whole one.
+/// A line of a journal, with its end.
+std::string journal_line(const BatchPlant& plant, const BatchResult& result);
+
+/// What a line of a journal says; nothing where it is no whole one.
 std::optional<JournalEntry> journal_entry(std::string_view line);
 
 /// A file that gets a line for each plant that has ended, on disk before the next one ends. What a killed process leaves is whole up to

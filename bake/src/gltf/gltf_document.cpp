@@ -18,6 +18,7 @@
 #include "gltf_draco.h"
 #include "gltf_meshopt.h"
 #include "gltf_screen.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -43,10 +44,6 @@ std::uint32_t read_u32(std::span<const std::uint8_t> bytes, std::size_t offset) 
   std::uint32_t value = 0;
   std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
-}
-
-std::string_view as_text(std::span<const std::uint8_t> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 Result<Parts> split_glb(std::span<const std::uint8_t> file) {
@@ -106,7 +103,7 @@ std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const st
   for (const char c : std::string_view("glTF")) glb.push_back(static_cast<std::uint8_t>(c));
   append_u32(glb, 2);
   append_u32(glb, 0);
-  append_chunk(glb, kJsonChunk, {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()}, ' ');
+  append_chunk(glb, kJsonChunk, bytes_of(json), ' ');
   append_chunk(glb, kBinChunk, bin, 0);
   const auto length = static_cast<std::uint32_t>(glb.size());
   std::memcpy(glb.data() + 8, &length, sizeof length);

@@ -14,6 +14,7 @@
 #include "image_limits.h"
 #include "jpeg_decode.h"
 #include "png_decode.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -68,7 +69,7 @@ Result<Image> decode_any(std::span<const std::uint8_t> bytes) {
   };
   constexpr std::array<Format, 3> kFormats{
       {{"\x89PNG\r\n\x1a\n"sv, decode_png}, {"\xff\xd8\xff"sv, decode_jpeg}, {"RIFF????WEBP"sv, decode_webp}}};
-  const std::string_view file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view file = as_text(bytes);
   for (const Format& format : kFormats)
     if (starts_like(file, format.start)) return file.size() < format.start.size() ? bad(kImageEndsEarly) : format.decode(bytes);
   if (starts_like(file, "\xabKTX ")) return unsupported(kKtxImage);

@@ -1,5 +1,6 @@
-// What a cluster of two nodes with a processor each takes for a batch, against bake-all on one of these processors: generated plants of the
-// three species, each of a seed of its own, in small views. Needs Slurm (slurm_cluster.h), root and two idle processors.
+// What a cluster of two nodes with a processor each takes for a batch, against bake-all on one of these processors, and against two shards
+// by hand, one on each, at the same time: nodes on one machine share its memory, which real ones do not. Generated plants of the three
+// species, each of a seed of its own, in small views. Needs Slurm (slurm_cluster.h), root and two idle processors.
 //   farm_table [PLANTS [VIEWS [RESOLUTION]]]     200, 8, 96
 
 #include <chrono>
@@ -46,12 +47,25 @@ void measure(const std::string& count, const std::string& views, const std::stri
     return words;
   };
   const double one = seconds_of(program_on_path("taskset"), with({"--cpu-list", "0", COPPICE_TOOL}, {folder / "one"}), {});
+  const auto shard = [&](const std::string& processor, const std::string& number) {
+    return std::thread([&, processor, number] {
+      run_process(program_on_path("taskset"), with({"--cpu-list", processor, COPPICE_TOOL}, {folder / "hand", "--shard", number, "--quiet",
+                                                                                             "--report", folder / ("hand" + processor)}));
+    });
+  };
+  const auto start = std::chrono::steady_clock::now();
+  std::thread first = shard("0", "1/2"), second = shard("1", "2/2");
+  first.join();
+  second.join();
+  const double hand = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const SlurmCluster cluster(2);
   const double two = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
   const double warm = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
-  std::printf("%s plants: %.1f s on one processor, %.1f s on two nodes: %.3f of half; warm %.1f s; bytes are %s\n", count.c_str(), one, two,
-              two / (one / 2.0), warm,
-              outputs(folder / "one", ".coppice-") == outputs(folder / "two", ".coppice-") ? "equal" : "NOT EQUAL");
+  std::printf(
+      "%s plants: %.1f s on one processor; two shards by hand %.1f s, %.3f of half; two nodes %.1f s, %.3f of half, %.3f of by hand; "
+      "warm %.1f s; bytes are %s\n",
+      count.c_str(), one, hand, hand / (one / 2.0), two, two / (one / 2.0), two / hand, warm,
+      outputs(folder / "one") == outputs(folder / "two") && outputs(folder / "one") == outputs(folder / "hand") ? "equal" : "NOT EQUAL");
 }
 
 }  // namespace

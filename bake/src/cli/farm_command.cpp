@@ -18,6 +18,7 @@
 #include "batch_manifest.h"
 #include "farm_follow.h"
 #include "farm_run.h"
+#include "farm_tries.h"
 #include "load_batch.h"
 #include "output.h"
 #include "plant_cost.h"
@@ -149,6 +150,19 @@ std::string status_text(const FarmStatus& status) {
   return status.running > 0 || status.waits_for.empty() ? text : text + ": " + status.waits_for;
 }
 
+/// The submitter's and the tasks'; what the submitter did not find they have asked for again.
+CacheReport caches_of(const FarmRun& run) {
+  const CacheReport tasks = read_task_caches(run.folder);
+  CacheReport caches = run.cache;
+  if (tasks.where.empty()) return caches;
+  if (caches.where.empty()) caches.where = tasks.where;
+  if (caches.trouble.empty()) caches.trouble = tasks.trouble;
+  caches.found += tasks.found, caches.sent += tasks.sent, caches.requests += tasks.requests, caches.damaged += tasks.damaged;
+  caches.lacking = tasks.lacking, caches.unasked = tasks.unasked, caches.unsent = tasks.unsent;
+  caches.lost_seconds = std::max(caches.lost_seconds, tasks.lost_seconds);
+  return caches;
+}
+
 Batch batch_of(const FarmRun& run, FarmResults results) {
   Batch batch;
   batch.output_folder = run.output_folder;
@@ -162,7 +176,7 @@ Batch batch_of(const FarmRun& run, FarmResults results) {
   batch.task_count = results.task_count;
   batch.retried_task_count = results.retried_task_count;
   batch.tries = std::move(results.tries);
-  batch.cache = run.cache;
+  batch.cache = caches_of(run);
   return batch;
 }
 

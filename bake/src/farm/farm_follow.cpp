@@ -52,7 +52,10 @@ class Follower {
  public:
   Follower(const FarmRun& run, const FollowOptions& options, std::vector<Submission> submissions)
       : run_(run), options_(options), submissions_(std::move(submissions)), plants_(run.plants.size()), current_(run.plants.size()) {
-    for (const Submission& submission : submissions_) take_plants(submission);
+    for (const Submission& submission : submissions_) {
+      take_plants(submission);
+      bad_nodes_.insert(submission.excluded_nodes.begin(), submission.excluded_nodes.end());
+    }
     for (std::size_t plant = 0; plant < plants_.size(); ++plant) {
       by_output_.emplace(run.plants[plant].output.string(), plant);
       if (!run.plants[plant].failure.empty()) end_plant(plant, {.error = run.plants[plant].failure}, {});
@@ -78,6 +81,9 @@ class Follower {
   }
 
  private:
+  /// Submissions to come, by attempt, memory, minutes and whether a bad node is the cause.
+  using Again = std::map<std::tuple<std::uint32_t, std::uint64_t, std::uint32_t, bool>, Submission>;
+
   struct Plant {
     bool ended = false;
     BatchResult result;
@@ -274,53 +280,82 @@ class Follower {
     return last;
   }
 
-  /// Whoever started it would have to start it otherwise: by hand, or with a program that nodes have.
-  [[nodiscard]] bool is_hopeless(const TaskName& name) const {
-    constexpr int kUsage = 2, kNotExecutable = 126, kNotFound = 127;
-    if (run_.submitter == Submitter::hand) return true;
-    const TaskTry* const made = last_try(name);
-    const int code = made == nullptr ? 0 : made->exit_code.value_or(0);
-    return code == kUsage || code == kNotExecutable || code == kNotFound;
-  }
+  /// Why a task is no more.
+  struct Loss {
+    std::string why;
+    std::string bad_node;      ///< where no task can do anything: it does not see OUT, or has no program; empty
+    bool is_hopeless = false;  ///< it is not to be tried again
+  };
 
   /// "its task was lost on node2 (TIMEOUT)"
-  [[nodiscard]] std::string reason(const TaskName& name) const {
+  [[nodiscard]] Loss loss_of(const TaskName& name) const {
+    const Submission& submission = submissions_[name.first - 1];
+    if (!submission.refused.empty()) return {submission.refused + (submission.because.empty() ? "" : "; " + submission.because), {}, true};
+    const bool by_hand = run_.submitter == Submitter::hand;
     const TaskTry* const made = last_try(name);
     if (made != nullptr && made->exit_code) {
+      constexpr int kUsage = 2, kNotExecutable = 126, kNotFound = 127;
       constexpr std::uint64_t kTailBytes = 4096;
+      const int code = *made->exit_code;
       const std::string said = last_line(tail_of(made->log, kTailBytes));
-      return "its task ended on " + made->node + " with exit code " + std::to_string(*made->exit_code) + (said.empty() ? "" : ": " + said);
+      Loss loss{"its task ended on " + made->node + " with exit code " + std::to_string(code) + (said.empty() ? "" : ": " + said), {}};
+      if (code == kNotExecutable || code == kNotFound) loss.bad_node = made->node;
+      loss.is_hopeless = by_hand || code == kUsage;
+      return loss;
     }
     const auto queued = queue_.find(name);
-    const std::string state = queued == queue_.end() ? "" : " (" + queued->second.state + ")";
-    if (made != nullptr) return "its task was lost on " + made->node + state;
-    return "its task left no trace" + state + ": OUT must be in a folder that all nodes share; Slurm's word is in " + run_.folder.string() +
-           "/slurm-" + submissions_[name.first - 1].job + "_" + std::to_string(name.second) + ".out";
+    const std::string state = queued == queue_.end() ? "" : queued->second.state, shown = state.empty() ? "" : " (" + state + ")";
+    const bool is_cancelled = state == "CANCELLED";
+    if (is_cancelled) return {"its task was cancelled", {}, true};
+    if (made != nullptr) return {"its task was lost on " + made->node + shown, {}, by_hand};
+    const std::string node = queued == queue_.end() ? "" : queued->second.node;
+    if (node.empty() || (state != "FAILED" && state != "COMPLETED"))
+      return {"its task left no trace" + shown + ": OUT must be in a folder that all nodes share; Slurm's word is in " +
+                  run_.folder.string() + "/slurm-" + submission.job + "_" + std::to_string(name.second) + ".out",
+              {},
+              by_hand};
+    return {"its task left no trace on " + node + shown + ", which must see " + run_.folder.string(), node, by_hand};
+  }
+
+  void leave_out(const std::string& node, const std::string& why) {
+    if (!bad_nodes_.insert(node).second || !options_.say) return;
+    options_.say(node + " gets no more tasks: " + why);
+  }
+
+  /// A bad node costs no attempt, as long as tasks can be kept from it.
+  void try_again(const Submission& submission, const Loss& loss, const std::vector<std::uint32_t>& plants, Again& again) const {
+    const bool is_new =
+        !loss.bad_node.empty() && std::ranges::find(submission.excluded_nodes, loss.bad_node) == submission.excluded_nodes.end();
+    Submission& next = again[{submission.attempt, submission.memory_bytes, submission.minutes, is_new}];
+    next.attempt = submission.attempt + (is_new ? 0 : 1);
+    next.memory_bytes = submission.memory_bytes * (is_new ? 1 : 2);
+    next.minutes = submission.minutes * (is_new ? 1 : 2);
+    next.because = loss.why;
+    add_tasks(next, plants);
   }
 
   Result<void> retry(const std::vector<TaskName>& lost) {
-    std::map<std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>, Submission> again;  // by attempt, memory, minutes
+    Again again;
     for (const TaskName& name : lost) {
       const Submission& submission = submission_of(name.first);
       const std::vector<std::uint32_t> plants = unfinished(submission, name.second);
-      const std::string why = submission.refused.empty() ? reason(name) : submission.refused;
-      if (!submission.refused.empty() || submission.attempt >= run_.most_attempts || is_hopeless(name)) {
+      const Loss loss = loss_of(name);
+      if (!loss.bad_node.empty()) leave_out(loss.bad_node, loss.why);
+      const bool is_last = submission.attempt >= run_.most_attempts && loss.bad_node.empty();
+      if (loss.is_hopeless || is_last) {
+        const std::string attempts = submission.attempt > 1 ? ", after " + std::to_string(submission.attempt) + " attempts" : "";
         for (const std::uint32_t plant : plants) {
-          COPPICE_CHECK(
-              give_up(plant, why + (submission.attempt > 1 ? ", after " + std::to_string(submission.attempt) + " attempts" : "")));
+          COPPICE_CHECK(give_up(plant, loss.why + attempts));
         }
         continue;
       }
-      if (options_.say)
-        options_.say(std::to_string(plants.size()) + (plants.size() == 1 ? " plant is" : " plants are") + " tried again: " + why);
-      Submission& next = again[{submission.attempt, submission.memory_bytes, submission.minutes}];
-      next.attempt = submission.attempt + 1;
-      next.memory_bytes = 2 * submission.memory_bytes;
-      next.minutes = 2 * submission.minutes;
-      add_tasks(next, plants);
+      if (options_.say && loss.bad_node.empty())
+        options_.say(std::to_string(plants.size()) + (plants.size() == 1 ? " plant is" : " plants are") + " tried again: " + loss.why);
+      try_again(submission, loss, plants, again);
     }
     for (auto& [limits, submission] : again) {
       submission.number = static_cast<std::uint32_t>(submissions_.size()) + 1;
+      submission.excluded_nodes.assign(bad_nodes_.begin(), bad_nodes_.end());
       COPPICE_CHECK(write_submission(run_, submission));
       take_plants(submission);
       submissions_.push_back(std::move(submission));
@@ -426,6 +461,7 @@ class Follower {
   Tries tries_;
   Queue queue_;
   std::map<TaskName, Clock::time_point> gone_;  ///< since when Slurm does not have them
+  std::set<std::string> bad_nodes_;
   std::set<std::uint32_t> just_submitted_;
   std::map<std::uint32_t, std::uint32_t> refusals_;
   std::optional<Clock::time_point> asked_, read_, first_running_;

@@ -93,6 +93,9 @@ std::string sbatch_lines(const FarmRun& run, const Submission& submission) {
   const bool has_memory = std::ranges::any_of(run.sbatch_options, [](const std::string& word) { return word.starts_with("--mem"); });
   const std::uint64_t bytes = submission.memory_bytes * processors_of_task(run.sbatch_options);
   if (!has_memory) text += line("mem=" + std::to_string(bytes / 1'000'000 + 1) + "M");
+  std::string excluded;
+  for (const std::string& node : submission.excluded_nodes) excluded += (excluded.empty() ? "" : ",") + node;
+  if (!excluded.empty()) text += line("exclude=" + excluded);
   text += line("requeue") + line("open-mode=append");
   text += line("output=\"" + sbatch_file_name((run.folder / "slurm-").string()) + "%A_%a.out\"");
   return text;
@@ -140,6 +143,8 @@ Submission submission_of(const Json& json) {
   submission.job = json.at("job").get<std::string>();
   submission.submitted_s = json.at("submitted").get<double>();
   submission.refused = json.at("refused").get<std::string>();
+  submission.because = json.at("because").get<std::string>();
+  submission.excluded_nodes = json.at("excluded_nodes").get<std::vector<std::string>>();
   for (const Json& task : json.at("tasks")) submission.tasks.push_back({task.get<std::vector<std::uint32_t>>()});
   return submission;
 }
@@ -248,7 +253,7 @@ tell() {
   printf '%s\n' "$2" > "$try.$1.new" && mv "$try.$1.new" "$try.$1"
 }
 tell start "{\"node\": \"$node\", \"job\": \"${SLURM_JOB_ID:-}\", \"array_job\": \"${SLURM_ARRAY_JOB_ID:-}\", \"restart\": ${SLURM_RESTART_COUNT:-0}, \"time\": $(date +%s.%N)}"
-"$coppice" bake-all "$run/task-$task.json" -o "$out" --threads "${SLURM_CPUS_ON_NODE:-0}" --journal "$try.plants")" +
+"$coppice" bake-all "$run/task-$task.json" -o "$out" --threads "${SLURM_CPUS_ON_NODE:-0}" --journal "$try.plants" --report "$try.report")" +
           joined(run.task_options) + R"( > "$try.log" 2>&1
 code=$?
 tell end "{\"exit\": $code, \"time\": $(date +%s.%N)}"
@@ -267,6 +272,8 @@ Result<void> write_record(const FarmRun& run, const Submission& submission) {
                                                                  {"job", submission.job},
                                                                  {"submitted", submission.submitted_s},
                                                                  {"refused", submission.refused},
+                                                                 {"because", submission.because},
+                                                                 {"excluded_nodes", submission.excluded_nodes},
                                                                  {"tasks", std::move(tasks)}}));
 }
 

@@ -7,7 +7,8 @@
 //   submission-001.json      which plants are in which task, limits, and once the scheduler has it, its job; .sh: what each task runs
 //   task-001-0017.json       the list of plants of task 17 of submission 1, for `coppice bake-all`
 //   tries/001-0017.JOB.HOST.PROCESS.start   written by a task when it starts: where and when; .plants: its journal; .log: what it
-//                            printed; .end: its exit code and when. Two tries of one task, which a scheduler may start, share no file
+//                            printed; .report: what bake-all --report writes; .end: its exit code and when. Two tries of one task, which a
+//                            scheduler may start, share no file
 //   submitter.jsonl          journal of what no task tells: plants that were cached before, and those that were given up
 //   report.json              the end: what `--report` writes
 
@@ -56,9 +57,11 @@ struct Submission {
   std::uint64_t memory_bytes = 0;
   std::uint32_t minutes = 0;
   std::vector<FarmTask> tasks;
-  std::string job;           ///< the scheduler's number; empty: it may not have it
-  double submitted_s = 0.0;  ///< seconds since 1970
-  std::string refused;       ///< why the scheduler did not take it; empty
+  std::string job;                          ///< the scheduler's number; empty: it may not have it
+  double submitted_s = 0.0;                 ///< seconds since 1970
+  std::string refused;                      ///< why the scheduler did not take it; empty
+  std::string because;                      ///< why its plants are tried again; empty of the first attempt
+  std::vector<std::string> excluded_nodes;  ///< where no task can do anything
 };
 
 /// OUT/.coppice-farm

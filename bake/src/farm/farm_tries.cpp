@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "cache_report_json.h"
 
 namespace coppice::bake {
 namespace {
@@ -97,6 +98,31 @@ std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
     if (!unreadable && bytes > of.read_bytes) read_journal(path, found->first, of, plants);
   }
   return plants;
+}
+
+CacheReport read_task_caches(const fs::path& run_folder) {
+  std::vector<fs::path> reports;
+  std::error_code error;
+  for (fs::directory_iterator entry(run_folder / "tries", error), end; !error && entry != end; entry.increment(error))
+    if (entry->path().extension() == ".report") reports.push_back(entry->path());
+  std::ranges::sort(reports);
+  CacheReport sum;
+  for (const fs::path& path : reports) {
+    const auto bytes = read_file(path);
+    const Json json = bytes ? Json::parse(bytes->begin(), bytes->end(), nullptr, false) : Json();
+    if (!json.is_object() || !json.contains("cache")) continue;
+    try {
+      const CacheReport of = json["cache"].get<CacheReport>();
+      if (sum.where.empty()) sum.where = of.where;
+      if (sum.trouble.empty() && !of.trouble.empty()) sum.trouble = of.trouble + " (" + path.stem().string() + ")";
+      sum.found += of.found, sum.lacking += of.lacking, sum.sent += of.sent, sum.requests += of.requests;
+      sum.unasked += of.unasked, sum.unsent += of.unsent, sum.damaged += of.damaged;
+      sum.lost_seconds = std::max(sum.lost_seconds, of.lost_seconds);
+    } catch (const Json::exception&) {
+      continue;
+    }
+  }
+  return sum;
 }
 
 void refresh_tries(const fs::path& run_folder) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plant_record.h"
+#include "remote_cache.h"
 
 namespace coppice::bake {
 
@@ -36,6 +37,9 @@ using Tries = std::map<std::string, TaskTry>;
 /// Looks what has come since the last call: adds tries that have started, and ends. returns  plants that have ended since, in the order of
 /// tries and of their journals. What is only half there is read the next time.
 std::vector<TriedPlant> read_tries(const std::filesystem::path& run_folder, Tries& tries);
+
+/// What tasks' caches did, by the reports of those that ended: sums, but of lost_seconds the largest.
+CacheReport read_task_caches(const std::filesystem::path& run_folder);
 
 /// Makes a network file system ask again what is in the folder: by a file of our own that comes and goes.
 void refresh_tries(const std::filesystem::path& run_folder);

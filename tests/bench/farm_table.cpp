@@ -49,8 +49,7 @@ void measure(const std::string& count, const std::string& views, const std::stri
   const double one = seconds_of(program_on_path("taskset"), with({"--cpu-list", "0", COPPICE_TOOL}, {folder / "one"}), {});
   const auto shard = [&](const std::string& processor, const std::string& number) {
     return std::thread([&, processor, number] {
-      run_process(program_on_path("taskset"), with({"--cpu-list", processor, COPPICE_TOOL}, {folder / "hand", "--shard", number, "--quiet",
-                                                                                             "--report", folder / ("hand" + processor)}));
+      run_process(program_on_path("taskset"), with({"--cpu-list", processor, COPPICE_TOOL}, {folder / "hand", "--shard", number}));
     });
   };
   const auto start = std::chrono::steady_clock::now();
@@ -61,11 +60,12 @@ void measure(const std::string& count, const std::string& views, const std::stri
   const SlurmCluster cluster(2);
   const double two = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
   const double warm = seconds_of(COPPICE_TOOL, with({}, {folder / "two", "--slurm"}), cluster.environment());
+  const auto files = [&](const char* name) { return outputs(folder / name, ".coppice-"); };
   std::printf(
       "%s plants: %.1f s on one processor; two shards by hand %.1f s, %.3f of half; two nodes %.1f s, %.3f of half, %.3f of by hand; "
       "warm %.1f s; bytes are %s\n",
       count.c_str(), one, hand, hand / (one / 2.0), two, two / (one / 2.0), two / hand, warm,
-      outputs(folder / "one") == outputs(folder / "two") && outputs(folder / "one") == outputs(folder / "hand") ? "equal" : "NOT EQUAL");
+      files("one") == files("two") && files("one") == files("hand") ? "equal" : "NOT EQUAL");
 }
 
 }  // namespace

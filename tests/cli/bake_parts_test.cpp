@@ -163,6 +163,9 @@ TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {
     EXPECT_FALSE(fs::exists(out_)) << more.front();
   }
   EXPECT_EQ(coppice_tool({"bake-all", "-o", out_}).exit_code, 2);
+  const ProcessResult no_scheme = coppice_tool(joined(base, {"--cache", "studio.example:8080/plants"}));
+  EXPECT_EQ(no_scheme.exit_code, 1);
+  EXPECT_NE(no_scheme.err.find("begins with http://"), std::string::npos) << no_scheme.err;
   const ProcessResult nothing = coppice_tool({"bake-all", "-o", out_, "--attach"});
   EXPECT_EQ(nothing.exit_code, 1);
   EXPECT_NE(nothing.err.find("no run on a cluster"), std::string::npos) << nothing.err;

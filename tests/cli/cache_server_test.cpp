@@ -22,6 +22,7 @@
 #include "documents.h"
 #include "gltf_builder.h"
 #include "process.h"
+#include "text_bytes.h"
 #include "text_files.h"
 
 namespace {
@@ -118,6 +119,23 @@ TEST_F(Courier, OneOfAHundredEntriesPoisonedIsNoticedAndReplaced) {
   EXPECT_EQ(report_.found, kCount);
   EXPECT_EQ(report_.damaged, 0u);
   EXPECT_EQ(report_.sent, 0u);
+}
+
+TEST_F(Courier, AnEmptyEntryIsDamagedAndReplaced) {
+  store(4);
+  const FaultyServer server(objects_);
+  ASSERT_EQ(send(server.url(), 4).sent, 4u);
+  const fs::path object = objects_ / coppice::bake::entry_url("", key_of_entry(2)).substr(1);
+  write_text(object, "");
+  CacheCourier courier = start(server.url());
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(2)));
+  courier.line().offer(key_of_entry(2));
+  const CacheReport report = courier.finish();
+  EXPECT_EQ(report.damaged, 1u);
+  EXPECT_EQ(report.found, 0u);
+  EXPECT_EQ(report.sent, 1u);
+  const std::string text = read_text(object);
+  EXPECT_TRUE(coppice::bake::read_bundle(coppice::bake::bytes_of(text), key_of_entry(2)));
 }
 
 TEST_F(Courier, AsksOneQuestionWhereTheCacheHasAll) {

@@ -451,6 +451,45 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
   EXPECT_EQ(std::ranges::count(missing.err, '\n'), 1) << missing.err;
 }
 
+TEST_F(SlurmBake, ANodeWithoutTheProgramGetsNoMoreTasks) {
+  const fs::path path = folder_ / "coppice of node2";
+  write_text(path, "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] && exit 127\nexec '" COPPICE_TOOL "' \"$@\"\n");
+  ::chmod(path.c_str(), 0755);
+  const fs::path report = folder_ / "report.json";
+  const ProcessResult result = tool(submit({"--coppice", path, "--report", report}));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  expect_whole();
+  EXPECT_EQ(result.err.find("coppice: node1 gets no more tasks: its task ended on node1 with exit code 127"), 0u) << result.err;
+  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  for (const nlohmann::json& plant : nlohmann::json::parse(read_text(report))["plants"]) EXPECT_EQ(plant["node"], "node2");
+}
+
+TEST_F(SlurmBake, ANodeThatDoesNotSeeThePlantsGetsNoMoreTasks) {
+  const fs::path path = folder_ / "blind coppice";
+  write_text(path, "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] || exec '" COPPICE_TOOL
+                   "' \"$@\"\nexec unshare --mount sh -c 'mount -t tmpfs none \"$0\" && exec \"$@\"' '" +
+                       inputs_.string() + "' '" COPPICE_TOOL "' \"$@\"\n");
+  ::chmod(path.c_str(), 0755);
+  if (run_process("/usr/bin/unshare", {"--mount", "true"}).exit_code != 0) GTEST_SKIP() << "no mount namespaces here";
+  const ProcessResult result = tool(submit({"--coppice", path}));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(outputs(out_, kKept) == plants().baked);
+  EXPECT_NE(result.err.find("node1 gets no more tasks"), std::string::npos) << result.err;
+}
+
+TEST_F(SlurmBake, ScancelEndsARun) {
+  const fs::path hold = folder_ / "hold";
+  write_text(hold, "");
+  const auto submitter = start(submit({"--coppice", holding_coppice(hold)}));
+  ASSERT_TRUE(comes_true([&] { return !tries(".start").empty(); })) << submitter->err();
+  const std::string jobs = cluster_->queue("%F");
+  EXPECT_EQ(cluster_->run("scancel", {jobs.substr(0, jobs.find('\n'))}).exit_code, 0);
+  EXPECT_EQ(submitter->wait(), 1);
+  EXPECT_NE(submitter->err().find("its task was cancelled"), std::string::npos) << submitter->err();
+  EXPECT_EQ(submitter->err().find("again"), std::string::npos) << submitter->err();
+  EXPECT_FALSE(fs::exists(run_folder() / "submission-002.json"));
+}
+
 TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsNamed) {
   const ProcessResult result = tool(submit({"--coppice", "/nowhere/coppice"}));
   EXPECT_EQ(result.exit_code, 1);

@@ -42,10 +42,21 @@ Result<std::string> checked_url(const std::string& text) {
   return whole;
 }
 
+/// "host:8080/path", where no such folder is.
+bool is_like_an_address(const std::string& text) {
+  const std::size_t colon = text.find(':'), slash = text.find('/');
+  std::error_code error;
+  if (colon == std::string::npos || colon == 0 || colon > slash || std::filesystem::exists(text, error)) return false;
+  const std::string port = text.substr(colon + 1, slash == std::string::npos ? slash : slash - colon - 1);
+  return !port.empty() && port.find_first_not_of("0123456789") == std::string::npos;
+}
+
 }  // namespace
 
 Result<CacheLocation> parse_cache_location(const std::string& text) {
   if (text.empty()) return refused("a cache needs a folder or an address");
+  if (is_like_an_address(text))
+    return refused("a cache's address begins with http:// or https://; a folder of that name is called ./NAME", text);
   if (text.find("://") == std::string::npos) return CacheLocation{text, {}};
   COPPICE_TRY(url, checked_url(text));
   return CacheLocation{{}, std::move(url)};

@@ -132,6 +132,7 @@ void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
     ++report_.found;
     if (!index_.contains(key)) added_[key] = answer.body.size();
     answer_wanted(key, answer.body);
+    if (answer.body.empty()) found_damaged(key);  // to whoever asked it is not there
     return;
   }
   if (wanted != wanted_.end()) reading_.lost(std::chrono::duration<double>(Clock::now() - wanted->second.since).count());

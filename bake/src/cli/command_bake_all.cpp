@@ -115,6 +115,9 @@ void share_threads(const BakeAllCommand& arguments, Batch& batch) {
 }
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
+  if (!is_a_part(arguments)) {
+    COPPICE_CHECK(refuse_beside_run(arguments.output));
+  }
   COPPICE_TRY(plants, checked_plants(arguments));
   Batch batch;
   batch.output_folder = arguments.output;

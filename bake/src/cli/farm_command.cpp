@@ -193,21 +193,6 @@ Result<std::vector<std::string>> jobs_of(const FarmRun& run) {
   return jobs;
 }
 
-/// Two runs would bake the same plants twice.
-Result<void> refuse_second_run(const fs::path& output_folder) {
-  const auto folder = newest_run(output_folder);
-  std::error_code error;
-  if (!folder || fs::exists(report_path(*folder), error)) return {};
-  COPPICE_TRY(run, read_run(*folder));
-  if (run.submitter == Submitter::hand) return {};
-  COPPICE_TRY(submissions, read_submissions(run));
-  COPPICE_TRY(queue, ask_slurm(run, submissions, {}));
-  const bool lives = std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
-  if (!lives) return {};
-  return Error{Status::invalid_argument, "a run on the cluster has not ended; --attach takes it up, scancel ends it", Error::kNoOffset,
-               folder->string()};
-}
-
 /// Seconds since a run's folder was made.
 double since_made(const FarmRun& run) {
   std::error_code error;
@@ -253,9 +238,23 @@ void check_farm_arguments(const FarmArguments& arguments) {
     throw CLI::ValidationError(arguments.sbatch_options.front(), "one input too many; options of sbatch need --slurm");
 }
 
+Result<void> refuse_beside_run(const fs::path& output_folder) {
+  const auto folder = newest_run(output_folder);
+  std::error_code error;
+  if (!folder || fs::exists(report_path(*folder), error)) return {};
+  COPPICE_TRY(run, read_run(*folder));
+  if (run.submitter == Submitter::hand) return {};
+  COPPICE_TRY(submissions, read_submissions(run));
+  COPPICE_TRY(queue, ask_slurm(run, submissions, {}));
+  const bool lives = std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
+  if (!lives) return {};
+  return Error{Status::invalid_argument, "a run on the cluster has not ended; --attach takes it up, scancel ends it", Error::kNoOffset,
+               folder->string()};
+}
+
 Result<fs::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments) {
   if (!arguments.print) {
-    COPPICE_CHECK(refuse_second_run(batch.output_folder));
+    COPPICE_CHECK(refuse_beside_run(batch.output_folder));
   }
   COPPICE_TRY(folder, make_run_folder(batch.output_folder));
   COPPICE_TRY(run, run_of(batch, arguments, folder));

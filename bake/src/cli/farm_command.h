@@ -36,6 +36,9 @@ struct FarmBatch {
   BatchOptions caches;                    ///< in which plants are looked for before there are tasks: as set_caches
 };
 
+/// Refuses what would write into a folder while tasks of a run on a cluster do. errors  invalid_argument
+Result<void> refuse_beside_run(const std::filesystem::path& output_folder);
+
 /// Makes a run of it. errors  io; invalid_argument: a path that JSON cannot hold, or tasks of another run still bake into this folder
 Result<std::filesystem::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments);
 

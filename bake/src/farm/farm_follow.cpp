@@ -126,7 +126,7 @@ class Follower {
     for (TriedPlant& tried : read_tries(run_.folder, tries_)) {
       const auto found = by_output_.find(tried.entry.output);
       if (found == by_output_.end()) continue;
-      if (was_taken_away(tried.entry.result))
+      if (was_taken_away(tried.entry.result) || is_unseen(tried.entry.result, run_.plants[found->second].input))
         plants_[found->second].taken_away = std::move(tried.entry.result);
       else
         end_plant(found->second, std::move(tried.entry.result), tried.try_name);
@@ -280,6 +280,19 @@ class Follower {
     return last;
   }
 
+  /// Whether a plant could not be read where this machine can: the node does not see its folder.
+  static bool is_unseen(const BatchResult& result, const fs::path& input) {
+    std::error_code error;
+    return result.outcome == BatchOutcome::failed && result.error.find("No such file or directory") != std::string::npos &&
+           fs::exists(input, error);
+  }
+
+  [[nodiscard]] bool has_unseen(const TaskName& name) const {
+    return std::ranges::any_of(unfinished(submissions_[name.first - 1], name.second), [this](std::uint32_t plant) {
+      return plants_[plant].taken_away && is_unseen(*plants_[plant].taken_away, run_.plants[plant].input);
+    });
+  }
+
   /// Why a task is no more.
   struct Loss {
     std::string why;
@@ -299,7 +312,7 @@ class Follower {
       const int code = *made->exit_code;
       const std::string said = last_line(tail_of(made->log, kTailBytes));
       Loss loss{"its task ended on " + made->node + " with exit code " + std::to_string(code) + (said.empty() ? "" : ": " + said), {}};
-      if (code == kNotExecutable || code == kNotFound) loss.bad_node = made->node;
+      if (code == kNotExecutable || code == kNotFound || has_unseen(name)) loss.bad_node = made->node;
       loss.is_hopeless = by_hand || code == kUsage;
       return loss;
     }

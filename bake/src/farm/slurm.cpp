@@ -19,8 +19,10 @@ Error without_slurm(const Error& error) {
                error.detail + ": a machine that submits needs Slurm's client programs (Debian: slurm-client), and its slurm.conf"};
 }
 
-std::string without_newlines_at_end(std::string text) {
+/// What a program said, as one line.
+std::string one_line(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) text.replace(at, 1, "; ");
   return text;
 }
 
@@ -47,7 +49,8 @@ Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submis
   // "123" or "123;cluster"
   const std::string job = end->out.substr(0, end->out.find_first_of(";\n"));
   if (end->exit_code == 0 && !job.empty()) return job;
-  const std::string said = without_newlines_at_end(end->err + end->out);
+  std::string said = one_line(end->err + end->out);
+  if (said.find("Memory specification") != std::string::npos) said += "; where nodes have no RealMemory, add -- --mem=0";
   return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, said.empty() ? "it does not answer" : said};
 }
 
@@ -74,8 +77,7 @@ Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submi
   const auto end = run_program(
       {"squeue", "--noheader", "--array", "--all", "--states=all", "--name=" + names, "--format=%F|%K|%T|%N|%j|%r"}, kMostSeconds, waiting);
   if (!end) return without_slurm(end.error());
-  if (end->exit_code != 0)
-    return Error{Status::io, "Slurm's controller does not answer", Error::kNoOffset, without_newlines_at_end(end->err)};
+  if (end->exit_code != 0) return Error{Status::io, "Slurm's controller does not answer", Error::kNoOffset, one_line(end->err)};
   Queue queue;
   std::istringstream lines(end->out);
   for (std::string line; std::getline(lines, line);) static_cast<void>(read_queue_line(line, run, queue));

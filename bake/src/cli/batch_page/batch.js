@@ -65,7 +65,7 @@ function card(plant) {
   const line = plant.outcome === 'failed' ? element('div', {className: 'bad'}, plant.error) :
     element('div', {}, `${plural(plant.source_leaves, 'leaf', 'leaves')}, ${bytes(plant.file_bytes)}`);
   const warnings = plant.warnings.map(warning => element('div', {className: 'warn'}, `⚠ ${warning}`));
-  const because = plant.because.map(line => element('small', {}, line, element('br')));
+  const because = plant.because.map(line => element('div', {className: 'because'}, line));
   return element('figure', {className: 'plant'}, picture,
     element('figcaption', {}, element('strong', {}, plant.name), line, element('small', {}, how(plant)), ...warnings, ...because));
 }
@@ -115,10 +115,10 @@ function makeTimeline(names) {
     const tries = data.tries.filter(made => made.node === name), lanes = lanesOf(tries);
     parts.push(svg('text', {x: 8, y: y + 11}, name));
     tries.forEach((made, i) => {
-      const lost = made.exit === null;
+      const lost = made.exit === null || made.exit > 1;  // 1: a plant failed
       const bar = svg('rect', {x: left + (width - left - 16) * made.start_seconds / end, y: y + lanes[i] * (row + 2), height: row,
         width: Math.max(3, (width - left - 16) * made.seconds / end - 1), class: lost ? 'lost' : 'done'},
-        svg('title', {}, `task ${made.task}, from ${time(made.start_seconds)} on${lost ? ': lost' : `, ${time(made.seconds)}`}`));
+        svg('title', {}, `task ${made.task}, from ${time(made.start_seconds)} on${made.exit === null ? ': lost' : `, ${time(made.seconds)}, exit code ${made.exit}`}`));
       parts.push(bar);
     });
     y += (1 + Math.max(0, ...lanes)) * (row + 2) + 8;

@@ -318,8 +318,7 @@ class Follower {
     }
     const auto queued = queue_.find(name);
     const std::string state = queued == queue_.end() ? "" : queued->second.state, shown = state.empty() ? "" : " (" + state + ")";
-    const bool is_cancelled = state == "CANCELLED";
-    if (is_cancelled) return {"its task was cancelled", {}, true};
+    if (state == "CANCELLED") return {"its task was cancelled", {}, true};
     if (made != nullptr) return {"its task was lost on " + made->node + shown, {}, by_hand};
     const std::string node = queued == queue_.end() ? "" : queued->second.node;
     if (node.empty() || (state != "FAILED" && state != "COMPLETED"))
@@ -335,14 +334,18 @@ class Follower {
     options_.say(node + " gets no more tasks: " + why);
   }
 
-  /// A bad node costs no attempt, as long as tasks can be kept from it.
+  /// Whether a bad node is the cause, and one that tasks can be kept from: options of sbatch's command line go before ours.
+  static bool is_spared(const Submission& submission, const Loss& loss) {
+    return !loss.bad_node.empty() && std::ranges::find(submission.excluded_nodes, loss.bad_node) == submission.excluded_nodes.end();
+  }
+
+  /// A bad node costs no attempt.
   void try_again(const Submission& submission, const Loss& loss, const std::vector<std::uint32_t>& plants, Again& again) const {
-    const bool is_new =
-        !loss.bad_node.empty() && std::ranges::find(submission.excluded_nodes, loss.bad_node) == submission.excluded_nodes.end();
-    Submission& next = again[{submission.attempt, submission.memory_bytes, submission.minutes, is_new}];
-    next.attempt = submission.attempt + (is_new ? 0 : 1);
-    next.memory_bytes = submission.memory_bytes * (is_new ? 1 : 2);
-    next.minutes = submission.minutes * (is_new ? 1 : 2);
+    const bool spared = is_spared(submission, loss);
+    Submission& next = again[{submission.attempt, submission.memory_bytes, submission.minutes, spared}];
+    next.attempt = submission.attempt + (spared ? 0 : 1);
+    next.memory_bytes = submission.memory_bytes * (spared ? 1 : 2);
+    next.minutes = submission.minutes * (spared ? 1 : 2);
     next.because = loss.why;
     add_tasks(next, plants);
   }
@@ -354,7 +357,7 @@ class Follower {
       const std::vector<std::uint32_t> plants = unfinished(submission, name.second);
       const Loss loss = loss_of(name);
       if (!loss.bad_node.empty()) leave_out(loss.bad_node, loss.why);
-      const bool is_last = submission.attempt >= run_.most_attempts && loss.bad_node.empty();
+      const bool is_last = submission.attempt >= run_.most_attempts && !is_spared(submission, loss);
       if (loss.is_hopeless || is_last) {
         const std::string attempts = submission.attempt > 1 ? ", after " + std::to_string(submission.attempt) + " attempts" : "";
         for (const std::uint32_t plant : plants) {

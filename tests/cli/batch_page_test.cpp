@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "image_decode.h"
 #include "process.h"
 #include "slurm_cluster.h"
+#include "text_files.h"
 
 namespace {
 
@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
 using coppice::test::program_on_path;
+using coppice::test::read_text;
 using coppice::test::Scheme;
 using coppice::test::SlurmCluster;
 using coppice::test::TemporaryFolder;
@@ -66,11 +67,6 @@ constexpr const char* kProbe = R"probe(
 </script>
 )probe";
 
-std::string read_bytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 class BatchPage : public testing::Test {
  protected:
   /// A hazel, the smallest plant under a name that is markup, and a file that is no plant.
@@ -95,12 +91,12 @@ class BatchPage : public testing::Test {
     std::map<std::string, std::string> files;
     std::error_code absent;
     for (fs::directory_iterator entry(out_ / ".coppice-pictures", absent), end; !absent && entry != end; entry.increment(absent))
-      files[entry->path().filename()] = read_bytes(entry->path());
+      files[entry->path().filename()] = read_text(entry->path());
     return files;
   }
 
   nlohmann::json probe(int width_px = 1400) {
-    const fs::path page = coppice::test::page_with(read_bytes(page_), kProbe, folder_ / "probed.html");
+    const fs::path page = coppice::test::page_with(read_text(page_), kProbe, folder_ / "probed.html");
     return coppice::test::probed_page(page, folder_ / "profile", width_px, Scheme::light);
   }
 
@@ -166,7 +162,7 @@ TEST_F(BatchPage, SlurmsNodesAndLogsAreOnIt) {
   const SlurmCluster cluster(2);
   ASSERT_EQ(bake_all({"--slurm", "--html", page_, "--report", folder_ / "report.json"}, cluster.environment()).exit_code, 1);
   EXPECT_EQ(pictures().size(), 2u);
-  const nlohmann::json report = nlohmann::json::parse(read_bytes(folder_ / "report.json"));
+  const nlohmann::json report = nlohmann::json::parse(read_text(folder_ / "report.json"));
   ASSERT_EQ(report["tries"].size(), report["tasks"]);
   for (const nlohmann::json& made : report["tries"]) {
     EXPECT_TRUE(made["node"].get<std::string>().starts_with("node"));

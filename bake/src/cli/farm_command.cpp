@@ -155,11 +155,8 @@ CacheReport caches_of(const FarmRun& run) {
   const CacheReport tasks = read_task_caches(run.folder);
   CacheReport caches = run.cache;
   if (tasks.where.empty()) return caches;
-  if (caches.where.empty()) caches.where = tasks.where;
-  if (caches.trouble.empty()) caches.trouble = tasks.trouble;
-  caches.found += tasks.found, caches.sent += tasks.sent, caches.requests += tasks.requests, caches.damaged += tasks.damaged;
-  caches.lacking = tasks.lacking, caches.unasked = tasks.unasked, caches.unsent = tasks.unsent;
-  caches.lost_seconds = std::max(caches.lost_seconds, tasks.lost_seconds);
+  caches.lacking = caches.unasked = caches.unsent = 0;
+  add_cache_report(caches, tasks);
   return caches;
 }
 

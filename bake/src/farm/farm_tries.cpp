@@ -100,6 +100,14 @@ std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
   return plants;
 }
 
+void add_cache_report(CacheReport& sum, const CacheReport& of) {
+  if (sum.where.empty()) sum.where = of.where;
+  if (sum.trouble.empty()) sum.trouble = of.trouble;
+  sum.found += of.found, sum.lacking += of.lacking, sum.sent += of.sent, sum.requests += of.requests;
+  sum.unasked += of.unasked, sum.unsent += of.unsent, sum.damaged += of.damaged;
+  sum.lost_seconds = std::max(sum.lost_seconds, of.lost_seconds);
+}
+
 CacheReport read_task_caches(const fs::path& run_folder) {
   std::vector<fs::path> reports;
   std::error_code error;
@@ -112,12 +120,9 @@ CacheReport read_task_caches(const fs::path& run_folder) {
     const Json json = bytes ? Json::parse(bytes->begin(), bytes->end(), nullptr, false) : Json();
     if (!json.is_object() || !json.contains("cache")) continue;
     try {
-      const CacheReport of = json["cache"].get<CacheReport>();
-      if (sum.where.empty()) sum.where = of.where;
-      if (sum.trouble.empty() && !of.trouble.empty()) sum.trouble = of.trouble + " (" + path.stem().string() + ")";
-      sum.found += of.found, sum.lacking += of.lacking, sum.sent += of.sent, sum.requests += of.requests;
-      sum.unasked += of.unasked, sum.unsent += of.unsent, sum.damaged += of.damaged;
-      sum.lost_seconds = std::max(sum.lost_seconds, of.lost_seconds);
+      CacheReport of = json["cache"].get<CacheReport>();
+      if (!of.trouble.empty()) of.trouble += " (" + path.stem().string() + ")";
+      add_cache_report(sum, of);
     } catch (const Json::exception&) {
       continue;
     }

@@ -38,7 +38,10 @@ using Tries = std::map<std::string, TaskTry>;
 /// tries and of their journals. What is only half there is read the next time.
 std::vector<TriedPlant> read_tries(const std::filesystem::path& run_folder, Tries& tries);
 
-/// What tasks' caches did, by the reports of those that ended: sums, but of lost_seconds the largest.
+/// Adds what another cache, or the same elsewhere, did: sums, but of lost_seconds the largest, and the first place and trouble.
+void add_cache_report(CacheReport& sum, const CacheReport& of);
+
+/// What tasks' caches did,, by the reports of those that ended.
 CacheReport read_task_caches(const std::filesystem::path& run_folder);
 
 /// Makes a network file system ask again what is in the folder: by a file of our own that comes and goes.

@@ -98,8 +98,7 @@ class Picture {
     const Image* const image = material.image == kNone ? nullptr : &plant_.images[material.image];
     const auto color = [&](const glm::dvec2& uv) {
       if (image == nullptr) return factor;
-      const std::size_t at = std::size_t{wrapped_texel(uv.y, image->height)} * image->width + wrapped_texel(uv.x, image->width);
-      const std::uint8_t* const texel = &image->rgba[4 * at];
+      const std::uint8_t* const texel = texel_at(*image, uv);
       return factor * glm::vec3(linear_from_srgb8(texel[0]), linear_from_srgb8(texel[1]), linear_from_srgb8(texel[2]));
     };
     painter_.paint(

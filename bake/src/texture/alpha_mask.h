@@ -21,6 +21,11 @@ namespace coppice::bake {
   return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
 }
 
+/// Where the texel at a texture coordinate begins in the image's bytes. It has texels
+[[nodiscard]] inline const std::uint8_t* texel_at(const Image& image, const glm::dvec2& uv) {
+  return &image.rgba[4 * (std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width))];
+}
+
 /// The holes of one material's image, nearest texel, wrapping (repeat). No image or alpha_cutoff 0: no holes.
 struct AlphaMask {
   std::uint32_t width = 0, height = 0;

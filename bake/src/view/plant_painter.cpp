@@ -44,9 +44,7 @@ glm::dvec2 PlantPainter::uv_at(const PaintedTriangle& triangle, const std::array
 
 bool PlantPainter::is_hole(const Material& material, const glm::dvec2& uv) const {
   if (material.alpha_cutoff == 0.0f || material.image == kNone) return false;
-  const Image& image = images_[material.image];
-  const std::size_t at = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
-  return static_cast<float>(image.rgba[4 * at + 3]) < material.alpha_cutoff * 255.0f;
+  return static_cast<float>(texel_at(images_[material.image], uv)[3]) < material.alpha_cutoff * 255.0f;
 }
 
 std::vector<glm::vec3> shrunk_picture(const std::vector<glm::vec3>& colors, std::uint32_t size_px, std::uint32_t factor) {

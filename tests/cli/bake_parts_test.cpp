@@ -93,6 +93,12 @@ TEST_F(BakeParts, APrintedScriptCanBeRunByHandAndFollowed) {
   std::ofstream(script) << printed.out;
   std::size_t tasks = 0;
   for (; printed.out.find("--array=0-" + std::to_string(tasks) + "\n") == std::string::npos; ++tasks) ASSERT_LT(tasks, 7u) << printed.out;
+  for (const char* number : {"99", "one"}) {
+    const ProcessResult wrong = run_process("/bin/sh", {script, number});
+    EXPECT_EQ(wrong.exit_code, 2) << wrong.err;
+    EXPECT_NE(wrong.err.find(number), std::string::npos) << wrong.err;
+    EXPECT_EQ(wrong.err.find("share"), std::string::npos) << "the folder is there: " << wrong.err;
+  }
   BackgroundProcess following(COPPICE_TOOL, {"bake-all", "-o", out_, "--attach"});
   for (std::size_t task = 0; task <= tasks; ++task) {
     const ProcessResult ran = run_process("/bin/sh", {script, std::to_string(task)});
@@ -154,6 +160,7 @@ TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {
                                                                                     {"--attach"},
                                                                                     {"--print"},
                                                                                     {"--coppice", "x"},
+                                                                                    {"--cache-mode", "read"},
                                                                                     {"--", "-p", "long"},
                                                                                     {"--slurm", "--shard", "1/2"},
                                                                                     {"--slurm", "--threads", "2"},
@@ -163,6 +170,9 @@ TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {
     EXPECT_FALSE(fs::exists(out_)) << more.front();
   }
   EXPECT_EQ(coppice_tool({"bake-all", "-o", out_}).exit_code, 2);
+  const ProcessResult unseparated = coppice_tool(joined(base, {"--slurm", "-p", "long"}));
+  EXPECT_EQ(unseparated.exit_code, 2);
+  EXPECT_NE(unseparated.err.find("--slurm -- -p"), std::string::npos) << unseparated.err;
   const ProcessResult no_scheme = coppice_tool(joined(base, {"--cache", "studio.example:8080/plants"}));
   EXPECT_EQ(no_scheme.exit_code, 1);
   EXPECT_NE(no_scheme.err.find("begins with http://"), std::string::npos) << no_scheme.err;

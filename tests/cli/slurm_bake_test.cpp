@@ -415,10 +415,13 @@ TEST_F(SlurmBake, CtrlCLeavesTheRunAndAttachTakesItUp) {
   submitter->send(SIGINT);
   EXPECT_EQ(submitter->wait(), 130);
   EXPECT_NE(submitter->err().find("--attach"), std::string::npos) << submitter->err();
-  EXPECT_NE(submitter->err().find("scancel"), std::string::npos) << submitter->err();
+  const std::string jobs = cluster_->queue("%F"), ends = "scancel " + jobs.substr(0, jobs.find('\n'));
+  EXPECT_NE(submitter->err().find(ends + " ends it\n"), std::string::npos) << "said as it was submitted: " << submitter->err();
+  EXPECT_NE(submitter->err().find("end it: " + ends), std::string::npos) << submitter->err();
   const ProcessResult other = tool(submit());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_NE(other.err.find("--attach"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find(ends), std::string::npos) << other.err;
   fs::remove(hold);
   const ProcessResult attached = attach();
   EXPECT_EQ(attached.exit_code, 0) << attached.err;
@@ -495,6 +498,8 @@ TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsNamed) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("exit code 127"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("/nowhere/coppice"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("--coppice says where"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(".glb, "), std::string::npos) << "plants with one error are told together: " << result.err;
 }
 
 }  // namespace

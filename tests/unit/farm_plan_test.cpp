@@ -143,8 +143,7 @@ TEST(PlantCost, ViewsAndTrianglesCount) {
   const test::TemporaryFolder folder;
   const fs::path path = folder / "small.glb";
   test::write_file(path, test::small_plant().glb());
-  const BatchPlant plant{path, {}, {}};
-  const InputCounts counts = count_input(plant);
+  const InputCounts counts = count_input(path, {});
   EXPECT_GT(counts.triangles, 0u);
   EXPECT_EQ(counts.bytes, fs::file_size(path));
   BakeOptions fewer;
@@ -153,8 +152,24 @@ TEST(PlantCost, ViewsAndTrianglesCount) {
   EXPECT_LT(plant_cost(counts, {}).milliseconds, plant_cost({counts.triangles + 1'000'000, counts.bytes}, {}).milliseconds);
   // What is no plant costs something all the same.
   std::ofstream(folder / "letter.glb") << "a letter";
-  EXPECT_EQ(count_input({folder / "letter.glb", {}, {}}).triangles, 0u);
-  EXPECT_EQ(count_input({folder / "nowhere.glb", {}, {}}).bytes, 0u);
+  EXPECT_EQ(count_input(folder / "letter.glb", {}).triangles, 0u);
+  EXPECT_EQ(count_input(folder / "nowhere.glb", {}).bytes, 0u);
+}
+
+TEST(PlantCost, InstancesCountAndWhatIsDamagedDoesNotOverflow) {
+  const test::TemporaryFolder folder;
+  const auto triangles = [&](const std::string& nodes, const std::string& first_count) {
+    const fs::path path = folder / "plant.gltf";
+    std::ofstream(path) << R"({"accessors": [{"count": )" + first_count + R"(}, {"count": 15}], "nodes": )" + nodes +
+                               R"(, "meshes": [{"primitives": [{"indices": 0}, {"indices": 1}, {"mode": 1, "indices": 0}]}]})";
+    return count_input(path, {}).triangles;
+  };
+  EXPECT_EQ(triangles(R"([{"mesh": 0}])", "30"), 15u);
+  const std::string instanced = R"({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}})";
+  EXPECT_EQ(triangles(R"([{"mesh": 0}, )" + instanced + "]", "30"), 16u * 15);
+  const std::uint64_t most = triangles("[" + instanced + ", " + instanced + "]", "18446744073709551615");
+  EXPECT_GT(most, std::uint64_t{1} << 38);
+  EXPECT_LE(most, std::uint64_t{1} << 40);
 }
 
 TEST(Manifest, AnEntrySaysEverythingOfAPlant) {

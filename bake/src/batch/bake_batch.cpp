@@ -29,30 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a bake needs, see DECISIONS.md.
-constexpr std::uint64_t kBaseMemoryBytes = 50'000'000;
-constexpr std::uint64_t kMemoryPerInputByte = 40;
-constexpr std::uint64_t kMemoryPerViewPixel = 60;
-
 /// The path by which two names of one file are told; by its letters alone where folders of it cannot be looked into.
 Result<fs::path> resolved(const fs::path& path) {
   std::error_code error;
   fs::path found = fs::weakly_canonical(path, error);
   if (error == std::errc::not_enough_memory) return system_error("cannot resolve", path, error.value());
   return error ? path.lexically_normal() : found;
-}
-
-std::uint64_t input_bytes(const BatchPlant& plant) {
-  std::error_code error;
-  const std::uintmax_t bytes = fs::file_size(plant.input, error);
-  return error ? 0 : bytes;
-}
-
-std::uint64_t memory_estimate_bytes(const BatchPlant& plant) {
-  const BakeOptions& options = plant.options;
-  const std::uint64_t views = options.view_count > 0 ? options.view_count : metric_view_count(options.metric, 0);
-  const std::uint64_t pixels = std::uint64_t{options.collapse.resolution_px} * options.collapse.resolution_px;
-  return kBaseMemoryBytes + kMemoryPerInputByte * input_bytes(plant) + kMemoryPerViewPixel * views * pixels;
 }
 
 /// "name value kB" in a file like /proc/meminfo; 0 where there is none.
@@ -94,7 +76,7 @@ class BatchTracker {
  public:
   BatchTracker(const std::vector<BatchPlant>& plants, const std::function<void(const BatchStatus&)>& progress)
       : plants_(plants), progress_(progress), fractions_(plants.size(), 0.0) {
-    for (const BatchPlant& plant : plants) weights_.push_back(1e5 + static_cast<double>(input_bytes(plant)));
+    for (const BatchPlant& plant : plants) weights_.push_back(1.0 + static_cast<double>(plant.cost.milliseconds));
     status_.count = plants.size();
     show();
   }
@@ -127,17 +109,6 @@ class BatchTracker {
   BatchStatus status_;
 };
 
-/// Plants by falling size of their input, so that no large one is left for the end; of equal ones the first first.
-std::vector<std::size_t> start_order(const std::vector<BatchPlant>& plants) {
-  std::vector<std::pair<std::uint64_t, std::size_t>> sized;
-  for (std::size_t i = 0; i < plants.size(); ++i) sized.emplace_back(input_bytes(plants[i]), i);
-  std::ranges::sort(sized, [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
-  std::vector<std::size_t> order;
-  order.reserve(sized.size());
-  for (const auto& [bytes, plant] : sized) order.push_back(plant);
-  return order;
-}
-
 void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& cache) {
   std::set<fs::path> folders;
   if (!cache.empty()) folders.insert(cache);
@@ -157,6 +128,17 @@ const char* outcome_name(BatchOutcome outcome) {
       break;
   }
   return "failed";
+}
+
+void estimate_costs(std::vector<BatchPlant>& plants) {
+  for (BatchPlant& plant : plants) plant.cost = plant_cost(count_input(plant.input, plant.options.import), plant.options);
+}
+
+std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants) {
+  std::vector<PlantCost> costs;
+  costs.reserve(plants.size());
+  for (const BatchPlant& plant : plants) costs.push_back(plant.cost);
+  return costs;
 }
 
 bool is_plant_file(const fs::path& path) {
@@ -258,7 +240,7 @@ BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const St
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
   std::vector<std::uint64_t> needs;
   needs.reserve(plants.size());
-  for (const BatchPlant& plant : plants) needs.push_back(memory_estimate_bytes(plant));
+  for (const BatchPlant& plant : plants) needs.push_back(plant.cost.memory_bytes);
   std::ranges::sort(needs, std::greater<>());
   std::uint64_t left = free_memory_bytes() / 2;
   std::uint32_t count = 0;
@@ -274,7 +256,7 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
   const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
   COPPICE_TRY(caches, BatchCaches::open(options, jobs));
   remove_temporaries(plants, caches.folder());
-  const std::vector<std::size_t> order = start_order(plants);
+  const std::vector<std::uint32_t> order = slowest_first(costs_of(plants));
   BatchTracker tracker(plants, progress);
   std::vector<BatchResult> results(plants.size());
 

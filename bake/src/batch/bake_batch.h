@@ -12,6 +12,7 @@
 #include "bake.h"
 #include "cache_location.h"
 #include "job_processes.h"
+#include "plant_cost.h"
 #include "remote_cache.h"
 #include "result.h"
 
@@ -23,6 +24,7 @@ struct BatchPlant {
   BakeOptions options;
   bool all_variants = false;  ///< a plant for each of the input's variants: expand_variants
   std::string failure = {};   ///< why its variants are not known: it is not baked, and fails with that
+  PlantCost cost = {};        ///< estimate_costs; 0: not known
 };
 
 /// Every .glb and .gltf below a folder, whatever the case of its extension, sorted by path. The output is as far below `output_folder`,
@@ -38,6 +40,10 @@ bool is_plant_file(const std::filesystem::path& path);
 /// own, under `limits`; one that cannot be read stays as it is, and fails when it is baked, also where only the look at it ran out of
 /// memory or time. thread  the process must have no other threads (job_processes.h)
 std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits);
+
+/// Sets their costs.
+void estimate_costs(std::vector<BatchPlant>& plants);
+std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants);
 
 /// Refuses two plants with one output, and an output that is the input of any.
 /// errors  invalid_argument: names both
@@ -94,15 +100,14 @@ struct BatchOptions {
   std::function<void(const CacheReport&)> cache_reported = {};  ///< called once, at the end; empty: nobody wants to know
 };
 
-/// As many plants at a time as there are processors, or as half of the free memory holds by an estimate from the inputs' sizes, views and
-/// resolution, which DECISIONS.md has with what was measured; at least one.
+/// As many plants at a time as there are processors, or as half of the free memory holds by their costs; at least one.
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 
-/// bake_cached for each, the largest inputs first. Results are in the order of the plants. A plant that fails, or whose process crashes or
-/// is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
-/// A shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant.
-/// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
-/// thread  the process must have no other threads (job_processes.h)
+/// bake_cached for each, the slowest first by their costs. Results are in the order of the plants. A plant that fails, or whose process
+/// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors. A
+/// shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant. errors
+/// invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it thread  the process must have no other
+/// threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress);
 

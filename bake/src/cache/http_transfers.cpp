@@ -240,7 +240,7 @@ std::string status_text(int status) {
       {301, "moved: name the address that it has now"},
       {302, "moved: name the address that it has now"},
       {308, "moved: name the address that it has now"},
-      {401, "it wants credentials: COPPICE_CACHE_CREDENTIALS or ~/.netrc"},
+      {401, "it wants credentials, in COPPICE_CACHE_CREDENTIALS or ~/.netrc, or others than these"},
       {403, "forbidden"},
       {404, "not found"},
       {405, "method not allowed"},

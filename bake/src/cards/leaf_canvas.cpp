@@ -4,20 +4,15 @@
 #include <cmath>
 
 #include "alpha_mask.h"
-#include "srgb.h"
 
 namespace coppice::bake {
 namespace {
 
-/// The texel a uv falls on, nearest, wrapping: linear colour, and alpha.
-glm::vec4 texel_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
+/// Linear colour and alpha.
+glm::vec4 color_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
   if (material.image == kNone) return material.base_color;
-  const Image& image = images[material.image];
-  const std::size_t texel = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
-  const std::uint8_t* rgba = image.rgba.data() + 4 * texel;
-  const auto channel = [&](std::size_t i) { return static_cast<float>(rgba[i]) / 255.0f; };
-  return material.base_color *
-         glm::vec4(linear_from_srgb(channel(0)), linear_from_srgb(channel(1)), linear_from_srgb(channel(2)), channel(3));
+  const std::uint8_t* const texel = texel_at(images[material.image], uv);
+  return material.base_color * glm::vec4(linear_color(texel), static_cast<float>(texel[3]) / 255.0f);
 }
 
 double cross(const glm::dvec3& a, const glm::dvec3& b) {
@@ -66,7 +61,7 @@ void LeafCanvas::draw_sample(std::size_t triangle, const std::uint32_t* indices,
   const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
   const glm::dvec2 uv = weight.x * glm::dvec2(mesh.uvs[indices[0]]) + weight.y * glm::dvec2(mesh.uvs[indices[1]]) +
                         weight.z * glm::dvec2(mesh.uvs[indices[2]]);
-  const glm::vec4 texel = texel_at(material, plant_.images, uv);
+  const glm::vec4 texel = color_at(material, plant_.images, uv);
   if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) return;
   heights_[sample] = height;
   texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);

@@ -58,17 +58,20 @@ std::string wrapped(const std::string& text, std::size_t columns) {
   return lines;
 }
 
-void print_failure(const std::filesystem::path& input, const BatchPlant& plant, const BatchResult& result) {
-  constexpr std::size_t kColumns = 100;
+/// What is wrong with a plant, without its path.
+std::string told_error(const BatchPlant& plant, const BatchResult& result) {
   std::string error = result.error;
   const std::string path = plant.input.string();
   for (const std::string& place : {": " + path, path + ": ", path})
     if (const std::size_t at = error.find(place); at != std::string::npos) error.erase(at, place.size());
+  return error;
+}
+
+std::string told_name(const std::filesystem::path& input, const BatchPlant& plant) {
   std::error_code unreadable;
   const bool is_folder = std::filesystem::is_directory(input, unreadable);
   const std::filesystem::path name = plant.input.lexically_relative(is_folder ? input : input.parent_path());
-  const std::string shown_name = name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
-  std::fprintf(stderr, "%s\n", wrapped("coppice: " + shown_name + ": not baked: " + printable(error), kColumns).c_str());
+  return name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
 }
 
 }  // namespace
@@ -136,8 +139,22 @@ void print_reasons(const Batch& batch) {
 }
 
 void print_failures(const Batch& batch, const std::filesystem::path& input) {
-  for (std::size_t i = 0; i < batch.plants.size(); ++i)
-    if (batch.results[i].outcome == BatchOutcome::failed) print_failure(input, batch.plants[i], batch.results[i]);
+  constexpr std::size_t kColumns = 100, kMostNames = 8;
+  std::vector<std::pair<std::string, std::vector<std::size_t>>> failures;  // plants with one error once, together
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    if (batch.results[i].outcome != BatchOutcome::failed) continue;
+    const std::string error = told_error(batch.plants[i], batch.results[i]);
+    auto found = std::ranges::find(failures, error, &std::pair<std::string, std::vector<std::size_t>>::first);
+    if (found == failures.end()) found = failures.insert(failures.end(), {error, {}});
+    found->second.push_back(i);
+  }
+  for (const auto& [error, plants] : failures) {
+    std::string names;
+    for (std::size_t i = 0; i < std::min(plants.size(), kMostNames); ++i)
+      names += (i > 0 ? ", " : "") + told_name(input, batch.plants[plants[i]]);
+    if (plants.size() > kMostNames) names += " and " + std::to_string(plants.size() - kMostNames) + " more";
+    std::fprintf(stderr, "%s\n", wrapped("coppice: " + names + ": not baked: " + printable(error), kColumns).c_str());
+  }
 }
 
 }  // namespace coppice::bake

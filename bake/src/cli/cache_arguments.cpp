@@ -27,6 +27,11 @@ void add_cache_options(CLI::App& command, CacheArguments& arguments) {
                    "Say why each plant was baked: what its key differs in from the nearest entry in the cache");
 }
 
+void check_cache_arguments(const CacheArguments& arguments) {
+  if (arguments.mode == "read" && arguments.where.empty())
+    throw CLI::ValidationError("--cache-mode", std::string("is of a shared cache: needs --cache or ") + kCacheVariable);
+}
+
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options) {
   options.explain = arguments.explain;
   if (arguments.none) return {};

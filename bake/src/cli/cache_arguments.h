@@ -27,6 +27,9 @@ inline constexpr const char* kCacheVariable = "COPPICE_CACHE";
 /// Adds --cache, --cache-mode, --no-cache and --explain. `arguments` must outlive the command.
 void add_cache_options(CLI::App& command, CacheArguments& arguments);
 
+/// Throws CLI::ValidationError for options that do not go together.
+void check_cache_arguments(const CacheArguments& arguments);
+
 /// Fills in the caches of a batch that writes below `output`.
 /// errors  as parse_cache_location and credentials_of_environment
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options);

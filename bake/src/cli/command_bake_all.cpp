@@ -20,7 +20,6 @@
 #include "farm_run.h"
 #include "limit_arguments.h"
 #include "output.h"
-#include "plant_cost.h"
 #include "plant_pictures.h"
 #include "plant_record.h"
 #include "printable.h"
@@ -81,6 +80,7 @@ Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) 
   COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
   COPPICE_TRY(files, plants_of(arguments));
   std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
+  estimate_costs(plants);
   COPPICE_CHECK(check_batch(plants));
   std::error_code error;
   std::filesystem::create_directories(arguments.output, error);
@@ -92,10 +92,7 @@ Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) 
 /// Those of the shard that was asked for.
 std::vector<BatchPlant> shard_of(const BakeAllCommand& arguments, std::vector<BatchPlant> plants) {
   if (arguments.shard_count == 1) return plants;
-  std::vector<PlantCost> costs;
-  costs.reserve(plants.size());
-  for (const BatchPlant& plant : plants) costs.push_back(plant_cost(plant));
-  const std::vector<std::vector<std::uint32_t>> shards = plan_shards(costs, arguments.shard_count);
+  const std::vector<std::vector<std::uint32_t>> shards = plan_shards(costs_of(plants), arguments.shard_count);
   std::vector<BatchPlant> shard;
   for (const std::uint32_t plant : shards[arguments.shard - 1]) shard.push_back(plants[plant]);
   return shard;
@@ -207,12 +204,10 @@ Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
 
 /// Ctrl-C does not end what the cluster does.
 int leave(const BakeAllCommand& arguments, const FollowedRun& followed) {
-  std::string jobs;
-  for (const std::string& job : followed.jobs) jobs += " " + job;
   std::fprintf(stderr,
                "coppice: the run goes on without this command.\n  take it up again: coppice bake-all -o %s --attach\n"
-               "  end it: scancel%s\n",
-               shown(arguments.output).c_str(), printable(jobs).c_str());
+               "  end it: %s\n",
+               shown(arguments.output).c_str(), scancel_command(followed.jobs).c_str());
   return 130;  // as a shell has it of a command that Ctrl-C ended
 }
 
@@ -258,6 +253,7 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
 }
 
 void check_arguments(const BakeAllCommand& arguments) {
+  check_cache_arguments(arguments.cache);
   check_farm_arguments(arguments.farm);
   if (arguments.input.empty() && !arguments.farm.attach) throw CLI::RequiredError("input");
   if (!arguments.input.empty() && arguments.farm.attach)

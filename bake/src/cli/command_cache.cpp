@@ -50,15 +50,19 @@ Result<Said> stats(const CachePlace& place) {
   const bool is_server = !place.location.url.empty();
   Said said;
   said.json = {{"entries", stats.entries}, {"bytes", stats.bytes}, {"oldest_s", stats.oldest_s}, {"newest_s", stats.newest_s}};
-  said.text = entries_text(stats.entries, stats.bytes) + "\n";
+  said.text = entries_text(stats.entries, stats.bytes) + (stats.entries > 0 ? "\n" : ": empty, or no cache\n");
   if (stats.newest_s > 0)
     said.text += std::string(is_server ? "sent" : "last used") + " between " + date_text(stats.oldest_s) + " and " +
                  date_text(stats.newest_s) + " UTC\n";
   if (is_server) {
     said.json.update({{"has_index", stats.has_index}, {"unindexed", stats.unindexed}, {"misindexed", stats.misindexed}});
-    said.text += stats.has_index ? "the index lacks " + std::to_string(stats.unindexed) + " of them, and names " +
-                                       std::to_string(stats.misindexed) + " that are not there\n"
-                                 : "there is no index: coppice cache index makes one\n";
+    if (!stats.has_index)
+      said.text += "there is no index: coppice cache index makes one\n";
+    else if (stats.unindexed > 0 || stats.misindexed > 0)
+      said.text += "the index lacks " + std::to_string(stats.unindexed) + " of them, and names " + std::to_string(stats.misindexed) +
+                   " that are not there\n";
+    else
+      said.text += "the index is complete\n";
     return said;
   }
   said.json.update({{"versions", stats.versions}, {"stray_files", stats.stray_files}});

@@ -21,7 +21,6 @@
 #include "farm_tries.h"
 #include "load_batch.h"
 #include "output.h"
-#include "plant_cost.h"
 #include "plant_record.h"
 #include "printable.h"
 #include "progress_bar.h"
@@ -75,8 +74,7 @@ Result<FarmRun> run_of(const FarmBatch& batch, const FarmArguments& arguments, c
   for (const BatchPlant& plant : batch.plants) {
     COPPICE_TRY(classes_file, classes.file_of(plant.options.import.classes));
     COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder, classes_file));
-    run.plants.push_back(
-        {fs::absolute(plant.input).lexically_normal(), plant.output, std::move(entry), plant_cost(plant), plant.failure, false});
+    run.plants.push_back({fs::absolute(plant.input).lexically_normal(), plant.output, std::move(entry), plant.cost, plant.failure, false});
   }
   return run;
 }
@@ -226,6 +224,17 @@ void add_farm_options(CLI::App& command, FarmArguments& arguments) {
       ->type_name("-- OPTION ...");
 }
 
+std::string sbatch_hint(const std::vector<std::string>& words) {
+  const auto has = [&words](const char* word) { return std::ranges::find(words, word) != words.end(); };
+  return has("--slurm") && !has("--") ? "Options of sbatch follow --, as in --slurm -- -p long\n" : "";
+}
+
+std::string scancel_command(const std::vector<std::string>& jobs) {
+  std::string text = "scancel";
+  for (const std::string& job : jobs) text += " " + printable(job);
+  return text;
+}
+
 void check_farm_arguments(const FarmArguments& arguments) {
   if (arguments.slurm && arguments.attach) throw CLI::ValidationError("--attach", "goes on with a run, --slurm starts one: not both");
   if (arguments.slurm) return;
@@ -245,8 +254,9 @@ Result<void> refuse_beside_run(const fs::path& output_folder) {
   COPPICE_TRY(queue, ask_slurm(run, submissions, {}));
   const bool lives = std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
   if (!lives) return {};
-  return Error{Status::invalid_argument, "a run on the cluster has not ended; --attach takes it up, scancel ends it", Error::kNoOffset,
-               folder->string()};
+  COPPICE_TRY(jobs, jobs_of(run));
+  return Error{Status::invalid_argument, "a run on the cluster has not ended", Error::kNoOffset,
+               folder->string() + "; --attach takes it up, " + scancel_command(jobs) + " ends it"};
 }
 
 Result<fs::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments) {
@@ -275,6 +285,13 @@ Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
   options.say = [&bar](const std::string& line) {
     bar.clear();
     std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
+  };
+  options.submitted = [&](const Submission& submission) {
+    if (quiet) return;
+    bar.clear();
+    std::fprintf(stderr, "coppice: %zu %s wait or run as job %s; %s ends it\n", submission.tasks.size(),
+                 submission.tasks.size() == 1 ? "task" : "tasks", printable(submission.job).c_str(),
+                 scancel_command({submission.job}).c_str());
   };
   options.is_stopped = [] { return interrupted != 0; };
   const LeaveOnInterrupt leave;

@@ -25,6 +25,12 @@ struct FarmArguments {
 /// Adds --slurm, --attach, --print, --coppice and what follows "--". `arguments` must outlive the command.
 void add_farm_options(CLI::App& command, FarmArguments& arguments);
 
+/// A line for a command line that was refused, where it lacks the -- before options of sbatch; empty.
+std::string sbatch_hint(const std::vector<std::string>& words);
+
+/// "scancel 45 46"
+std::string scancel_command(const std::vector<std::string>& jobs);
+
 /// Throws CLI::ValidationError for options that do not go together.
 void check_farm_arguments(const FarmArguments& arguments);
 

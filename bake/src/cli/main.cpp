@@ -7,12 +7,15 @@
 #include <cstdio>
 #include <new>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"
 #include "endings.h"
 #include "failure_text.h"
+#include "farm_command.h"
 #include "job_processes.h"
 #include "output.h"
 #include "printable.h"
@@ -93,11 +96,14 @@ int main(int argc, char** argv) {
     exit_code = app.exit(success, text, text);
     std::fputs(text.str().c_str(), stdout);
   } catch (const CLI::ParseError& error) {
-    const std::string unknown = coppice::command_line::unknown_word(app, {argv + 1, argv + argc});
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    const std::string unknown = coppice::command_line::unknown_word(app, words);
     if (unknown.empty())
       app.exit(error);
     else
       std::fprintf(stderr, "%s\nRun with --help for more information.\n", coppice::printable(unknown).c_str());
+    if (!unknown.empty() || error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))
+      std::fputs(coppice::bake::sbatch_hint(words).c_str(), stderr);
     exit_code = 2;
   } catch (const std::bad_alloc&) {
     coppice::bake::end_out_of_memory();

@@ -13,7 +13,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr int kMostCells = 40, kLeastCells = 8;
+constexpr int kMostCells = 40, kLeastCells = 8, kMostNoteColumns = 40;  // a note gets so many before the bar does
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
 /// Stage, percent, seconds and what is left take so many columns beside the bar.
 constexpr int kTextColumns = 12 + 2 + 2 + 4 + 9 + 15;
@@ -56,7 +56,8 @@ void ProgressBar::show(const char* stage, double fraction, const std::string& no
   last_drawn_ = now;
 
   const double clamped = std::clamp(fraction, 0.0, 1.0);
-  const int columns = terminal_columns(), cells = std::clamp(columns - kTextColumns, kLeastCells, kMostCells);
+  const int noted = std::min(static_cast<int>(note.size()), kMostNoteColumns);
+  const int columns = terminal_columns(), cells = std::clamp(columns - kTextColumns - noted, kLeastCells, kMostCells);
   const int filled = static_cast<int>(clamped * cells);
   const std::string bar = std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(cells - filled), '.');
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();

@@ -11,7 +11,6 @@
 #include "error_image.h"
 #include "leaf_shade.h"
 #include "parallel_for.h"
-#include "srgb.h"
 #include "texture_mips.h"
 #include "tree_order.h"
 #include "visibility.h"
@@ -36,10 +35,8 @@ Look look_of(const Material& material, const std::vector<Image>& images) {
   if (material.image == kNone) return look;
   for (const Image& level : mip_levels(images[material.image], material.alpha_cutoff)) {
     LuminanceLevel& of_level = look.levels.emplace_back(LuminanceLevel{level.width, level.height, {}});
-    for (std::size_t i = 0; i < level.rgba.size(); i += 4) {
-      const auto channel = [&](std::size_t c) { return linear_from_srgb(static_cast<float>(level.rgba[i + c]) / 255.0f); };
-      of_level.luminance.push_back(luminance(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color)));
-    }
+    for (std::size_t i = 0; i < level.rgba.size(); i += 4)
+      of_level.luminance.push_back(luminance(linear_color(&level.rgba[i]) * glm::vec3(material.base_color)));
   }
   return look;
 }

@@ -184,6 +184,7 @@ class Follower {
       }
       if (submission.submitted_s == 0.0) submission.submitted_s = now_s();
       COPPICE_CHECK(write_record(run_, submission));
+      if (!submission.job.empty() && options_.submitted) options_.submitted(submission);
     }
     return {};
   }
@@ -311,8 +312,11 @@ class Follower {
       constexpr std::uint64_t kTailBytes = 4096;
       const int code = *made->exit_code;
       const std::string said = last_line(tail_of(made->log, kTailBytes));
-      Loss loss{"its task ended on " + made->node + " with exit code " + std::to_string(code) + (said.empty() ? "" : ": " + said), {}};
-      if (code == kNotExecutable || code == kNotFound || has_unseen(name)) loss.bad_node = made->node;
+      const bool lacks_program = code == kNotExecutable || code == kNotFound;
+      Loss loss{"its task ended on " + made->node + " with exit code " + std::to_string(code) + (said.empty() ? "" : ": " + said) +
+                    (lacks_program ? "; --coppice says where nodes have the program" : ""),
+                {}};
+      if (lacks_program || has_unseen(name)) loss.bad_node = made->node;
       loss.is_hopeless = by_hand || code == kUsage;
       return loss;
     }

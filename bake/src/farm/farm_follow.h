@@ -43,9 +43,10 @@ struct FarmStatus {
 };
 
 struct FollowOptions {
-  std::function<void(const FarmStatus&)> progress;  ///< several times a second
-  std::function<void(const std::string&)> say;      ///< a line for a person: what was lost and is tried again
-  std::function<bool()> is_stopped;                 ///< the user leaves
+  std::function<void(const FarmStatus&)> progress;   ///< several times a second
+  std::function<void(const std::string&)> say;       ///< a line for a person: what was lost and is tried again
+  std::function<void(const Submission&)> submitted;  ///< the scheduler has one more
+  std::function<bool()> is_stopped;                  ///< the user leaves
 };
 
 enum class FollowEnd : std::uint8_t { all_ended, left };

@@ -1,20 +1,9 @@
 #include "farm_plan.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace coppice::bake {
 namespace {
-
-/// Plants by falling time; of equal ones the first first.
-std::vector<std::uint32_t> slowest_first(std::span<const PlantCost> costs) {
-  std::vector<std::uint32_t> order(costs.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
-    return costs[a].milliseconds != costs[b].milliseconds ? costs[a].milliseconds > costs[b].milliseconds : a < b;
-  });
-  return order;
-}
 
 /// Limits come in doublings of 512 MB, so that few arrays serve all plants.
 std::uint64_t memory_class(std::uint64_t memory_bytes) {

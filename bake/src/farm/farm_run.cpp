@@ -18,6 +18,7 @@
 
 #include "atomic_file.h"
 #include "cache_report_json.h"
+#include "printable.h"
 #include "temporary_file.h"
 #include "text_bytes.h"
 
@@ -236,12 +237,20 @@ std::string script_text(const FarmRun& run, const Submission& submission) {
   const std::string last = std::to_string(submission.tasks.size() - 1), number = numbered(submission.number, 3);
   std::string text = "#!/bin/sh\n" + sbatch_lines(run, submission);
   text += "# Bakes a list of plants; the scheduler runs it once for each number from 0 to " + last +
-          ". Slurm says the number itself: sbatch" + joined(run.sbatch_options) +
-          " THIS\n# Any other scheduler, or a person: sh THIS NUMBER\n";
+          ". Slurm says the number itself: sbatch" + printable(joined(run.sbatch_options)) +
+          " THIS\n# Any other scheduler, or a person: sh THIS NUMBER\n# What becomes of it: coppice bake-all -o " +
+          printable(shell_quoted(run.output_folder.string())) + " --attach\n";
   text += "run=" + shell_quoted(run.folder.string()) + "\nout=" + shell_quoted(run.output_folder.string()) +
           "\ncoppice=" + shell_quoted(run.coppice.string()) + "\n";
   text += R"(number=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task from 0 to )" + last + "}}\n";
-  text += "task=" + number + "-$(printf %04d \"$number\")\n";
+  text += "task=" + number + R"(-$(printf %04d "$number") || exit 2
+if [ "$number" -gt )" +
+          last + R"( ]; then
+  echo "coppice: there is no task $number: they go from 0 to )" +
+          last + R"(" >&2
+  exit 2
+fi
+)";
   text += R"(node=${SLURMD_NODENAME:-$(hostname)}
 if ! [ -f "$run/task-$task.json" ]; then
   echo "coppice: $node does not see $run: OUT must be in a folder that all nodes share" >&2

@@ -13,7 +13,6 @@
 #include "plant.h"
 #include "plant_painter.h"
 #include "srgb.h"
-#include "texels.h"
 #include "tree.h"
 #include "unpack.h"
 #include "viewpoints.h"
@@ -98,8 +97,7 @@ class Picture {
     const Image* const image = material.image == kNone ? nullptr : &plant_.images[material.image];
     const auto color = [&](const glm::dvec2& uv) {
       if (image == nullptr) return factor;
-      const std::uint8_t* const texel = texel_at(*image, uv);
-      return factor * glm::vec3(linear_from_srgb8(texel[0]), linear_from_srgb8(texel[1]), linear_from_srgb8(texel[2]));
+      return factor * linear_color(texel_at(*image, uv));
     };
     painter_.paint(
         triangle, [&](std::size_t sample) { return is_gap(fade, leaf, sample); }, color);

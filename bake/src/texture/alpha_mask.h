@@ -6,10 +6,12 @@
 #include <vector>
 
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include "floor_to_int.h"
 #include "plant.h"
 #include "result.h"
+#include "srgb.h"
 
 namespace coppice::bake {
 
@@ -24,6 +26,10 @@ namespace coppice::bake {
 /// Where the texel at a texture coordinate begins in the image's bytes. It has texels
 [[nodiscard]] inline const std::uint8_t* texel_at(const Image& image, const glm::dvec2& uv) {
   return &image.rgba[4 * (std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width))];
+}
+
+[[nodiscard]] inline glm::vec3 linear_color(const std::uint8_t* texel) {
+  return {linear_from_srgb8(texel[0]), linear_from_srgb8(texel[1]), linear_from_srgb8(texel[2])};
 }
 
 /// The holes of one material's image, nearest texel, wrapping (repeat). No image or alpha_cutoff 0: no holes.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "alpha_mask.h"
 #include "coppice/format.h"
 #include "srgb.h"
 
@@ -41,16 +42,13 @@ struct WeighedImage {
 enum class ColorWeight : std::uint8_t { passes_test, alpha, one };
 
 WeighedImage weighed(const Image& image, float alpha_cutoff, ColorWeight by) {
-  std::array<float, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
   WeighedImage result{image.width, image.height, {}};
   result.texels.reserve(std::size_t{image.width} * image.height);
   for (std::size_t i = 0; i + 3 < image.rgba.size(); i += 4) {
     const std::uint8_t* rgba = image.rgba.data() + i;
     const float shown = image.shown.empty() ? 1.0f : image.shown[i / 4], alpha = static_cast<float>(rgba[3]) / 255.0f;
     const float seen = by == ColorWeight::one ? 1.0f : by == ColorWeight::alpha ? alpha : is_solid(rgba[3], alpha_cutoff) ? 1.0f : 0.0f;
-    result.texels.push_back(
-        {shown * seen * glm::vec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]), shown * seen, shown * alpha, shown});
+    result.texels.push_back({shown * seen * linear_color(rgba), shown * seen, shown * alpha, shown});
   }
   return result;
 }

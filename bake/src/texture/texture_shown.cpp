@@ -46,15 +46,6 @@ std::array<double, 2> crossing(const std::array<glm::dvec2, 3>& points, double y
   return span;
 }
 
-const std::array<float, 256>& linear_table() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
-    return values;
-  }();
-  return table;
-}
-
 /// Triangles with the same texture coordinates count once, with their areas' sum: leaves are often the same one many times.
 struct AreaOfUvs {
   std::array<float, 6> uvs{};
@@ -87,17 +78,15 @@ double color_difference(const glm::dvec3& a, const glm::dvec3& b) {
 ColorSum triangle_color(const Material& material, const std::vector<Image>& images, const UvTriangle& uvs, double area_m2) {
   if (material.image == kNone) return {glm::dvec3(area_m2), area_m2};
   const Image& image = images[material.image];
-  const std::array<float, 256>& linear = linear_table();
   glm::dvec3 sum(0.0);
   int solid = 0, all = 0;
   for (int i = 0; i < kGrid; ++i)
     for (int j = 0; j + i < kGrid; ++j, ++all) {
       const double s = (i + 1.0 / 3.0) / kGrid, t = (j + 1.0 / 3.0) / kGrid;
       const glm::dvec2 uv = (1.0 - s - t) * glm::dvec2(uvs[0]) + s * glm::dvec2(uvs[1]) + t * glm::dvec2(uvs[2]);
-      const std::size_t texel = std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width);
-      const std::uint8_t* rgba = image.rgba.data() + 4 * texel;
-      if (static_cast<float>(rgba[3]) < material.alpha_cutoff * 255.0f) continue;
-      sum += glm::dvec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]);
+      const std::uint8_t* const texel = texel_at(image, uv);
+      if (static_cast<float>(texel[3]) < material.alpha_cutoff * 255.0f) continue;
+      sum += glm::dvec3(linear_color(texel));
       ++solid;
     }
   return {area_m2 / all * sum, area_m2 * solid / all};

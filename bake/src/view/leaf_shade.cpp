@@ -20,10 +20,8 @@ glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& i
   double weights = 0.0;
   for (std::size_t texel = 0; texel * 4 < image.rgba.size(); ++texel) {
     if (!mask.hole.empty() && mask.hole[texel] != 0) continue;
-    const std::uint8_t* rgba = image.rgba.data() + texel * 4;
-    const auto channel = [&](std::size_t i) { return linear_from_srgb(static_cast<float>(rgba[i]) / 255.0f); };
     const double weight = image.shown.empty() ? 1.0 : static_cast<double>(image.shown[texel]);
-    sum += weight * glm::dvec3(glm::vec3(channel(0), channel(1), channel(2)) * glm::vec3(material.base_color));
+    sum += weight * glm::dvec3(linear_color(&image.rgba[4 * texel]) * glm::vec3(material.base_color));
     weights += weight;
   }
   return weights > 0.0 ? glm::vec3(sum / weights) : glm::vec3(0.0f);

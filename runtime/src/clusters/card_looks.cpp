@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "convert.h"
+#include "srgb.h"
 
 namespace coppice::gpu {
 namespace {

@@ -2,12 +2,25 @@
 
 // The sRGB transfer function, 0..1 both ways.
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 namespace coppice {
 
 inline float linear_from_srgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+
+/// Of a byte. From a table: pow would take most of the time of what looks at texels.
+inline float linear_from_srgb8(std::uint8_t value) {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
+    return values;
+  }();
+  return table[value];
 }
 
 inline float srgb_from_linear(float value) {

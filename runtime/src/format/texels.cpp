@@ -20,15 +20,6 @@ Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_
   return texels;
 }
 
-float linear_from_srgb8(std::uint8_t value) {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
-    return values;
-  }();
-  return table[value];
-}
-
 Texel texel_at(const Texels& texels, float u, float v) {
   const auto wrap = [](float at, std::uint32_t side) {
     const auto whole = static_cast<std::int64_t>(std::floor(at));

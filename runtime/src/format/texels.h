@@ -21,9 +21,6 @@ struct Texels {
 Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px,
                         const coppice_allocator& allocator);
 
-/// 0..1 to 0..1.
-float linear_from_srgb8(std::uint8_t value);
-
 /// Linear colour and alpha, 0..1.
 using Texel = std::array<float, 4>;
 

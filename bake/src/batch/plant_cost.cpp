@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <numeric>
 #include <system_error>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -83,14 +82,11 @@ std::uint64_t triangles_of(const Json& document) {
 
 }  // namespace
 
-InputCounts count_input(const BatchPlant& plant) {
-  InputCounts counts;
-  counts.bytes = bytes_of_file(plant.input);
-  const Json document = document_of(plant.input);
-  if (!document.is_object()) return counts;
-  counts.triangles = triangles_of(document);
+InputCounts count_input(const fs::path& input, const ImportOptions& options) {
+  const Json document = document_of(input);
+  InputCounts counts{triangles_of(document), bytes_of_file(input)};
   for (const GltfReference& reference : find_references(document)) {
-    const auto file = resolve_reference(plant.input.parent_path(), reference.uri, reference.place(), plant.options.import.outside_files);
+    const auto file = resolve_reference(input.parent_path(), reference.uri, reference.place(), options.outside_files);
     if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);
   }
   return counts;
@@ -99,8 +95,8 @@ InputCounts count_input(const BatchPlant& plant) {
 PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options) {
   // A collapse looks at the plant from all views, at every step: its time goes by their pixels, and hardly by what they show, because
   // plants whose leaves overlap more are looked at in smaller views. The rest goes by triangles and bytes.
-  constexpr double kSecondsOnce = 4.0, kSecondsPerMegapixel = 6.0, kSecondsPerMillionTriangles = 50.0, kMemoryOnce = 60e6,
-                   kMemoryPerInputByte = 12.0, kMemoryPerViewPixel = 60.0, kMemoryPerTriangle = 400.0;
+  constexpr double kSecondsOnce = 3.0, kSecondsPerMegapixel = 10.0, kSecondsPerMillionTriangles = 50.0, kMemoryOnce = 60e6,
+                   kMemoryPerInputByte = 12.0, kMemoryPerViewPixel = 100.0, kMemoryPerTriangle = 400.0;
   const std::uint32_t views = options.view_count > 0 ? options.view_count : metric_view_count(options.metric, 0);
   const double pixels = static_cast<double>(views) * options.collapse.resolution_px * options.collapse.resolution_px;
   const double triangles = static_cast<double>(counts.triangles), bytes = static_cast<double>(counts.bytes);
@@ -109,8 +105,13 @@ PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options) {
   return {static_cast<std::uint64_t>(1000.0 * seconds), static_cast<std::uint64_t>(memory)};
 }
 
-PlantCost plant_cost(const BatchPlant& plant) {
-  return plant_cost(count_input(plant), plant.options);
+std::vector<std::uint32_t> slowest_first(std::span<const PlantCost> costs) {
+  std::vector<std::uint32_t> order(costs.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    return costs[a].milliseconds != costs[b].milliseconds ? costs[a].milliseconds > costs[b].milliseconds : a < b;
+  });
+  return order;
 }
 
 }  // namespace coppice::bake

@@ -1,10 +1,14 @@
 #pragma once
 
-// What a bake will take, told from a look at the file's JSON: where plants are dealt out to machines before anybody has baked them.
+// What a bake will take, told from a look at the file's JSON, before anybody has baked it: by it plants are ordered, dealt out to machines,
+// and given memory.
 
 #include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
 
-#include "bake_batch.h"
+#include "bake.h"
 
 namespace coppice::bake {
 
@@ -22,12 +26,12 @@ struct InputCounts {
 
 /// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, or makes no sense, counts 0: the
 /// bake will say what is wrong with it.
-InputCounts count_input(const BatchPlant& plant);
+InputCounts count_input(const std::filesystem::path& input, const ImportOptions& options);
 
 /// An estimate by a fit to measured bakes, which DECISIONS.md tells of. Cached plants cost as much as others.
-PlantCost plant_cost(const BatchPlant& plant);
-
-/// The same from the counts, which the tests give.
 PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options);
+
+/// Indices by falling time; of equal ones the first first.
+std::vector<std::uint32_t> slowest_first(std::span<const PlantCost> costs);
 
 }  // namespace coppice::bake

@@ -93,7 +93,7 @@ TEST_F(BakeParts, APrintedScriptCanBeRunByHandAndFollowed) {
   std::ofstream(script) << printed.out;
   std::size_t tasks = 0;
   for (; printed.out.find("--array=0-" + std::to_string(tasks) + "\n") == std::string::npos; ++tasks) ASSERT_LT(tasks, 7u) << printed.out;
-  for (const char* number : {"99", "one"}) {
+  for (const char* number : {"99", "one", "00"}) {
     const ProcessResult wrong = run_process("/bin/sh", {script, number});
     EXPECT_EQ(wrong.exit_code, 2) << wrong.err;
     EXPECT_NE(wrong.err.find(number), std::string::npos) << wrong.err;
@@ -162,6 +162,9 @@ TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {
                                                                                     {"--coppice", "x"},
                                                                                     {"--cache-mode", "read"},
                                                                                     {"--", "-p", "long"},
+                                                                                    {"--slurm", "--", "-J", "name"},
+                                                                                    {"--slurm", "--", "-a0-3"},
+                                                                                    {"--slurm", "--", "--clusters=other"},
                                                                                     {"--slurm", "--shard", "1/2"},
                                                                                     {"--slurm", "--threads", "2"},
                                                                                     {"--slurm", "--journal", "x"}}) {

@@ -31,6 +31,7 @@ Result<CacheLock> CacheLock::take(const fs::path& cache, bool shares) {
   whole.l_type = shares ? F_RDLCK : F_WRLCK;
   whole.l_whence = SEEK_SET;
   if (::fcntl(lock.file_, F_SETLK, &whole) == 0) return lock;
+  if (errno != EACCES && errno != EAGAIN) return system_error("cannot lock", path, errno);
   return Error{Status::io, "another bake-all is writing to this folder", Error::kNoOffset, cache.string()};
 }
 

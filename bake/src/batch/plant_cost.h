@@ -24,8 +24,8 @@ struct InputCounts {
   std::uint64_t triangles = 0, bytes = 0;
 };
 
-/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, or makes no sense, counts 0: the
-/// bake will say what is wrong with it.
+/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, makes no sense, or is over 32 MiB
+/// of JSON counts 0: the bake will say what is wrong with it.
 InputCounts count_input(const std::filesystem::path& input, const ImportOptions& options);
 
 /// An estimate by a fit to measured bakes, which DECISIONS.md tells of. Cached plants cost as much as others.

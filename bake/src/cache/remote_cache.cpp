@@ -168,10 +168,10 @@ void RemoteCache::close_if_open() {
 
 void RemoteCache::found_damaged(const std::string& key) {
   constexpr std::uint64_t kFew = 3;
+  if (!damaged_.insert(key).second) return;  // several plants may have one key
   ++report_.damaged;
   --report_.found;
   gone_.insert(key);
-  damaged_.insert(key);
   added_.erase(key);
   // Each was a download for nothing. Where most are, the rest is not worth one.
   if (report_.damaged < kFew || report_.damaged < report_.found) return;

@@ -29,7 +29,7 @@ void add_cache_options(CLI::App& command, CacheArguments& arguments) {
 
 void check_cache_arguments(const CacheArguments& arguments) {
   if (arguments.mode == "read" && arguments.where.empty())
-    throw CLI::ValidationError("--cache-mode", std::string("is of a shared cache: needs --cache or ") + kCacheVariable);
+    throw CLI::ValidationError("--cache-mode", std::string("there is no shared cache: name one with --cache or ") + kCacheVariable);
 }
 
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options) {

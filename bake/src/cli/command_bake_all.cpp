@@ -204,10 +204,9 @@ Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
 
 /// Ctrl-C does not end what the cluster does.
 int leave(const BakeAllCommand& arguments, const FollowedRun& followed) {
-  std::fprintf(stderr,
-               "coppice: the run goes on without this command.\n  take it up again: coppice bake-all -o %s --attach\n"
-               "  end it: %s\n",
-               shown(arguments.output).c_str(), scancel_command(followed.jobs).c_str());
+  std::fprintf(stderr, "coppice: the run goes on without this command.\n  take it up again: coppice bake-all -o %s --attach\n",
+               shown(arguments.output).c_str());
+  if (!followed.jobs.empty()) std::fprintf(stderr, "  end it: %s\n", scancel_command(followed.jobs).c_str());
   return 130;  // as a shell has it of a command that Ctrl-C ended
 }
 
@@ -227,7 +226,7 @@ int run_on_cluster(BakeAllCommand arguments) {
     std::fputs(script->c_str(), stdout);
     return 0;
   }
-  const auto followed = follow(*folder, arguments.quiet);
+  const auto followed = follow(*folder, !arguments.farm.attach, arguments.quiet);
   if (!followed) return report_failure(named, followed.error());
   return followed->left ? leave(arguments, *followed) : report_batch(arguments, followed->batch);
 }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <map>
 #include <system_error>
@@ -58,6 +59,16 @@ class ClassFiles {
   fs::path folder_;
   std::map<std::string, fs::path> files_;
 };
+
+/// A script's comments and JSON hold no newline and nothing but UTF-8.
+Result<void> check_words(const FarmBatch& batch, const FarmArguments& arguments) {
+  std::vector<std::string> words{batch.output_folder.string(), arguments.coppice.string()};
+  words.insert(words.end(), batch.task_options.begin(), batch.task_options.end());
+  words.insert(words.end(), arguments.sbatch_options.begin(), arguments.sbatch_options.end());
+  for (const std::string& word : words)
+    if (!is_printable(word)) return Error{Status::invalid_argument, "tasks' scripts cannot hold this", Error::kNoOffset, printable(word)};
+  return {};
+}
 
 Result<FarmRun> run_of(const FarmBatch& batch, const FarmArguments& arguments, const fs::path& folder) {
   FarmRun run;
@@ -144,7 +155,8 @@ class LeaveOnInterrupt {
 std::string status_text(const FarmStatus& status) {
   std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; ";
   if (!status.note.empty()) return text + status.note;
-  text += std::to_string(status.running) + " tasks run, " + std::to_string(status.waiting) + " wait";
+  text +=
+      std::to_string(status.running) + (status.running == 1 ? " task runs, " : " tasks run, ") + std::to_string(status.waiting) + " wait";
   return status.running > 0 || status.waits_for.empty() ? text : text + ": " + status.waits_for;
 }
 
@@ -173,11 +185,6 @@ Batch batch_of(const FarmRun& run, FarmResults results) {
   batch.tries = std::move(results.tries);
   batch.cache = caches_of(run);
   return batch;
-}
-
-bool was_handed_over(const FarmRun& run) {
-  const auto submissions = read_submissions(run);
-  return submissions && std::ranges::any_of(*submissions, [](const Submission& submission) { return !submission.job.empty(); });
 }
 
 Result<std::vector<std::string>> jobs_of(const FarmRun& run) {
@@ -237,6 +244,10 @@ std::string scancel_command(const std::vector<std::string>& jobs) {
 
 void check_farm_arguments(const FarmArguments& arguments) {
   if (arguments.slurm && arguments.attach) throw CLI::ValidationError("--attach", "goes on with a run, --slurm starts one: not both");
+  for (const std::string& word : arguments.sbatch_options)
+    for (const char* const ours : {"-J", "--job-name", "-a", "--array", "-M", "--clusters", "--wrap"})
+      if (word.starts_with(ours) && (word[1] != '-' || word.size() == std::strlen(ours) || word[std::strlen(ours)] == '='))
+        throw CLI::ValidationError(word, "name, array and cluster of the tasks are coppice's: by them it finds them again");
   if (arguments.slurm) return;
   if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
   if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");
@@ -251,8 +262,11 @@ Result<void> refuse_beside_run(const fs::path& output_folder) {
   COPPICE_TRY(run, read_run(*folder));
   if (run.submitter == Submitter::hand) return {};
   COPPICE_TRY(submissions, read_submissions(run));
-  COPPICE_TRY(queue, ask_slurm(run, submissions, {}));
-  const bool lives = std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
+  const auto queue = ask_slurm(run, submissions, {});
+  if (!queue)
+    return Error{queue.error().status, "a run on the cluster has not told its end", Error::kNoOffset,
+                 folder->string() + ", which may be deleted if it has ended: " + queue.error().message()};
+  const bool lives = std::ranges::any_of(*queue, [](const auto& task) { return task.second.is_live; });
   if (!lives) return {};
   COPPICE_TRY(jobs, jobs_of(run));
   return Error{Status::invalid_argument, "a run on the cluster has not ended", Error::kNoOffset,
@@ -260,9 +274,8 @@ Result<void> refuse_beside_run(const fs::path& output_folder) {
 }
 
 Result<fs::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments) {
-  if (!arguments.print) {
-    COPPICE_CHECK(refuse_beside_run(batch.output_folder));
-  }
+  COPPICE_CHECK(refuse_beside_run(batch.output_folder));
+  COPPICE_CHECK(check_words(batch, arguments));
   COPPICE_TRY(folder, make_run_folder(batch.output_folder));
   COPPICE_TRY(run, run_of(batch, arguments, folder));
   COPPICE_CHECK(load_plants(batch, run));
@@ -277,7 +290,7 @@ Result<std::string> run_script(const fs::path& run_folder) {
   return submissions.empty() ? std::string() : script_text(run, submissions.front());
 }
 
-Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
+Result<FollowedRun> follow(const fs::path& run_folder, bool is_new, bool quiet) {
   COPPICE_TRY(run, read_run(run_folder));
   ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   FollowOptions options;
@@ -286,7 +299,9 @@ Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
     bar.clear();
     std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
   };
+  bool is_handed_over = false;
   options.submitted = [&](const Submission& submission) {
+    is_handed_over = true;
     if (quiet) return;
     bar.clear();
     std::fprintf(stderr, "coppice: %zu %s wait or run as job %s; %s ends it\n", submission.tasks.size(),
@@ -298,8 +313,9 @@ Result<FollowedRun> follow(const fs::path& run_folder, bool quiet) {
   auto results = follow_run(run, options);
   bar.clear();
   if (!results) {
+    // What failed by a file or the network may have reached the scheduler all the same.
     std::error_code error;
-    if (!was_handed_over(run) && run.submitter == Submitter::slurm) fs::remove_all(run_folder, error);
+    if (is_new && !is_handed_over && results.error().status != Status::io) fs::remove_all(run_folder, error);
     return results.error();
   }
   FollowedRun followed;

@@ -59,9 +59,9 @@ struct FollowedRun {
   std::vector<std::string> jobs;  ///< that Slurm has of it
 };
 
-/// Follows a run with a progress bar and lines about what is lost, until it has ended or Ctrl-C is pressed. Writes its report.json. A run
-/// that has never been handed over and cannot be is removed.
+/// Follows a run with a progress bar and lines about what is lost, until it has ended or Ctrl-C is pressed. Writes its report.json. A new
+/// run that Slurm refuses is removed.
 /// errors  those of follow_run
-Result<FollowedRun> follow(const std::filesystem::path& run_folder, bool quiet);
+Result<FollowedRun> follow(const std::filesystem::path& run_folder, bool is_new, bool quiet);
 
 }  // namespace coppice::bake

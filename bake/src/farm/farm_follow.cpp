@@ -161,6 +161,7 @@ class Follower {
     if (run_.submitter == Submitter::hand) return end_tasks({});
     Result<Queue> queue = ask_slurm(run_, submissions_, waiting);
     asked_ = Clock::now();
+    if (!queue && options_.is_stopped && options_.is_stopped()) return {};
     if (!queue) {
       const bool is_new = std::ranges::all_of(submissions_, [](const Submission& submission) { return submission.job.empty(); });
       if (is_new || queue.error().status == Status::unsupported) return queue.error();
@@ -169,6 +170,8 @@ class Follower {
     }
     note_.clear();
     queue_ = *std::move(queue);
+    for (const auto& [name, task] : queue_)
+      if (!task.is_live) remembered_.insert_or_assign(name, task);
     take_tries();  // a task that Slurm no longer had has told its end before
     COPPICE_CHECK(submit_all());
     return end_tasks(queue_);
@@ -183,8 +186,8 @@ class Follower {
         COPPICE_CHECK(submit(submission));
       }
       if (submission.submitted_s == 0.0) submission.submitted_s = now_s();
-      COPPICE_CHECK(write_record(run_, submission));
       if (!submission.job.empty() && options_.submitted) options_.submitted(submission);
+      COPPICE_CHECK(write_record(run_, submission));
     }
     return {};
   }
@@ -210,16 +213,28 @@ class Follower {
     }
     const bool is_first = std::ranges::all_of(submissions_, [](const Submission& other) { return other.job.empty(); });
     if (is_first || job.error().status == Status::unsupported) return job.error();
+    // A site may let nobody have more tasks at a time: there is room when some of ours have ended.
+    if (std::ranges::any_of(queue_, [](const auto& task) { return task.second.is_live; })) {
+      note_ = job.error().message();
+      return {};
+    }
     if (++refusals_[submission.number] < kMostRefusals) return {};
-    // There may be no node of twice the memory.
-    const std::uint64_t first_memory = submissions_.front().memory_bytes;
-    if (submission.attempt > 1 && submission.memory_bytes > first_memory) {
+    if (lower_limits(submission)) {
       refusals_[submission.number] = 0;
-      submission.memory_bytes /= 2;
       return write_submission(run_, submission);
     }
     submission.refused = job.error().message();
     return {};
+  }
+
+  /// There may be no node of twice the memory, and no partition for twice the time. false: they are those of the first attempt
+  bool lower_limits(Submission& submission) const {
+    const Submission& first = submissions_.front();
+    const bool has_memory = submission.memory_bytes > first.memory_bytes, has_time = submission.minutes > first.minutes;
+    if (submission.attempt == 1 || (!has_memory && !has_time)) return false;
+    if (has_memory) submission.memory_bytes /= 2;
+    if (has_time) submission.minutes = std::max(first.minutes, submission.minutes / 2);
+    return true;
   }
 
   [[nodiscard]] std::vector<std::uint32_t> unfinished(const Submission& submission, std::uint32_t task) const {
@@ -281,11 +296,11 @@ class Follower {
     return last;
   }
 
-  /// Whether a plant could not be read where this machine can: the node does not see its folder.
+  /// Whether a plant could not be read where this machine can: the node does not see its folder. A file that it refers to is its own fault.
   static bool is_unseen(const BatchResult& result, const fs::path& input) {
     std::error_code error;
-    return result.outcome == BatchOutcome::failed && result.error.find("No such file or directory") != std::string::npos &&
-           fs::exists(input, error);
+    return result.outcome == BatchOutcome::failed &&
+           result.error.find(input.string() + ": No such file or directory") != std::string::npos && fs::exists(input, error);
   }
 
   [[nodiscard]] bool has_unseen(const TaskName& name) const {
@@ -309,9 +324,8 @@ class Follower {
     const TaskTry* const made = last_try(name);
     if (made != nullptr && made->exit_code) {
       constexpr int kUsage = 2, kNotExecutable = 126, kNotFound = 127;
-      constexpr std::uint64_t kTailBytes = 4096;
       const int code = *made->exit_code;
-      const std::string said = last_line(tail_of(made->log, kTailBytes));
+      const std::string said = last_line(tail_of(made->log));
       const bool lacks_program = code == kNotExecutable || code == kNotFound;
       Loss loss{"its task ended on " + made->node + " with exit code " + std::to_string(code) + (said.empty() ? "" : ": " + said) +
                     (lacks_program ? "; --coppice says where nodes have the program" : ""),
@@ -320,11 +334,11 @@ class Follower {
       loss.is_hopeless = by_hand || code == kUsage;
       return loss;
     }
-    const auto queued = queue_.find(name);
-    const std::string state = queued == queue_.end() ? "" : queued->second.state, shown = state.empty() ? "" : " (" + state + ")";
+    const auto queued = remembered_.find(name);
+    const std::string state = queued == remembered_.end() ? "" : queued->second.state, shown = state.empty() ? "" : " (" + state + ")";
     if (state == "CANCELLED") return {"its task was cancelled", {}, true};
     if (made != nullptr) return {"its task was lost on " + made->node + shown, {}, by_hand};
-    const std::string node = queued == queue_.end() ? "" : queued->second.node;
+    const std::string node = queued == remembered_.end() ? "" : queued->second.node;
     if (node.empty() || (state != "FAILED" && state != "COMPLETED"))
       return {"its task left no trace" + shown + ": OUT must be in a folder that all nodes share; Slurm's word is in " +
                   run_.folder.string() + "/slurm-" + submission.job + "_" + std::to_string(name.second) + ".out",
@@ -373,14 +387,24 @@ class Follower {
         options_.say(std::to_string(plants.size()) + (plants.size() == 1 ? " plant is" : " plants are") + " tried again: " + loss.why);
       try_again(submission, loss, plants, again);
     }
-    for (auto& [limits, submission] : again) {
-      submission.number = static_cast<std::uint32_t>(submissions_.size()) + 1;
-      submission.excluded_nodes.assign(bad_nodes_.begin(), bad_nodes_.end());
-      COPPICE_CHECK(write_submission(run_, submission));
-      take_plants(submission);
-      submissions_.push_back(std::move(submission));
-      asked_.reset();  // to hand it over now
-    }
+    const std::size_t most = PlanOptions{}.most_tasks_of_array;
+    for (const auto& [limits, submission] : again)
+      for (std::size_t first = 0; first < submission.tasks.size(); first += most) {
+        Submission part = submission;
+        const auto begin = submission.tasks.begin() + static_cast<std::ptrdiff_t>(first);
+        part.tasks.assign(begin, begin + static_cast<std::ptrdiff_t>(std::min(most, submission.tasks.size() - first)));
+        COPPICE_CHECK(add_submission(std::move(part)));
+      }
+    return {};
+  }
+
+  Result<void> add_submission(Submission submission) {
+    submission.number = static_cast<std::uint32_t>(submissions_.size()) + 1;
+    submission.excluded_nodes.assign(bad_nodes_.begin(), bad_nodes_.end());
+    COPPICE_CHECK(write_submission(run_, submission));
+    take_plants(submission);
+    submissions_.push_back(std::move(submission));
+    asked_.reset();  // to hand it over now
     return {};
   }
 
@@ -430,9 +454,8 @@ class Follower {
 
   /// Of the try that ended a plant, else of the last one that had it.
   [[nodiscard]] std::string log_tail_of(std::uint32_t plant, const TaskTry* last) const {
-    constexpr std::uint64_t kTailBytes = 4096;
     if (last == nullptr) last = last_try(current_[plant]);
-    return last == nullptr ? std::string() : tail_of(last->log, kTailBytes);
+    return last == nullptr ? std::string() : tail_of(last->log);
   }
 
   [[nodiscard]] std::vector<FarmTry> tries() const {
@@ -479,7 +502,7 @@ class Follower {
   std::map<std::string, std::size_t> by_output_;
   std::size_t ended_count_ = 0, running_ = 0, waiting_ = 0, most_running_ = 0;
   Tries tries_;
-  Queue queue_;
+  Queue queue_, remembered_;                    ///< what Slurm says now, and said last of tasks that had ended: it forgets them
   std::map<TaskName, Clock::time_point> gone_;  ///< since when Slurm does not have them
   std::set<std::string> bad_nodes_;
   std::set<std::uint32_t> just_submitted_;

@@ -18,7 +18,6 @@
 
 #include "atomic_file.h"
 #include "cache_report_json.h"
-#include "printable.h"
 #include "temporary_file.h"
 #include "text_bytes.h"
 
@@ -91,7 +90,9 @@ std::string sbatch_lines(const FarmRun& run, const Submission& submission) {
   text += line("nodes=1") + line("ntasks=1") + line("cpus-per-task=1");
   text += line("time=" + std::to_string(submission.minutes));
   // Slurm takes no two of its options for memory.
-  const bool has_memory = std::ranges::any_of(run.sbatch_options, [](const std::string& word) { return word.starts_with("--mem"); });
+  const bool has_memory = std::ranges::any_of(run.sbatch_options, [](const std::string& word) {
+    return word == "--mem" || word.starts_with("--mem=") || word.starts_with("--mem-per-");
+  });
   const std::uint64_t bytes = submission.memory_bytes * processors_of_task(run.sbatch_options);
   if (!has_memory) text += line("mem=" + std::to_string(bytes / 1'000'000 + 1) + "M");
   std::string excluded;
@@ -237,19 +238,22 @@ std::string script_text(const FarmRun& run, const Submission& submission) {
   const std::string last = std::to_string(submission.tasks.size() - 1), number = numbered(submission.number, 3);
   std::string text = "#!/bin/sh\n" + sbatch_lines(run, submission);
   text += "# Bakes a list of plants; the scheduler runs it once for each number from 0 to " + last +
-          ". Slurm says the number itself: sbatch" + printable(joined(run.sbatch_options)) +
+          ". Slurm says the number itself: sbatch" + joined(run.sbatch_options) +
           " THIS\n# Any other scheduler, or a person: sh THIS NUMBER\n# What becomes of it: coppice bake-all -o " +
-          printable(shell_quoted(run.output_folder.string())) + " --attach\n";
+          shell_quoted(run.output_folder.string()) + " --attach\n";
   text += "run=" + shell_quoted(run.folder.string()) + "\nout=" + shell_quoted(run.output_folder.string()) +
           "\ncoppice=" + shell_quoted(run.coppice.string()) + "\n";
   text += R"(number=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task from 0 to )" + last + "}}\n";
-  text += "task=" + number + R"(-$(printf %04d "$number") || exit 2
-if [ "$number" -gt )" +
-          last + R"( ]; then
+  text += R"(known=no
+case $number in *[!0-9]* | 0?*) ;; *) [ "$number" -le )" +
+          last + R"( ] && known=yes ;; esac
+if [ $known = no ]; then
   echo "coppice: there is no task $number: they go from 0 to )" +
           last + R"(" >&2
   exit 2
 fi
+task=)" + number +
+          R"(-$(printf %04d "$number")
 )";
   text += R"(node=${SLURMD_NODENAME:-$(hostname)}
 if ! [ -f "$run/task-$task.json" ]; then
@@ -338,7 +342,7 @@ Result<RunLock> RunLock::take(const fs::path& run_folder) {
   if (lock.file_ < 0) return system_error("cannot use the run", path, errno);
   if (::flock(lock.file_, LOCK_EX | LOCK_NB) == 0) return lock;
   if (errno != EWOULDBLOCK) return system_error("cannot lock", path, errno);
-  return Error{Status::invalid_argument, "another coppice follows this run", Error::kNoOffset, run_folder.string()};
+  return Error{Status::io, "another coppice follows this run", Error::kNoOffset, run_folder.string()};
 }
 
 RunLock::RunLock(RunLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}

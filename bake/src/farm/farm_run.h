@@ -102,7 +102,7 @@ std::uint32_t processors_of_task(const std::vector<std::string>& sbatch_options)
 /// Keeps a second submitter from following a run, for as long as it lives.
 class RunLock {
  public:
-  /// errors  invalid_argument: another process has it; io
+  /// errors  io: another process has it, or it cannot be used
   static Result<RunLock> take(const std::filesystem::path& run_folder);
   RunLock(RunLock&& other) noexcept;
   RunLock& operator=(RunLock&&) = delete;

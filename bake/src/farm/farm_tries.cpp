@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -50,10 +51,11 @@ std::optional<TaskTry> read_start(const fs::path& path) {
   return made;
 }
 
-/// The journal's whole lines that have not been read yet.
-void read_journal(const fs::path& path, const std::string& name, TaskTry& of, std::vector<TriedPlant>& plants) {
+/// The journal's whole lines that have not been read yet. returns  whether it could be read
+bool read_journal(const fs::path& path, const std::string& name, TaskTry& of, std::vector<TriedPlant>& plants) {
   const auto bytes = read_file(path);
-  if (!bytes || bytes->size() <= of.read_bytes) return;
+  if (!bytes) return false;
+  if (bytes->size() <= of.read_bytes) return true;
   const std::string text(bytes->begin() + static_cast<std::ptrdiff_t>(of.read_bytes), bytes->end());
   std::size_t at = 0;
   for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', at)) {
@@ -61,6 +63,7 @@ void read_journal(const fs::path& path, const std::string& name, TaskTry& of, st
     at = end + 1;
   }
   of.read_bytes += at;
+  return true;
 }
 
 }  // namespace
@@ -92,10 +95,11 @@ std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
     const auto found = tries.find(path.stem());
     if (found == tries.end() || found->second.is_read) continue;
     TaskTry& of = found->second;
-    of.is_read = of.exit_code.has_value();
+    // A network file system knows the size of a file that has ended growing for certain when it opens it.
+    const bool has_ended = of.exit_code.has_value();
     std::error_code unreadable;
     const std::uintmax_t bytes = fs::file_size(path, unreadable);
-    if (!unreadable && bytes > of.read_bytes) read_journal(path, found->first, of, plants);
+    if (has_ended || (!unreadable && bytes > of.read_bytes)) of.is_read = read_journal(path, found->first, of, plants) && has_ended;
   }
   return plants;
 }
@@ -137,11 +141,11 @@ void refresh_tries(const fs::path& run_folder) {
   fs::remove(path, gone);
 }
 
-std::string tail_of(const fs::path& file, std::uint64_t most_bytes) {
-  auto bytes = read_file(file);
-  if (!bytes) return {};
-  const std::size_t count = std::min<std::size_t>(bytes->size(), most_bytes);
-  return {bytes->end() - static_cast<std::ptrdiff_t>(count), bytes->end()};
+std::string tail_of(const fs::path& file) {
+  constexpr std::streamoff kMostBytes = 4096;
+  std::ifstream text(file, std::ios::binary | std::ios::ate);
+  text.seekg(-std::min<std::streamoff>(kMostBytes, text.tellg()), std::ios::end);
+  return {std::istreambuf_iterator<char>(text), {}};
 }
 
 }  // namespace coppice::bake

@@ -41,13 +41,13 @@ std::vector<TriedPlant> read_tries(const std::filesystem::path& run_folder, Trie
 /// Adds what another cache, or the same elsewhere, did: sums, but of lost_seconds the largest, and the first place and trouble.
 void add_cache_report(CacheReport& sum, const CacheReport& of);
 
-/// What tasks' caches did,, by the reports of those that ended.
+/// What tasks' caches did, by the reports of those that ended.
 CacheReport read_task_caches(const std::filesystem::path& run_folder);
 
 /// Makes a network file system ask again what is in the folder: by a file of our own that comes and goes.
 void refresh_tries(const std::filesystem::path& run_folder);
 
-/// The last lines of a file, at most so many bytes of it; empty where there is none.
-std::string tail_of(const std::filesystem::path& file, std::uint64_t most_bytes);
+/// The last lines of a file, at most 4096 bytes of it; empty where there is none.
+std::string tail_of(const std::filesystem::path& file);
 
 }  // namespace coppice::bake

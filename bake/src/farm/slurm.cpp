@@ -43,6 +43,9 @@ bool read_number(std::string_view text, std::uint32_t& number) {
 Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submission, const std::function<bool()>& waiting) {
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), run.sbatch_options.begin(), run.sbatch_options.end());
+  // Once more after the script: variables like SBATCH_JOB_NAME go before what it says.
+  words.push_back("--job-name=" + job_name(run, submission));
+  words.push_back("--array=0-" + std::to_string(submission.tasks.size() - 1));
   words.push_back(script_path(run, submission).string());
   const auto end = run_program(words, kMostSeconds, waiting);
   if (!end) return without_slurm(end.error());
@@ -51,7 +54,8 @@ Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submis
   if (end->exit_code == 0 && !job.empty()) return job;
   std::string said = one_line(end->err + end->out);
   if (said.find("Memory specification") != std::string::npos) said += "; where nodes have no RealMemory, add -- --mem=0";
-  return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, said.empty() ? "it does not answer" : said};
+  if (said.empty()) return Error{Status::io, "sbatch does not answer", Error::kNoOffset, script_path(run, submission).string()};
+  return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, said};
 }
 
 bool read_queue_line(const std::string& line, const FarmRun& run, Queue& queue) {

@@ -136,7 +136,7 @@ inline constexpr std::array<Steps, 16> kSteps = [] {
 // The halves of a fade: opacity, brightness.
 inline constexpr std::uint32_t kFadeSteps = 16;
 constexpr std::uint32_t fade_half(std::uint8_t fade, std::size_t half) {
-  return fade >> (4 * half) & (kFadeSteps - 1);
+  return std::uint32_t{fade} >> (4 * half) & (kFadeSteps - 1);
 }
 
 /// Bits set in each number of four bits: not every processor that this is compiled for counts them.

@@ -15,6 +15,7 @@
 #include "farm_follow.h"
 #include "farm_plan.h"
 #include "farm_run.h"
+#include "farm_tries.h"
 #include "gltf_builder.h"
 #include "plant_record.h"
 #include "process.h"
@@ -315,6 +316,36 @@ TEST(PlantRecord, AJournalsEntryComesBackAsItWas) {
   EXPECT_EQ(entry->result.file_bytes, baked.file_bytes);
   EXPECT_EQ(entry->result.warnings, baked.warnings);
   for (std::size_t end = 0; end < line.size(); ++end) EXPECT_FALSE(journal_entry(line.substr(0, end))) << end;
+}
+
+TEST(FarmTries, TheJournalOfATaskThatHasEndedIsReadToItsEndEvenLate) {
+  const test::TemporaryFolder folder;
+  const fs::path tries_folder = folder / "tries", stem = tries_folder / "001-0000.7.node1.42";
+  fs::create_directory(tries_folder);
+  const auto file = [&](const char* extension) { return fs::path(stem.string() + extension); };
+  std::ofstream(file(".start")) << R"({"node": "node1", "job": "7", "array_job": "7", "restart": 0, "time": 10.5})"
+                                << "\n";
+  BatchResult baked;
+  baked.outcome = BatchOutcome::baked;
+  const std::string lines = journal_line({"a.glb", "a.coppice", {}}, baked) + journal_line({"b.glb", "b.coppice", {}}, baked);
+  const std::size_t half = lines.size() - 5;
+  std::ofstream(file(".plants")) << lines.substr(0, half);
+  Tries tries;
+  EXPECT_EQ(read_tries(folder.path(), tries).size(), 1u) << "the second line is not whole";
+  // The end is known before the journal can be read again, as over a network.
+  std::ofstream(file(".end")) << R"({"exit": 0, "time": 12.0})"
+                              << "\n";
+  fs::rename(file(".plants"), folder / "elsewhere");
+  fs::create_symlink(folder / "nowhere", file(".plants"));
+  EXPECT_TRUE(read_tries(folder.path(), tries).empty());
+  fs::remove(file(".plants"));
+  fs::rename(folder / "elsewhere", file(".plants"));
+  std::ofstream(file(".plants"), std::ios::app) << lines.substr(half);
+  const std::vector<TriedPlant> rest = read_tries(folder.path(), tries);
+  ASSERT_EQ(rest.size(), 1u);
+  EXPECT_EQ(rest.front().entry.output, "b.coppice");
+  EXPECT_EQ(tries.begin()->second.exit_code, 0);
+  EXPECT_TRUE(read_tries(folder.path(), tries).empty());
 }
 
 TEST(PlantRecord, WhatWasTakenAwayIsNoFaultOfThePlant) {

@@ -104,10 +104,10 @@ struct BatchOptions {
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 
 /// bake_cached for each, the slowest first by their costs. Results are in the order of the plants. A plant that fails, or whose process
-/// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors. A
-/// shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant. errors
-/// invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it thread  the process must have no other
-/// threads (job_processes.h)
+/// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
+/// A shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant.
+/// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
+/// thread  the process must have no other threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress);
 

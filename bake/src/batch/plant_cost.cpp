@@ -16,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr std::uint64_t kMostJsonBytes = std::uint64_t{32}
-                                         << 20;  // one process looks at all plants: what is hostile shall not fill its memory
+// One process looks at all plants: what is hostile shall not fill its memory.
+constexpr std::uint64_t kMostJsonBytes = std::uint64_t{32} << 20;
 constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 40;  // what a damaged file claims does not overflow
 
 std::uint64_t bytes_of_file(const fs::path& path) {

@@ -94,8 +94,8 @@ InputCounts count_input(const fs::path& input, const ImportOptions& options) {
 }
 
 PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options) {
-  // A collapse looks at the plant from all views, at every step: its time goes by their pixels, and hardly by what they show, because
-  // plants whose leaves overlap more are looked at in smaller views. The rest goes by triangles and bytes.
+  // A collapse looks at the plant from all views, at every step: its time goes by their pixels, and by how many of them leaves cover, which
+  // no JSON tells; where leaves overlap more the baker makes views smaller. The rest goes by triangles and bytes.
   constexpr double kSecondsOnce = 3.0, kSecondsPerMegapixel = 10.0, kSecondsPerMillionTriangles = 50.0, kMemoryOnce = 60e6,
                    kMemoryPerInputByte = 12.0, kMemoryPerViewPixel = 100.0, kMemoryPerTriangle = 400.0;
   const std::uint32_t views = options.view_count > 0 ? options.view_count : metric_view_count(options.metric, 0);

@@ -187,8 +187,7 @@ Batch batch_of(const FarmRun& run, FarmResults results) {
   return batch;
 }
 
-Result<std::vector<std::string>> jobs_of(const FarmRun& run) {
-  COPPICE_TRY(submissions, read_submissions(run));
+std::vector<std::string> jobs_of(const std::vector<Submission>& submissions) {
   std::vector<std::string> jobs;
   for (const Submission& submission : submissions)
     if (!submission.job.empty()) jobs.push_back(submission.job);
@@ -266,11 +265,9 @@ Result<void> refuse_beside_run(const fs::path& output_folder) {
   if (!queue)
     return Error{queue.error().status, "a run on the cluster has not told its end", Error::kNoOffset,
                  folder->string() + ", which may be deleted if it has ended: " + queue.error().message()};
-  const bool lives = std::ranges::any_of(*queue, [](const auto& task) { return task.second.is_live; });
-  if (!lives) return {};
-  COPPICE_TRY(jobs, jobs_of(run));
+  if (!has_live(*queue)) return {};
   return Error{Status::invalid_argument, "a run on the cluster has not ended", Error::kNoOffset,
-               folder->string() + "; --attach takes it up, " + scancel_command(jobs) + " ends it"};
+               folder->string() + "; --attach takes it up, " + scancel_command(jobs_of(submissions)) + " ends it"};
 }
 
 Result<fs::path> prepare_run(const FarmBatch& batch, const FarmArguments& arguments) {
@@ -321,7 +318,8 @@ Result<FollowedRun> follow(const fs::path& run_folder, bool is_new, bool quiet) 
   FollowedRun followed;
   followed.left = results->end == FollowEnd::left;
   followed.folder = run_folder;
-  COPPICE_CHECK(move_into(followed.jobs, jobs_of(run)));
+  COPPICE_TRY(submissions, read_submissions(run));
+  followed.jobs = jobs_of(submissions);
   followed.batch = batch_of(run, *std::move(results));
   if (followed.batch.task_count == 0) followed.batch.seconds = since_made(run);
   take_reported(report_path(run_folder), followed.batch);

@@ -214,7 +214,7 @@ class Follower {
     const bool is_first = std::ranges::all_of(submissions_, [](const Submission& other) { return other.job.empty(); });
     if (is_first || job.error().status == Status::unsupported) return job.error();
     // A site may let nobody have more tasks at a time: there is room when some of ours have ended.
-    if (std::ranges::any_of(queue_, [](const auto& task) { return task.second.is_live; })) {
+    if (has_live(queue_)) {
       note_ = job.error().message();
       return {};
     }

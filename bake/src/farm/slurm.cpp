@@ -43,7 +43,7 @@ bool read_number(std::string_view text, std::uint32_t& number) {
 Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submission, const std::function<bool()>& waiting) {
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), run.sbatch_options.begin(), run.sbatch_options.end());
-  // Once more after the script: variables like SBATCH_JOB_NAME go before what it says.
+  // The script says so too, but variables like SBATCH_JOB_NAME go before it; the command line goes before them.
   words.push_back("--job-name=" + job_name(run, submission));
   words.push_back("--array=0-" + std::to_string(submission.tasks.size() - 1));
   words.push_back(script_path(run, submission).string());
@@ -86,6 +86,10 @@ Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submi
   std::istringstream lines(end->out);
   for (std::string line; std::getline(lines, line);) static_cast<void>(read_queue_line(line, run, queue));
   return queue;
+}
+
+bool has_live(const Queue& queue) {
+  return std::ranges::any_of(queue, [](const auto& task) { return task.second.is_live; });
 }
 
 std::uint32_t slurm_processor_count() {

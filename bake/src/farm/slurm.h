@@ -30,6 +30,9 @@ struct QueuedTask {
 /// Tasks by submission and task.
 using Queue = std::map<std::pair<std::uint32_t, std::uint32_t>, QueuedTask>;
 
+/// Whether any task waits, runs or comes to its end.
+bool has_live(const Queue& queue);
+
 /// What Slurm knows of submissions' tasks: all that live, and those that ended minutes ago.
 /// errors  unsupported: there is no squeue; io: the controller does not answer, which passes
 Result<Queue> ask_slurm(const FarmRun& run, const std::vector<Submission>& submissions, const std::function<bool()>& waiting);

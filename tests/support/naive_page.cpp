@@ -111,7 +111,7 @@ class Block {
     naive_must(state_bytes <= 3 && state_bytes <= bytes_.size(), "a block's state");
     state_ = 0;
     for (std::size_t i = 0; i < state_bytes; ++i) {
-      state_ = 256 * state_ + (i == 0 ? bytes_.back() % 64 : bytes_.back());
+      state_ = 256 * state_ + bytes_.back() % (i == 0 ? 64u : 256u);
       bytes_.pop_back();
     }
     state_ += 4096;

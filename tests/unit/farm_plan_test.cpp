@@ -19,6 +19,7 @@
 #include "gltf_builder.h"
 #include "plant_record.h"
 #include "process.h"
+#include "sbatch_options.h"
 #include "slurm.h"
 
 namespace coppice::bake {
@@ -259,13 +260,26 @@ TEST(FarmRun, ComesBackFromItsFilesAsItWas) {
   EXPECT_TRUE(RunLock::take(*run_folder));
 }
 
-TEST(FarmRun, KnowsProcessorsByTheOptionsOfSbatch) {
+TEST(SbatchOptions, SayHowManyProcessorsATaskGets) {
   EXPECT_EQ(processors_of_task({}), 1u);
   EXPECT_EQ(processors_of_task({"-p", "long", "-c", "8"}), 8u);
   EXPECT_EQ(processors_of_task({"-c16"}), 16u);
   EXPECT_EQ(processors_of_task({"--cpus-per-task=2", "--mem=0"}), 2u);
   EXPECT_EQ(processors_of_task({"--cpus-per-task", "3"}), 3u);
-  EXPECT_EQ(processors_of_task({"-C", "haswell", "--constraint", "x"}), 1u);
+  EXPECT_EQ(processors_of_task({"-c", "2", "-c", "5"}), 5u) << "the last counts";
+  EXPECT_EQ(processors_of_task({"-C", "haswell", "--constraint", "x", "-c"}), 1u);
+}
+
+TEST(SbatchOptions, SayHowMuchMemoryATaskGets) {
+  for (const char* const option : {"--mem=4G", "--mem-per-cpu=1G", "--mem-per-gpu=1G"}) EXPECT_TRUE(say_memory({"-p", "long", option}));
+  EXPECT_TRUE(say_memory({"--mem", "4G"}));
+  EXPECT_FALSE(say_memory({"--mem-bind=local", "--memo"}));
+}
+
+TEST(SbatchOptions, OfTheTasksNameArrayAndClusterAreReserved) {
+  for (const char* const option : {"-J", "-Jname", "--job-name=name", "--array", "-a1", "-M", "--clusters=all", "--wrap=true"})
+    EXPECT_FALSE(reserved_option({"-p", "long", option}).empty()) << option;
+  EXPECT_EQ(reserved_option({"-A", "project", "--account=x", "-m", "--array-inx", "--wait"}), "");
 }
 
 TEST(Slurm, LinesOfTheQueueAreReadAndOthersLeftAlone) {

@@ -34,10 +34,11 @@ void* operator new(std::size_t bytes) {
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {  // AddressSanitizer has its own, which frees otherwise
   return operator new(bytes);
 }
-void operator delete(void* memory) noexcept {
+// g++ 12 at -O1 takes in the one without the other, and warns of a free without a malloc.
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 

@@ -120,7 +120,8 @@ TEST(PairShapes, MismatchIsThatOfAFinerGridWithinItsCells) {
   const Foliage foliage = test::random_quads(12, 12);
   for (std::size_t i = 0; i < 12; i += 2) {
     const Quad &first = foliage.quads[i], &second = foliage.quads[i + 1];
-    for (const PairShape& shape : pair_shapes(first, second).all()) {
+    const PairShapes shapes = pair_shapes(first, second);
+    for (const PairShape& shape : shapes.all()) {
       const double fine = fine_mismatch(first, second, merged_quad(first, second, shape.corners));
       EXPECT_NEAR(static_cast<double>(opaque_mismatch_m2(shape)), fine, 0.03 + 0.15 * fine) << i;
     }
@@ -129,7 +130,8 @@ TEST(PairShapes, MismatchIsThatOfAFinerGridWithinItsCells) {
 
 TEST(PairShapes, LeavesWithoutExtentHaveNoMismatch) {
   const Quad point = test::rectangle({1, 2, 3}, {0, 0, 0}, {0, 0, 0});
-  for (const PairShape& shape : pair_shapes(point, point).all()) EXPECT_EQ(opaque_mismatch_m2(shape), 0.0f);
+  const PairShapes shapes = pair_shapes(point, point);
+  for (const PairShape& shape : shapes.all()) EXPECT_EQ(opaque_mismatch_m2(shape), 0.0f);
 }
 
 }  // namespace

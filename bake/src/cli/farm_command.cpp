@@ -7,9 +7,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <map>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -25,6 +25,7 @@
 #include "plant_record.h"
 #include "printable.h"
 #include "progress_bar.h"
+#include "sbatch_options.h"
 #include "slurm.h"
 #include "temporary_file.h"
 
@@ -243,10 +244,8 @@ std::string scancel_command(const std::vector<std::string>& jobs) {
 
 void check_farm_arguments(const FarmArguments& arguments) {
   if (arguments.slurm && arguments.attach) throw CLI::ValidationError("--attach", "goes on with a run, --slurm starts one: not both");
-  for (const std::string& word : arguments.sbatch_options)
-    for (const char* const ours : {"-J", "--job-name", "-a", "--array", "-M", "--clusters", "--wrap"})
-      if (word.starts_with(ours) && (word[1] != '-' || word.size() == std::strlen(ours) || word[std::strlen(ours)] == '='))
-        throw CLI::ValidationError(word, "name, array and cluster of the tasks are coppice's: by them it finds them again");
+  if (const std::string_view word = reserved_option(arguments.sbatch_options); !word.empty())
+    throw CLI::ValidationError(std::string(word), "name, array and cluster of the tasks are coppice's: by them it finds them again");
   if (arguments.slurm) return;
   if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
   if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");

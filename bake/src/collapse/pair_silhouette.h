@@ -39,7 +39,8 @@ struct PairShapes {
   static constexpr std::size_t kOpaque = 2, kTranslucent = 2, kMost = kOpaque + kTranslucent + 1;
   std::array<PairShape, kMost> shapes{};
   std::size_t count = 0;
-  [[nodiscard]] std::span<const PairShape> all() const { return std::span(shapes).first(count); }
+  [[nodiscard]] std::span<const PairShape> all() const& { return std::span(shapes).first(count); }
+  void all() && = delete;  // of a temporary, which a range-based for does not keep
 };
 
 /// Of all 420 quads (70 sets of four vertices, three rings, two diagonals) the kOpaque of least mismatch when they are opaque, the least

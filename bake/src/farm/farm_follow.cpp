@@ -268,7 +268,7 @@ class Follower {
     if (run_.submitter == Submitter::hand) {
       const TaskTry* const made = last_try({submission.number, task});
       const bool goes_on = made == nullptr || !made->exit_code;
-      goes_on&& made != nullptr ? ++running_ : ++waiting_;
+      ++(goes_on && made != nullptr ? running_ : waiting_);
       return goes_on;
     }
     // The answer is older than what was handed over after it; what is not handed over yet will be.
@@ -278,7 +278,7 @@ class Follower {
     }
     const auto found = queue.find({submission.number, task});
     if (found == queue.end() || !found->second.is_live) return false;
-    found->second.runs ? ++running_ : ++waiting_;
+    ++(found->second.runs ? running_ : waiting_);
     if (!found->second.runs) waits_for_ = found->second.reason;
     return true;
   }

@@ -4,13 +4,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <ctime>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -18,6 +15,7 @@
 
 #include "atomic_file.h"
 #include "cache_report_json.h"
+#include "sbatch_options.h"
 #include "temporary_file.h"
 #include "text_bytes.h"
 
@@ -89,12 +87,8 @@ std::string sbatch_lines(const FarmRun& run, const Submission& submission) {
   text += line("array=0-" + std::to_string(submission.tasks.size() - 1));
   text += line("nodes=1") + line("ntasks=1") + line("cpus-per-task=1");
   text += line("time=" + std::to_string(submission.minutes));
-  // Slurm takes no two of its options for memory.
-  const bool has_memory = std::ranges::any_of(run.sbatch_options, [](const std::string& word) {
-    return word == "--mem" || word.starts_with("--mem=") || word.starts_with("--mem-per-");
-  });
   const std::uint64_t bytes = submission.memory_bytes * processors_of_task(run.sbatch_options);
-  if (!has_memory) text += line("mem=" + std::to_string(bytes / 1'000'000 + 1) + "M");
+  if (!say_memory(run.sbatch_options)) text += line("mem=" + std::to_string(bytes / 1'000'000 + 1) + "M");
   std::string excluded;
   for (const std::string& node : submission.excluded_nodes) excluded += (excluded.empty() ? "" : ",") + node;
   if (!excluded.empty()) text += line("exclude=" + excluded);
@@ -314,26 +308,6 @@ Result<std::vector<Submission>> read_submissions(const FarmRun& run) {
         if (plant >= run.plants.size()) return damaged(record_path(run, number), "a task has a plant that is not in run.json");
   }
   return submissions;
-}
-
-std::uint32_t processors_of_task(const std::vector<std::string>& sbatch_options) {
-  std::uint32_t processors = 1;
-  const auto take = [&processors](std::string_view text) {
-    std::uint32_t count = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-    if (error == std::errc() && end == text.data() + text.size() && count > 0) processors = count;
-  };
-  constexpr std::string_view kLong = "--cpus-per-task", kShort = "-c";
-  for (std::size_t i = 0; i < sbatch_options.size(); ++i) {
-    const std::string_view word = sbatch_options[i];
-    if ((word == kLong || word == kShort) && i + 1 < sbatch_options.size())
-      take(sbatch_options[i + 1]);
-    else if (word.starts_with("--cpus-per-task="))
-      take(word.substr(kLong.size() + 1));
-    else if (word.starts_with(kShort) && !word.starts_with("--"))
-      take(word.substr(kShort.size()));
-  }
-  return processors;
 }
 
 Result<RunLock> RunLock::take(const fs::path& run_folder) {

@@ -96,9 +96,6 @@ std::filesystem::path submitter_journal(const std::filesystem::path& run_folder)
 /// Where a run's report is; it has ended when that is there.
 std::filesystem::path report_path(const std::filesystem::path& run_folder);
 
-/// Processors of a task by the user's options of sbatch, 1 without any of them.
-std::uint32_t processors_of_task(const std::vector<std::string>& sbatch_options);
-
 /// Keeps a second submitter from following a run, for as long as it lives.
 class RunLock {
  public:

@@ -267,6 +267,7 @@ TEST(SbatchOptions, SayHowManyProcessorsATaskGets) {
   EXPECT_EQ(processors_of_task({"--cpus-per-task=2", "--mem=0"}), 2u);
   EXPECT_EQ(processors_of_task({"--cpus-per-task", "3"}), 3u);
   EXPECT_EQ(processors_of_task({"-c", "2", "-c", "5"}), 5u) << "the last counts";
+  EXPECT_EQ(processors_of_task({"-c", "8", "--cpus-per-task=2"}), 2u) << "whichever of its names it has";
   EXPECT_EQ(processors_of_task({"-C", "haswell", "--constraint", "x", "-c"}), 1u);
 }
 

@@ -6,38 +6,34 @@
 
 namespace coppice::bake {
 
-std::optional<std::string_view> sbatch_value(const std::vector<std::string>& options, std::string_view name) {
-  const bool is_long = name.starts_with("--");
+std::optional<std::string_view> sbatch_value(const std::vector<std::string>& options, std::initializer_list<std::string_view> names) {
   std::optional<std::string_view> value;
-  for (std::size_t i = 0; i < options.size(); ++i) {
-    const std::string_view word = options[i];
-    if (word == name)
-      value = i + 1 < options.size() ? std::string_view(options[i + 1]) : std::string_view{};
-    else if (word.starts_with(name) && (!is_long || word[name.size()] == '='))
-      value = word.substr(name.size() + (is_long ? 1 : 0));
-  }
+  for (std::size_t i = 0; i < options.size(); ++i)
+    for (const std::string_view name : names) {
+      const std::string_view word = options[i];
+      const bool is_long = name.starts_with("--");
+      if (word == name)
+        value = i + 1 < options.size() ? std::string_view(options[i + 1]) : std::string_view{};
+      else if (word.starts_with(name) && (!is_long || word[name.size()] == '='))
+        value = word.substr(name.size() + (is_long ? 1 : 0));
+    }
   return value;
 }
 
 std::uint32_t processors_of_task(const std::vector<std::string>& options) {
-  std::uint32_t processors = 1;
-  for (const char* const name : {"--cpus-per-task", "-c"}) {
-    const std::string_view text = sbatch_value(options, name).value_or("");
-    std::uint32_t count = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-    if (error == std::errc() && end == text.data() + text.size() && count > 0) processors = count;
-  }
-  return processors;
+  const std::string_view text = sbatch_value(options, {"--cpus-per-task", "-c"}).value_or("");
+  std::uint32_t count = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  return error == std::errc() && end == text.data() + text.size() && count > 0 ? count : 1;
 }
 
 bool say_memory(const std::vector<std::string>& options) {
-  constexpr std::array kNames{"--mem", "--mem-per-cpu", "--mem-per-gpu"};
-  return std::ranges::any_of(kNames, [&](const char* name) { return sbatch_value(options, name).has_value(); });
+  return sbatch_value(options, {"--mem", "--mem-per-cpu", "--mem-per-gpu"}).has_value();
 }
 
 std::string_view reserved_option(const std::vector<std::string>& options) {
   constexpr std::array kNames{"-J", "--job-name", "-a", "--array", "-M", "--clusters", "--wrap"};
-  const auto found = std::ranges::find_if(kNames, [&](const char* name) { return sbatch_value(options, name).has_value(); });
+  const auto found = std::ranges::find_if(kNames, [&](const char* name) { return sbatch_value(options, {name}).has_value(); });
   return found == kNames.end() ? std::string_view{} : *found;
 }
 

@@ -3,6 +3,7 @@
 // Options of sbatch as a user gives them: "-c 4", "-c4", "--cpus-per-task 4" or "--cpus-per-task=4".
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,8 +12,8 @@
 namespace coppice::bake {
 
 /// The value of an option; of several, the last, as with sbatch. Empty where no value follows; nothing without the option.
-/// @param name with its hyphens
-std::optional<std::string_view> sbatch_value(const std::vector<std::string>& options, std::string_view name);
+/// @param names of the option, with their hyphens
+std::optional<std::string_view> sbatch_value(const std::vector<std::string>& options, std::initializer_list<std::string_view> names);
 
 /// Processors that each task gets: --cpus-per-task; 1
 std::uint32_t processors_of_task(const std::vector<std::string>& options);

@@ -332,7 +332,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
                                        sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
-  const auto reserved = [&]() -> Result<void> {
+  auto reserved = [&]() -> Result<void> {
     COPPICE_CHECK(instances_.reserve_plants(room));
     COPPICE_CHECK(plants_.reserve(allocator, room));
     for (BoundedList<PlantDemand>& demands : demands_) COPPICE_CHECK(demands.reserve(allocator, room));

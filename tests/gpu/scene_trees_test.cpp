@@ -173,7 +173,7 @@ TEST_F(SceneTreesTest, ABoxHasTheTreesThatStandInIt) {
   EXPECT_EQ(missing, there.scene_tile_count - there.scene_tiles_resident);
   std::vector<coppice_scene_tree> sorted = all;
   std::ranges::sort(sorted, {}, key_of);
-  EXPECT_TRUE(std::ranges::unique(sorted, {}, key_of).empty()) << "each once";
+  EXPECT_EQ(std::ranges::adjacent_find(sorted, {}, key_of), sorted.end()) << "each once";
   for (const double reach_m : {0.1, 4.8, 30.0, 200.0}) {
     const auto inside = std::ranges::count_if(all, [&](const coppice_scene_tree& tree) {
       const coppice_placement at = tree_info(tree).placement;

@@ -330,7 +330,7 @@ TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
       check_vk(vkEndCommandBuffer(recorder->cmd), "vkEndCommandBuffer");
       commands.push_back(recorder->cmd);
     }
-    std::ranges::rotate(commands, commands.begin() + turn);
+    std::rotate(commands.begin(), commands.begin() + turn, commands.end());
     const VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                             .commandBufferCount = static_cast<std::uint32_t>(commands.size()),
                             .pCommandBuffers = commands.data()};

@@ -378,7 +378,7 @@ TEST(SceneStream, ANameCannotForgeALine) {
   const std::string placeholder(23, '@');
   const std::string forged = "../oak\n\x1b[31mall is well";
   std::vector<std::uint8_t> scene = scene_with(placeholder);  // the writer refuses it
-  std::ranges::copy(forged, std::ranges::search(scene, placeholder).begin());
+  std::ranges::copy(forged, std::search(scene.begin(), scene.end(), placeholder.begin(), placeholder.end()));
   test::fix_scene_checksums(scene);
   Owner owner(scene);
   owner.settle(eye_at(0, 0), kPlenty);

@@ -25,7 +25,7 @@ struct CacheCommand {
 };
 
 /// What a command says: for a machine and for a person.
-struct Said {
+struct Said {  // NOLINT(bugprone-exception-escape): that of moved JSON is taken to throw
   Json json;
   std::string text;
   int exit_code = 0;

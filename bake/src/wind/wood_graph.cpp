@@ -107,8 +107,7 @@ std::uint64_t cell_of(const glm::dvec3& at) {
 
 /// What lies in a cell; nothing for a cell that holds nothing.
 std::span<const Filed> in_cell(const std::vector<Filed>& filed, std::uint64_t cell) {
-  const auto found = std::ranges::equal_range(filed, cell, {}, &Filed::cell);
-  return {found.begin(), found.end()};
+  return {std::ranges::lower_bound(filed, cell, {}, &Filed::cell), std::ranges::upper_bound(filed, cell, {}, &Filed::cell)};
 }
 
 struct Candidate {
@@ -177,8 +176,8 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
       each.piece = sets.find(pieces[each.point]);
     }
     std::ranges::sort(filed, {}, [](const Filed& each) { return std::tuple(each.cell, each.piece, each.point); });
-    const auto repeated = std::ranges::unique(filed, {}, [](const Filed& each) { return std::pair(each.cell, each.piece); });
-    filed.erase(repeated.begin(), repeated.end());
+    const auto same = [](const Filed& a, const Filed& b) { return a.cell == b.cell && a.piece == b.piece; };
+    filed.erase(std::unique(filed.begin(), filed.end(), same), filed.end());
     for (const Candidate& pair : RoundPairs(points, filed).find()) {
       if (sets.find(pieces[pair.a]) == sets.find(pieces[pair.b])) continue;
       sets.join(pieces[pair.a], pieces[pair.b]);
@@ -202,8 +201,7 @@ void set_links(std::vector<Link> links, WoodGraph& graph) {
   const std::size_t count = links.size();
   for (std::size_t i = 0; i < count; ++i) links.emplace_back(links[i].second, links[i].first);
   std::ranges::sort(links);
-  const auto repeated = std::ranges::unique(links);
-  links.erase(repeated.begin(), repeated.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
   graph.first_links.assign(graph.points.size() + 1, 0u);
   for (const auto& [from, to] : links) {
     ++graph.first_links[from + 1];

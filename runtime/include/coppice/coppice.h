@@ -427,7 +427,7 @@ typedef struct coppice_placement {
 /* Sets every field to its default, at 0 0 0. */
 static inline void coppice_placement_init(coppice_placement* placement) {
   const coppice_placement at_origin = {{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-  if (placement != NULL) *placement = at_origin;
+  if (placement) *placement = at_origin;
 }
 
 /* Adds `count` instances of a plant that is ready or being opened. placements: [count] records of `stride` bytes, at least those of a
@@ -831,7 +831,7 @@ typedef struct coppice_frame {
 } coppice_frame;
 static inline void coppice_frame_init(coppice_frame* frame) {
   coppice_struct_init(COPPICE_STRUCT_FRAME, frame, sizeof *frame);
-  if (frame != NULL) frame->camera_bytes = (uint32_t)sizeof(coppice_camera);
+  if (frame) frame->camera_bytes = sizeof(coppice_camera);
 }
 
 /* Collects finished reads and decodes, decides what to load and evict for all its views together, starts reads and jobs.

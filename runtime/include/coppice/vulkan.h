@@ -289,7 +289,7 @@ typedef struct coppice_light {
 } coppice_light;
 static inline void coppice_light_init(coppice_light* light) {
   coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_LIGHT, light, sizeof *light);
-  if (light != NULL) light->shadow_map_bytes = (uint32_t)sizeof(coppice_shadow_map);
+  if (light) light->shadow_map_bytes = sizeof(coppice_shadow_map);
 }
 
 /* Records culling and cut selection of a view for every instance. Outside a render pass. queue: graphics, or see queue_families; in any

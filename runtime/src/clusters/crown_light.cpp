@@ -63,7 +63,8 @@ void add_leaf(Grid& grid, const std::array<vec3, 4>& corners, float area_m2) {
   const float volume_m3 = grid.cell.x * grid.cell.y * grid.cell.z;
   const float share = kExtinction * area_m2 / (volume_m3 * static_cast<float>(kSamples * kSamples));
   for (std::size_t i = 0; i < kSamples * kSamples; ++i) {
-    const float u = (static_cast<float>(i % kSamples) + 0.5f) / kSamples, v = (static_cast<float>(i / kSamples) + 0.5f) / kSamples;
+    const std::size_t row = i / kSamples, column = i % kSamples;
+    const float u = (static_cast<float>(column) + 0.5f) / kSamples, v = (static_cast<float>(row) + 0.5f) / kSamples;
     const vec3 p = (1.0f - v) * ((1.0f - u) * corners[0] + u * corners[1]) + v * ((1.0f - u) * corners[3] + u * corners[2]);
     const vec3 at = clamp((p - grid.low) / grid.cell, vec3(0.0f), vec3(static_cast<float>(kCells) - 0.5f));
     grid.extinction[Grid::index(at)] += share;
@@ -71,10 +72,10 @@ void add_leaf(Grid& grid, const std::array<vec3, 4>& corners, float area_m2) {
 }
 
 CrownSample sample_cell(const Grid& grid, const vec3& middle) {
-  static const std::array<Direction, 14> kDirections = directions();
+  static const std::array<Direction, 14> all_directions = directions();
   CrownSample sample{};
   float sky_weight = 0;
-  for (const Direction& direction : kDirections) {
+  for (const Direction& direction : all_directions) {
     const float depth = grid.optical_depth(middle, direction.unit);
     sample.depth += direction.weight * depth;
     // The average of d d^T over the sphere is a third of the identity.

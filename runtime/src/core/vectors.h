@@ -111,6 +111,9 @@ struct vec3 {
 
 struct ivec3 {
   int x, y, z;
+
+  ivec3() = default;
+  constexpr ivec3(int first, int second, int third) : x(first), y(second), z(third) {}
 };
 
 /// Places in a large world; differences of near ones are vec3.
@@ -141,6 +144,7 @@ struct vec4 {
   constexpr vec4(float first, float second, float third, float fourth) : x(first), y(second), z(third), w(fourth) {}
   constexpr vec4(const vec3& v, float last) : x(v.x), y(v.y), z(v.z), w(last) {}
   [[nodiscard]] constexpr vec3 xyz() const { return {x, y, z}; }
+  friend bool operator==(const vec4&, const vec4&) = default;
   friend vec4 operator+(const vec4& a, const vec4& b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
   friend vec4 operator-(const vec4& a, const vec4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w}; }
   friend vec4 operator*(const vec4& a, float factor) { return {a.x * factor, a.y * factor, a.z * factor, a.w * factor}; }

@@ -70,8 +70,7 @@ coppice_placement placement_of(const Instance& instance) {
 
 /// Whether two are at the same place.
 bool stands_alike(const Instance& a, const Instance& b) {
-  return std::memcmp(&a.position, &b.position, sizeof a.position) == 0 && a.scale == b.scale &&
-         std::memcmp(&a.rotation, &b.rotation, sizeof a.rotation) == 0 && a.cell_xy == b.cell_xy &&
+  return a.position == b.position && a.scale == b.scale && a.rotation == b.rotation && a.cell_xy == b.cell_xy &&
          (a.cell_z_bias & 0xffffu) == (b.cell_z_bias & 0xffffu);
 }
 

@@ -21,7 +21,8 @@ void TreeChanges::add(std::span<const coppice_scene_tree> trees, coppice_scene s
   }
   const std::span<TreeChange> all = changes_.span(), added = all.subspan(known);
   std::ranges::sort(added, {}, &TreeChange::key);
-  changes_.count = known + static_cast<std::size_t>(std::ranges::unique(added, {}, &TreeChange::key).begin() - added.begin());
+  const auto same = [](const TreeChange& a, const TreeChange& b) { return a.key() == b.key(); };
+  changes_.count = known + static_cast<std::size_t>(std::unique(added.begin(), added.end(), same) - added.begin());
   std::ranges::inplace_merge(changes_.span(), changes_.span().begin() + static_cast<std::ptrdiff_t>(known), {}, &TreeChange::key);
 }
 
@@ -36,8 +37,8 @@ TreeChange* TreeChanges::find(std::uint32_t tile, std::uint32_t number) {
 }
 
 std::span<TreeChange> TreeChanges::of_tile(std::uint32_t tile) {
-  const auto found = std::ranges::equal_range(changes_.span(), tile, {}, &TreeChange::tile);
-  return {found.begin(), found.end()};
+  const std::span<TreeChange> all = changes_.span();
+  return {std::ranges::lower_bound(all, tile, {}, &TreeChange::tile), std::ranges::upper_bound(all, tile, {}, &TreeChange::tile)};
 }
 
 }  // namespace coppice

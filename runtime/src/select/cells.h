@@ -17,8 +17,8 @@ struct CellPlace {
 };
 
 inline dvec3 world_place(const CellPlace& at) {
-  const double kSide_m = kCellSide_m;
-  return {at.cell.x * kSide_m + double{at.place.x}, at.cell.y * kSide_m + double{at.place.y}, at.cell.z * kSide_m + double{at.place.z}};
+  const double side_m = kCellSide_m;
+  return {at.cell.x * side_m + double{at.place.x}, at.cell.y * side_m + double{at.place.y}, at.cell.z * side_m + double{at.place.z}};
 }
 
 /// Beyond the last cell the place in it is far from its middle.

@@ -211,7 +211,7 @@ void Streamer::cancel_open(std::uint32_t plant) {
 }
 
 Result<std::uint32_t> Streamer::open_plant(const PlantSource& source) {
-  const auto plant = state_->start(source, true);
+  auto plant = state_->start(source, true);
   if (!plant) {
     log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name, plant.error().message().c_str());
     return plant;

@@ -23,7 +23,7 @@ Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_add
 Functions without_memory(Functions functions) {
   functions.vkSetDebugUtilsObjectNameEXT = nullptr;  // what has no memory is no object
   functions.vkAllocateMemory = [](VkDevice, const VkMemoryAllocateInfo*, const VkAllocationCallbacks*, VkDeviceMemory* memory) {
-    *memory = reinterpret_cast<VkDeviceMemory>(std::uintptr_t{1});  // null would be none
+    *memory = reinterpret_cast<VkDeviceMemory>(memory);  // any: null would be none
     return VK_SUCCESS;
   };
   functions.vkFreeMemory = [](VkDevice, VkDeviceMemory, const VkAllocationCallbacks*) {};

@@ -215,7 +215,7 @@ Result<void> PlantStore::upload_texture(std::uint32_t plant, std::uint32_t index
   coppice_file_texture header{};
   std::memcpy(&header, bytes.data(), sizeof header);
   StoredTexture made;
-  const auto stored = [&]() -> Result<void> {
+  auto stored = [&]() -> Result<void> {
     COPPICE_CHECK(move_into(made.texture, create_texture(device_, header)));
     COPPICE_CHECK(move_into(made.set, texture_sets_.create_set(made.texture.view)));
     return uploads_.fill(made.texture, bytes.subspan(sizeof header));

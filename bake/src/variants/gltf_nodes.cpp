@@ -34,7 +34,7 @@ Result<std::vector<glm::vec3>> positions_of(const tinygltf::Model& model, const 
 
 void add_outermost(const std::vector<glm::vec3>& points, std::vector<glm::vec3>& outermost) {
   for (int code = 0; code < 27; ++code) {
-    const glm::vec3 direction(static_cast<float>(code % 3 - 1), static_cast<float>(code / 3 % 3 - 1), static_cast<float>(code / 9 - 1));
+    const glm::vec3 direction(glm::ivec3(code % 3, code / 3 % 3, code / 9) - 1);
     if (direction == glm::vec3(0.0f)) continue;
     const glm::vec3* best = nullptr;
     float best_reach = -std::numeric_limits<float>::infinity();

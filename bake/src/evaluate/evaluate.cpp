@@ -104,7 +104,6 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   for (std::size_t i = 0; i < fractions.size(); ++i) {
     show(kSimplifyShare + (1.0 - kSimplifyShare) * static_cast<double>(i) / static_cast<double>(fractions.size()));
     std::vector<Candidate> candidates;
-    candidates.reserve(variants.size());
     for (const Variant& variant : variants)
       candidates.push_back({variant.parameters, variant.levels[i], input.shown.materials, input.shown.images});
     COPPICE_TRY(level, measure_best(candidates, fractions[i], bench));

@@ -236,6 +236,7 @@ void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
     leaf_counts[each.material] += each.piece_count;
     if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
   }
+  if (!leaves) return;
   for (PieceClass& of : classes) {
     if (of.part != PlantPart::leaf || of.material == leaves->material || of.evidence.sum() == 0.0) continue;
     const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;

@@ -121,10 +121,10 @@ void RemoteCache::get(const std::string& key) {
     if (const auto wanted = wanted_.find(key); wanted != wanted_.end()) wanted->second.begins = true;
   };
   start({.method = HttpMethod::get, .url = entry_url(options_.url, key), .begins = begins},
-        [this, key](HttpAnswer answer) { read_entry_answer(key, std::move(answer)); });
+        [this, key](const HttpAnswer& answer) { read_entry_answer(key, answer); });
 }
 
-void RemoteCache::read_entry_answer(const std::string& key, HttpAnswer answer) {
+void RemoteCache::read_entry_answer(const std::string& key, const HttpAnswer& answer) {
   const bool whole = answer.trouble == HttpTrouble::none, is_there = whole && is_success(answer.status);
   const auto wanted = wanted_.find(key);
   if (is_there || (whole && is_absent(answer.status))) reading_.went_well();

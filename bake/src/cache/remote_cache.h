@@ -76,7 +76,7 @@ class RemoteCache {
   void read_index_answer(const HttpAnswer& answer);
   void look_for(const std::string& key);
   void get(const std::string& key);
-  void read_entry_answer(const std::string& key, HttpAnswer answer);
+  void read_entry_answer(const std::string& key, const HttpAnswer& answer);
   void answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle);
   void close_if_open();
   void look_at_waiting();

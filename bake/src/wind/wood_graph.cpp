@@ -170,7 +170,7 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
   for (const glm::vec3& point : points) low = glm::min(low, glm::dvec3(point)), high = glm::max(high, glm::dvec3(point));
   const glm::dvec3 extent = high - low;
   double cell_m = std::max({extent.x, extent.y, extent.z}) / 4096.0;
-  for (; set_count > 1 && cell_m > 0.0; cell_m *= 2.0) {
+  while (set_count > 1 && cell_m > 0.0) {
     for (Filed& each : filed) {
       each.cell = cell_of((glm::dvec3(points[each.point]) - low) / cell_m);
       each.piece = sets.find(pieces[each.point]);
@@ -184,6 +184,7 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
       links.push_back({pair.a, pair.b});
       --set_count;
     }
+    cell_m *= 2.0;
   }
 }
 

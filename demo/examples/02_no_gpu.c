@@ -142,7 +142,7 @@ typedef struct corner {
   float x, y, w_inverse, u, v, light;
 } corner;
 
-static const float sun[3] = {0.45f, 0.8f, 0.4f};
+static const float kSun[3] = {0.45f, 0.8f, 0.4f};
 
 static float dot3(const float* a, const float* b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -171,7 +171,7 @@ static int project(const coppice_draw* draw, const float position[3], const floa
   out->y = (0.5f + 0.5f * y / w) * (float)HEIGHT;
   out->u = uv[0] / w;
   out->v = uv[1] / w;
-  out->light = (0.35f + 0.65f * fabsf(dot3(facing, sun))) / w;
+  out->light = (0.35f + 0.65f * fabsf(dot3(facing, kSun))) / w;
   return 1;
 }
 

@@ -35,7 +35,7 @@ ProcessResult run_in_shell(const std::string& before, const std::vector<std::str
 
 /// A scene of the plant, in its folder.
 fs::path scene_of(const fs::path& plant, const TemporaryFolder& folder) {
-  const fs::path scene = folder / "wood.forest";
+  fs::path scene = folder / "wood.forest";
   const ProcessResult made = run_process(COPPICE_TOOL, {"scene", "-o", scene, "--plants", plant, "--size-m", "200", "--count", "500"});
   EXPECT_EQ(made.exit_code, 0) << made.err;
   return scene;

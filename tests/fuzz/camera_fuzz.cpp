@@ -24,10 +24,10 @@ void check_pose(const forest::Pose& pose) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const forest::Terrain kTerrain = forest::make_flat_terrain(20.0f, 1.0f);
+  static const forest::Terrain terrain = forest::make_flat_terrain(20.0f, 1.0f);
   const std::string file = coppice::test::scratch_file("camera.txt", {data, size}).string();
   try {
-    const forest::CameraPath path = forest::path_from_file(file, kTerrain);
+    const forest::CameraPath path = forest::path_from_file(file, terrain);
     COPPICE_ASSERT(path.duration_s >= 0.0 && std::isfinite(path.duration_s));
     constexpr int kSteps = 12;
     for (int i = 0; i <= kSteps; ++i) check_pose(path.pose(path.duration_s * i / kSteps));

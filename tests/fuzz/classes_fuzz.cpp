@@ -25,7 +25,7 @@ std::vector<Material> materials() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::vector<Material> kMaterials = materials();
+  static const std::vector<Material> plant_materials = materials();
   const auto rules = coppice::bake::parse_class_rules({reinterpret_cast<const char*>(data), size}, "rules.json");
   if (!rules) {
     COPPICE_ASSERT(rules.error().message().find("rules.json") != std::string::npos);
@@ -36,12 +36,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     COPPICE_ASSERT(rule.source.starts_with("rules.json: classes["));
   }
   std::vector<std::string> warnings;
-  const auto applied = coppice::bake::apply_class_rules(*rules, kMaterials, warnings);
+  const auto applied = coppice::bake::apply_class_rules(*rules, plant_materials, warnings);
   if (!applied) {
     COPPICE_ASSERT(applied.error().detail.starts_with("rules.json: classes["));
     return 0;
   }
-  COPPICE_ASSERT(applied->size() == kMaterials.size());
+  COPPICE_ASSERT(applied->size() == plant_materials.size());
   COPPICE_ASSERT(warnings.size() <= rules->size());
   for (const auto& of_material : *applied) COPPICE_ASSERT(of_material.size() <= rules->size());
   return 0;

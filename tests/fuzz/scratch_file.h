@@ -17,19 +17,19 @@ namespace coppice::test {
 
 /// Made when first asked for; removed at a normal end.
 inline const std::filesystem::path& scratch_folder() {
-  static const std::filesystem::path kFolder = [] {
+  static const std::filesystem::path made = [] {
     const std::filesystem::path memory = "/dev/shm";
     const std::filesystem::path parent = ::access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
     const std::filesystem::path folder = parent / ("coppice_fuzz_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
-    static const std::string kRemove = folder.string();
+    static const std::string removed = folder.string();
     std::atexit([] {
       std::error_code ignored;
-      std::filesystem::remove_all(kRemove, ignored);
+      std::filesystem::remove_all(removed, ignored);
     });
     return folder;
   }();
-  return kFolder;
+  return made;
 }
 
 /// Replaces the file; returns its path.

@@ -62,8 +62,8 @@ class World {
  public:
   explicit World(Script script) : script_(script) {
     clock_now_ns = 1'000'000'000;  // the same for every script
-    static const auto kFiles = plant_files();
-    io_.files = kFiles;
+    static const auto files = plant_files();
+    io_.files = files;
     io_.deferred = true;  // hands reads to us
     jobs_.deferred = script_.next() % 2 == 1;
     coppice::StreamerOptions options;
@@ -272,24 +272,24 @@ class World {
 };
 
 const std::map<std::string, FakeGpuPlant>& reference() {
-  static const std::map<std::string, FakeGpuPlant> kPlants = [] {
+  static const std::map<std::string, FakeGpuPlant> right = [] {
     World world(Script({}));
     auto plants = world.open_and_settle();
     COPPICE_ASSERT(plants.at("a").nodes.size() == 2 * 1300 - 1 && plants.at("b").nodes.size() == 2 * 700 - 1);
     world.close();
     return plants;
   }();
-  return kPlants;
+  return right;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const bool kReady = [] {
+  static const bool is_ready = [] {
     GTEST_FLAG_SET(break_on_failure, true);  // FakeGpu's expectations
     return !reference().empty();
   }();
-  COPPICE_ASSERT(kReady);
+  COPPICE_ASSERT(is_ready);
   World world(Script({data, size}));
   world.run();
   world.settle();

@@ -662,10 +662,10 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
     with.memory_budget_bytes = 1u << 20;
     log_.clear();
     ASSERT_EQ(create_context(with, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
-    unsigned long long least = 0;
-    const std::size_t at = log_.find("MiB (");
+    const std::string before = "MiB (";
+    const std::size_t at = log_.find(before);
     ASSERT_NE(at, std::string::npos) << log_;
-    ASSERT_EQ(std::sscanf(log_.c_str() + at, "MiB (%llu bytes)", &least), 1) << log_;
+    const unsigned long long least = std::stoull(log_.substr(at + before.size()));
     log_.clear();
     with.memory_budget_bytes = least - 1;
     expect_refused(create_context(with, &context_), "(" + std::to_string(least) + " bytes)");

@@ -359,9 +359,9 @@ Shot projected_view(const Projection& projection, float distance_m) {
   if (projection.oblique) {
     // Forward depth is the distance behind the mirror over w, in parts of what that is at most; reversed is what is left to 1.
     constexpr float kMost = 1.5f;
-    for (int i = 0; i < 4; ++i) {
-      const auto column = static_cast<std::size_t>(4 * i);
-      const float forward = kMirror[static_cast<std::size_t>(i)] / kMost;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t column = 4 * i;
+      const float forward = kMirror[i] / kMost;
       m[column + 2] = projection.forward ? forward : m[column + 3] - forward;
     }
   }

@@ -61,8 +61,8 @@ void join(GltfBuilder& builder, int first, int second) {
 /// one mesh, as if it were one tree.
 GltfBuilder oak_pack(bool is_pile) {
   GltfBuilder builder;
-  const auto [bark, leaves] = add_materials(builder);
-  const auto add_level = [&](const std::string& name, std::uint32_t leaf_count, float size) {
+  const auto [bark_material, leaf_material] = add_materials(builder);
+  const auto add_level = [&, bark = bark_material, leaves = leaf_material](const std::string& name, std::uint32_t leaf_count, float size) {
     const int level = add_shape(builder, bare_tree(), bark, name);
     join(builder, level, add_shape(builder, enlarged(crown_of_cards(leaf_count), size), leaves));
     return level;

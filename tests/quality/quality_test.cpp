@@ -90,10 +90,12 @@ std::vector<LevelMeasures> read_default_rows(const std::string& plant) {
     if (!line.starts_with("default,")) continue;
     std::istringstream cells(line.substr(8));
     LevelMeasures row;
+    LevelMeasures::Lit lit;
     char comma = 0;
     cells >> row.fraction >> comma >> row.leaves >> comma >> row.triangles >> comma >> row.rmse_full >> comma >> row.rmse_quarter >>
         comma >> row.rmse_sixteenth >> comma >> row.coverage >> comma >> row.area_ratio >> comma >> row.hausdorff >> comma >>
-        row.mean_distance >> comma >> row.lit.emplace().frames_full >> comma >> row.lit->frames_sixteenth;
+        row.mean_distance >> comma >> lit.frames_full >> comma >> lit.frames_sixteenth;
+    row.lit = lit;
     EXPECT_FALSE(cells.fail()) << line;
     rows.push_back(row);
   }

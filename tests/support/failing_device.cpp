@@ -25,7 +25,7 @@ bool fails(const char* call) {
 /// What a call that failed leaves behind is undefined: here it is something that must not be touched.
 template <class Out>
 void poison(Out* out) {
-  std::memset(static_cast<void*>(out), 0xcd, sizeof *out);
+  std::memset(static_cast<void*>(out), 0xcd, sizeof(Out));
 }
 
 /// A call that returns a VkResult; `real` is volk's pointer.

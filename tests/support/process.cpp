@@ -119,7 +119,7 @@ BackgroundProcess::BackgroundProcess(const std::filesystem::path& program, const
 BackgroundProcess::~BackgroundProcess() {
   if (child_ > 0) {
     ::kill(child_, SIGTERM);
-    wait();
+    ::waitpid(child_, nullptr, 0);
   }
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);

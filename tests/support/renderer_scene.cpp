@@ -231,7 +231,7 @@ std::uint32_t RendererScene::add_plant(const DecodedPlant& plant, std::uint32_t 
                                 gpu::leaf_box(gpu::gpu_plant(plant.file.plant))});
   expect(renderer_->add_plant(index, plant.file, {looks, light}, plant.lod_words));
   instances_.set_plant_sphere(index, plant.file.plant.sphere_center, plant.file.plant.sphere_radius);
-  pending_.push_back({index, plant, std::min(page_count, plant.file.plant.page_count), std::move(looks), std::move(light)});
+  pending_.push_back({index, plant, std::min(page_count, plant.file.plant.page_count), std::move(looks), light});
   return index;
 }
 

@@ -73,7 +73,7 @@ struct Process {
 int parent_in(const std::string& stat) {
   const std::size_t end = stat.rfind(") ");
   if (end == std::string::npos || end + 4 >= stat.size()) return 0;
-  return std::atoi(stat.c_str() + end + 4);
+  return std::stoi(stat.substr(end + 4));
 }
 
 std::string text_of(const fs::path& path) {
@@ -91,7 +91,7 @@ std::vector<Process> all_processes() {
   for (fs::directory_iterator entry("/proc", error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename();
     if (!std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; })) continue;
-    Process process{std::atoi(name.c_str()), parent_in(text_of(entry->path() / "stat")), text_of(entry->path() / "cmdline")};
+    Process process{std::stoi(name), parent_in(text_of(entry->path() / "stat")), text_of(entry->path() / "cmdline")};
     std::ranges::replace(process.words, '\0', ' ');
     processes.push_back(std::move(process));
   }

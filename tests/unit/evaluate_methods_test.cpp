@@ -207,7 +207,7 @@ TEST(Methods, GiveEveryLevelItsTriangles) {
   const std::vector<Material> materials = test::plain_materials();
   const double area = surface_area_m2(foliage_mesh(foliage));
   for (const Method method : all_methods()) {
-    const auto variants = simplify_foliage(method, {foliage, materials, {}, {60, 12, 30}}, {});
+    const auto variants = simplify_foliage(method, {{foliage, materials, {}}, {60, 12, 30}}, {});
     ASSERT_TRUE(variants) << method_name(method) << ": " << variants.error().message();
     ASSERT_FALSE(variants->empty()) << method_name(method);
     for (const Variant& variant : *variants) {

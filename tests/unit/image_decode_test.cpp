@@ -19,7 +19,6 @@ namespace {
 using test::encode_jpeg;
 using test::encode_png_form;
 using test::ImageBytes;
-using test::JpegForm;
 using test::PngForm;
 using test::with_png_chunk;
 

@@ -48,20 +48,21 @@ int unreadable_file() {
 
 }  // namespace
 
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): the names that the linker's --wrap has
 extern "C" {
 
-ssize_t __real_pread(int file, void* destination, size_t bytes, off_t offset);               // NOLINT(bugprone-reserved-identifier)
-int __real_io_uring_submit(io_uring* ring);                                                  // NOLINT(bugprone-reserved-identifier)
-int __real_pthread_create(pthread_t*, const pthread_attr_t*, void* (*start)(void*), void*);  // NOLINT(bugprone-reserved-identifier)
+ssize_t __real_pread(int file, void* destination, size_t bytes, off_t offset);
+int __real_io_uring_submit(io_uring* ring);
+int __real_pthread_create(pthread_t*, const pthread_attr_t*, void* (*start)(void*), void*);
 
-ssize_t __wrap_pread(int file, void* destination, size_t bytes, off_t offset) {  // NOLINT(bugprone-reserved-identifier)
+ssize_t __wrap_pread(int file, void* destination, size_t bytes, off_t offset) {
   const Fault fault = next_read();
   if (fault == Fault::fails) return __real_pread(unreadable_file(), destination, bytes, 0);
   return __real_pread(file, destination, fault == Fault::comes_short ? (bytes + 1) / 2 : bytes, offset);
 }
 
 // What is about to be submitted is made a read that the kernel fails, or a shorter one.
-int __wrap_io_uring_submit(io_uring* ring) {  // NOLINT(bugprone-reserved-identifier)
+int __wrap_io_uring_submit(io_uring* ring) {
   for (unsigned i = ring->sq.sqe_head; i != ring->sq.sqe_tail; ++i) {
     io_uring_sqe& entry = ring->sq.sqes[i & ring->sq.ring_mask];
     if (entry.opcode != IORING_OP_READ) continue;
@@ -74,14 +75,13 @@ int __wrap_io_uring_submit(io_uring* ring) {  // NOLINT(bugprone-reserved-identi
   return __real_io_uring_submit(ring);
 }
 
-int __wrap_pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
-                          void* (*start)(void*),  // NOLINT(bugprone-reserved-identifier)
-                          void* argument) {
+int __wrap_pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*), void* argument) {
   if (faults.threads++ == faults.refused_thread) return EAGAIN;
   return __real_pthread_create(thread, attributes, start, argument);
 }
 
 }  // extern "C"
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace coppice {
 namespace {

@@ -135,8 +135,8 @@ class PausedRead : public StreamFault {
  protected:
   void SetUp() override {
     StreamFault::SetUp();
-    now_ms_ = 1;
-    options.clock_ns = [] { return now_ms_ * 1'000'000; };
+    now_ms = 1;
+    options.clock_ns = [] { return now_ms * 1'000'000; };
     start();
     plant = open("a");
     frames(3, {PlantDemand{}, PlantDemand{}});
@@ -145,7 +145,7 @@ class PausedRead : public StreamFault {
     io.log.clear();
   }
   void wait_ms(std::uint64_t ms) {
-    now_ms_ += ms;
+    now_ms += ms;
     frames(3, both());
   }
   [[nodiscard]] std::ptrdiff_t tries() const { return std::ranges::count(io.log, io.fail_offset, &test::FakeRead::offset); }
@@ -153,7 +153,7 @@ class PausedRead : public StreamFault {
   std::uint32_t plant = 0;
 
  private:
-  static inline std::uint64_t now_ms_ = 0;
+  static inline std::uint64_t now_ms = 0;
 };
 
 TEST_F(PausedRead, IsTriedAgainAfterGrowingPauses) {

@@ -869,7 +869,7 @@ TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
   EXPECT_EQ(streamer->state(*plant).resident_leaf_count, 3000u);
   EXPECT_STREQ(streamer->path(*plant), "archive:a");
   EXPECT_TRUE(io.handles.empty() && io.log.empty()) << "the io hook has been called";
-  const std::vector<std::uint8_t> exact(plant_file());
+  const std::vector<std::uint8_t>& exact = plant_file();
   for (std::size_t n = 1; n < exact.size(); n += n < 300 ? 1 : 997) {
     const std::vector<std::uint8_t> cut(exact.begin(), exact.begin() + static_cast<std::ptrdiff_t>(n));
     const auto refused = streamer->open_plant({"archive:cut", cut});

@@ -61,7 +61,7 @@ void print_request_cost(const fs::path& folder, std::size_t count, std::size_t b
   CacheCourier courier = start_courier();
   std::size_t found = 0;
   for (const std::string& key : keys) {
-    const auto bundle = courier.line().fetch(key);
+    const auto bundle = courier.line().fetch(key, {60.0, std::uint64_t{1} << 30});
     found += bundle && read_bundle(*bundle, key) ? 1u : 0u;
   }
   const double fetch_s = seconds_since(start);
@@ -148,10 +148,16 @@ void print_faults() {
 
 int main() {
   static_cast<void>(std::setvbuf(stdout, nullptr, _IOLBF, 0));
-  const coppice::test::TemporaryFolder folder;
-  if (coppice::test::Nginx::is_there()) {
-    print_request_cost(folder / "small", 500, 1'000);
-    print_request_cost(folder / "medium", 100, 300'000);
+  try {
+    const coppice::test::TemporaryFolder folder;
+    if (coppice::test::Nginx::is_there()) {
+      print_request_cost(folder / "small", 500, 1'000);
+      print_request_cost(folder / "medium", 100, 300'000);
+    }
+    print_faults();
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cache_table: %s\n", error.what());
+    return 1;
   }
-  print_faults();
 }

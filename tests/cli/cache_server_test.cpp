@@ -53,6 +53,8 @@ CachedBake some_entry(std::size_t number) {
   return entry;
 }
 
+constexpr coppice::bake::EntryWorth kWorth{60.0, std::uint64_t{1} << 20};
+
 std::string key_of_entry(std::size_t number) {
   return coppice::bake::key_of(some_entry(number).parts);
 }
@@ -97,7 +99,7 @@ TEST_F(Courier, OneOfAHundredEntriesPoisonedIsNoticedAndReplaced) {
   const auto fetch_all = [&] {
     CacheCourier courier = start(server.url());
     for (std::size_t i = 0; i < kCount; ++i) {
-      const auto bundle = courier.line().fetch(key_of_entry(i));
+      const auto bundle = courier.line().fetch(key_of_entry(i), kWorth);
       EXPECT_TRUE(bundle) << i;
       const auto entry = bundle ? coppice::bake::read_bundle(*bundle, key_of_entry(i)) : coppice::Error{};
       EXPECT_EQ(!entry, bundle && i % 100 == 17 && report_.found == 0) << i;
@@ -128,7 +130,7 @@ TEST_F(Courier, AnEmptyEntryIsDamagedAndReplaced) {
   const fs::path object = objects_ / coppice::bake::entry_url("", key_of_entry(2)).substr(1);
   write_text(object, "");
   CacheCourier courier = start(server.url());
-  EXPECT_FALSE(courier.line().fetch(key_of_entry(2)));
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(2), kWorth));
   courier.line().offer(key_of_entry(2));
   const CacheReport report = courier.finish();
   EXPECT_EQ(report.damaged, 1u);
@@ -136,6 +138,44 @@ TEST_F(Courier, AnEmptyEntryIsDamagedAndReplaced) {
   EXPECT_EQ(report.sent, 1u);
   const std::string text = read_text(object);
   EXPECT_TRUE(coppice::bake::read_bundle(coppice::bake::bytes_of(text), key_of_entry(2)));
+}
+
+TEST_F(Courier, AnEntryThatIsTooLargeIsNotReadAndReplaced) {
+  store(2);
+  {
+    const FaultyServer server(objects_);
+    ASSERT_EQ(send(server.url(), 2).sent, 2u);
+  }
+  const FaultyServer server(objects_, {.padding_bytes = 2u << 20});
+  CacheCourier courier = start(server.url());
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(0), kWorth)) << "a plant that is not worth it";
+  EXPECT_TRUE(courier.line().fetch(key_of_entry(1), {60.0, 4u << 20}));
+  courier.line().offer(key_of_entry(0));
+  const CacheReport report = courier.finish();
+  EXPECT_EQ(report.damaged, 1u);
+  EXPECT_EQ(report.found, 1u);
+  EXPECT_EQ(report.sent, 1u);
+  EXPECT_FALSE(report.gave_up);
+}
+
+/// What comes is waited for as long as it would take to make it, and no longer.
+TEST_F(Courier, WhatComesTooSlowlyIsNotWaitedFor) {
+  store(1);
+  {
+    const FaultyServer server(objects_);
+    ASSERT_EQ(send(server.url(), 1).sent, 1u);
+  }
+  const FaultyServer server(objects_, {.padding_bytes = 1u << 20, .bytes_per_s = 400e3});
+  const std::uint64_t most = 2u << 20;
+  CacheCourier patient = start(server.url());
+  EXPECT_TRUE(patient.line().fetch(key_of_entry(0), {60.0, most}));
+  CacheCourier hasty = start(server.url());
+  EXPECT_FALSE(hasty.line().fetch(key_of_entry(0), {0.5, most}));
+  EXPECT_FALSE(patient.finish().gave_up);
+  const CacheReport report = hasty.finish();
+  EXPECT_TRUE(report.gave_up);
+  EXPECT_EQ(report.unasked, 1u);
+  EXPECT_NE(report.trouble.find("cost more time than they save"), std::string::npos) << report.trouble;
 }
 
 TEST_F(Courier, AsksOneQuestionWhereTheCacheHasAll) {
@@ -163,7 +203,7 @@ TEST_F(Courier, TheIndexIsAHint) {
     write_text(index, text);
     if (text.empty()) fs::remove(index);
     CacheCourier courier = start(server.url(), coppice::bake::CacheMode::read);
-    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(courier.line().fetch(key_of_entry(i)).has_value(), i >= 1 && i <= 3) << text << i;
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(courier.line().fetch(key_of_entry(i), kWorth).has_value(), i >= 1 && i <= 3) << text << i;
     const CacheReport report = courier.finish();
     EXPECT_EQ(report.found, 3u);
     EXPECT_EQ(report.lacking, 2u);
@@ -172,8 +212,8 @@ TEST_F(Courier, TheIndexIsAHint) {
   }
   // Whoever may write makes it right: with what it sent, and with what it found there.
   CacheCourier courier = start(server.url());
-  EXPECT_FALSE(courier.line().fetch(key_of_entry(0)));
-  EXPECT_TRUE(courier.line().fetch(key_of_entry(1)));
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(0), kWorth));
+  EXPECT_TRUE(courier.line().fetch(key_of_entry(1), kWorth));
   for (const std::size_t offered : {0u, 2u, 5u}) courier.line().offer(key_of_entry(offered));
   EXPECT_EQ(courier.finish().sent, 2u) << "2 is there";
   const auto made = coppice::bake::read_index(read_text(index));
@@ -190,7 +230,7 @@ TEST_F(Courier, AsksOnlyForWhatTheIndexNamesWhereToldSo) {
   write_text(objects_ / "v1" / "index", coppice::bake::index_text(lacking));
   auto courier = CacheCourier::start({server.url(), {}, coppice::bake::CacheMode::read, local_, 2, true});
   ASSERT_TRUE(courier);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(courier->line().fetch(key_of_entry(i)).has_value(), i != 1) << i;
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(courier->line().fetch(key_of_entry(i), kWorth).has_value(), i != 1) << i;
   const CacheReport report = courier->finish();
   EXPECT_EQ(report.requests, 3u) << "the index and two entries";
   EXPECT_EQ(report.found, 2u);
@@ -202,7 +242,7 @@ TEST_F(Courier, WhatIsReadIsNotWritten) {
   const FaultyServer server(objects_);
   CacheCourier courier = start(server.url(), coppice::bake::CacheMode::read);
   courier.line().offer(key_of_entry(0));
-  EXPECT_FALSE(courier.line().fetch(key_of_entry(0)));
+  EXPECT_FALSE(courier.line().fetch(key_of_entry(0), kWorth));
   EXPECT_EQ(courier.finish().sent, 0u);
   EXPECT_EQ(count_of(server.requests(), "PUT"), 0u);
 }
@@ -273,6 +313,7 @@ TEST_F(CacheServer, NoFaultOfACacheFailsAPlant) {
       {"half bodies", {.half_bodies = true}, true, "not looked up", 3},
       {"wrong bytes", {.wrong_bytes = true}, true, "entries were damaged", 3},
       {"slow", {.delay_s = 20.0}, true, "no answer in 1.5 s", 3},
+      {"trickling", {.padding_bytes = 50'000'000, .bytes_per_s = 400e3}, true, "cost more time than they save", 3},
   };
   for (const Fault& fault : all) {
     const fs::path objects = folder_ / (std::string("objects of ") + fault.name).c_str();
@@ -422,13 +463,61 @@ TEST_F(CacheServer, WhereLibcurlIsMissingItsPackageIsNamedAndOnlyAddressesNeedIt
 }
 
 TEST_F(CacheServer, SecretsInAnAddressAreRefusedAndNotRepeated) {
-  for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame"}) {
+  for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame", "ann:sesame@host/x"}) {
     for (const ProcessResult& result : {bake_all("out", {}, {"COPPICE_CACHE=" + where}), cache({"stats", where})}) {
       EXPECT_EQ(result.exit_code, 1);
       EXPECT_EQ((result.out + result.err).find("sesame"), std::string::npos) << result.err;
       EXPECT_NE(result.err.find("host"), std::string::npos) << result.err;
     }
   }
+}
+
+/// Neither that of an address that is not used.
+TEST_F(CacheServer, TasksOfAClusterAreToldNoAddressThatIsNotUsed) {
+  const ProcessResult printed = bake_all("out", {"--no-cache", "--slurm", "--print"}, {"COPPICE_CACHE=https://ann:sesame@host/x"});
+  EXPECT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_NE(printed.out.find("'--no-cache'"), std::string::npos) << printed.out;
+  EXPECT_EQ(printed.out.find("sesame"), std::string::npos) << printed.out;
+  for (const auto& [name, text] : outputs(folder_ / "out")) EXPECT_EQ(text.find("sesame"), std::string::npos) << name;
+}
+
+/// A server that goes while tasks run costs one of them time, and the next none.
+TEST_F(CacheServer, OfTheTasksOfAClusterOneFindsAServerDead) {
+  const fs::path out = folder_ / "out";
+  auto server = std::make_unique<FaultyServer>(folder_ / "objects");
+  const std::string url = server->url();
+  const ProcessResult printed = bake_all("out", {"--slurm", "--print", "--cache", url});
+  ASSERT_EQ(printed.exit_code, 0) << printed.err;
+  server.reset();
+  const fs::path run = fs::directory_iterator(out / ".coppice-farm")->path(), given_up = run / "cache-gave-up";
+  EXPECT_FALSE(fs::exists(given_up)) << "it was there when it was asked first";
+  for (const char* where : {"http", "out"}) {
+    ASSERT_EQ(coppice::test::run_process("/bin/sh", {run / "submission-001.sh", "0"}).exit_code, 0);
+    EXPECT_TRUE(fs::exists(given_up));
+    fs::path last;
+    for (const auto& entry : fs::directory_iterator(run / "tries"))
+      if (entry.path().extension() == ".report" && (last.empty() || entry.last_write_time() > fs::last_write_time(last)))
+        last = entry.path();
+    const auto cache = nlohmann::json::parse(read_text(last))["cache"];
+    EXPECT_EQ(cache["where"], std::string(where) == "http" ? url : (out / ".coppice-cache").string());
+    EXPECT_EQ(cache["gave_up"], std::string(where) == "http");
+  }
+}
+
+TEST_F(CacheServer, VerifyRemovesNothingThatIsOnlyHalfHeard) {
+  const fs::path objects = folder_ / "objects";
+  {
+    const FaultyServer server(objects);
+    ASSERT_EQ(bake_all("one", {"--cache", server.url()}).exit_code, 0);
+    ASSERT_EQ(report("one")["cache"]["sent"], 3);
+  }
+  const FaultyServer server(objects, {.half_bodies = true, .lists = true});
+  const ProcessResult verified = cache({"verify", server.url(), "--remove-damaged"});
+  EXPECT_EQ(verified.exit_code, 1) << verified.out << verified.err;
+  EXPECT_NE((verified.out + verified.err).find("3"), std::string::npos) << verified.out << verified.err;
+  const auto asked = server.requests();
+  EXPECT_EQ(count_of(asked, "DELETE"), 0u);
+  EXPECT_EQ(count_of(asked, "PUT /v1/index"), 1u) << "of the batch";
 }
 
 /// The server block of bake/README.md, with what stands for a studio's network changed to everybody.

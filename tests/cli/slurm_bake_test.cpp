@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -36,6 +37,7 @@ using coppice::test::joined;
 using coppice::test::outputs;
 using coppice::test::ProcessOptions;
 using coppice::test::ProcessResult;
+using coppice::test::program_on_path;
 using coppice::test::read_text;
 using coppice::test::run_process;
 using coppice::test::SlurmCluster;
@@ -464,6 +466,54 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
   EXPECT_EQ(std::ranges::count(missing.err, '\n'), 1) << missing.err;
 }
 
+/// The controller has the job, and sbatch did not hear it.
+TEST_F(SlurmBake, ASubmissionThatTimesOutIsFoundInTheQueue) {
+  const fs::path path = folder_ / "programs" / "sbatch", once = folder_ / "timed out";
+  fs::create_directory(path.parent_path());
+  write_text(
+      path, "#!/bin/sh\n[ -e '" + once.string() + "' ] && exec '" + program_on_path("sbatch").string() + "' \"$@\"\n: > '" + once.string() +
+                "'\n'" + program_on_path("sbatch").string() +
+                "' \"$@\" > /dev/null\necho 'sbatch: error: Batch job submission failed: Socket timed out on send/recv operation' >&2\n"
+                "exit 1\n");
+  ::chmod(path.c_str(), 0755);
+  ProcessOptions options = cluster_->environment();
+  options.environment.push_back("PATH=" + path.parent_path().string() + ":" + std::getenv("PATH"));
+  options.environment.emplace_back("SQUEUE_PARTITION=another");  // what somebody likes to see is not what we ask
+  const ProcessResult result = run_process(COPPICE_TOOL, submit(), options);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(names_only_its_job(result.err)) << result.err;
+  expect_whole();
+  EXPECT_FALSE(fs::exists(run_folder() / "submission-002.json"));
+  const std::string jobs = cluster_->queue("%F");
+  EXPECT_EQ(jobs.find_first_not_of(jobs.substr(0, jobs.find('\n')) + "\n"), std::string::npos) << "one job: " << jobs;
+}
+
+/// Slurm takes tasks that ask for more time than a partition gives, and lets them wait for ever.
+TEST_F(SlurmBake, ATryThatNobodyMayHaveTheTimeForGetsLess) {
+  const auto submitter = start(submit());
+  std::vector<int> ids;
+  ASSERT_TRUE(comes_true([&] { return (ids = bakers(*cluster_, 0)).size() >= 2; })) << submitter->err();
+  const auto first = nlohmann::json::parse(read_text(run_folder() / "submission-001.json"));
+  const std::string most = first["minutes"].dump();
+  ASSERT_EQ(cluster_->run("scontrol", {"update", "PartitionName=farm", "MaxTime=" + most}).exit_code, 0);
+  ASSERT_EQ(::kill(ids.back(), SIGKILL), 0);
+  EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  expect_whole();
+  const auto second = nlohmann::json::parse(read_text(run_folder() / "submission-002.json"));
+  const auto third = nlohmann::json::parse(read_text(run_folder() / "submission-003.json"));
+  EXPECT_EQ(second["minutes"], 2 * first["minutes"].get<int>());
+  EXPECT_EQ(third["minutes"], first["minutes"]);
+  EXPECT_EQ(third["attempt"], 2);
+
+  ASSERT_EQ(cluster_->run("scontrol", {"update", "PartitionName=farm", "MaxTime=1"}).exit_code, 0);
+  out_ = folder_ / "never";
+  const auto never = start(submit({"--", "--time=5"}));
+  ASSERT_TRUE(comes_true([&] { return never->err().find("waits for ever") != std::string::npos; })) << never->err();
+  const std::string said = never->err(), ends = said.substr(said.rfind("scancel "));
+  EXPECT_EQ(cluster_->run("scancel", {ends.substr(8, ends.find(' ', 8) - 8)}).exit_code, 0);
+  EXPECT_EQ(never->wait(), 1) << never->err();
+}
+
 TEST_F(SlurmBake, ANodeWithoutTheProgramGetsNoMoreTasks) {
   const fs::path path = folder_ / "coppice of node2";
   write_text(path, "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] && exit 127\nexec '" COPPICE_TOOL "' \"$@\"\n");
@@ -478,11 +528,13 @@ TEST_F(SlurmBake, ANodeWithoutTheProgramGetsNoMoreTasks) {
   for (const nlohmann::json& plant : nlohmann::json::parse(read_text(report))["plants"]) EXPECT_EQ(plant["node"], "node2");
 }
 
+/// One file is a link to itself there, which is read as badly as one on a server that is gone.
 TEST_F(SlurmBake, ANodeThatDoesNotSeeThePlantsGetsNoMoreTasks) {
   const fs::path path = folder_ / "blind coppice";
-  write_text(path, "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] || exec '" COPPICE_TOOL
-                   "' \"$@\"\nexec unshare --mount sh -c 'mount -t tmpfs none \"$0\" && exec \"$@\"' '" +
-                       inputs_.string() + "' '" COPPICE_TOOL "' \"$@\"\n");
+  write_text(path,
+             "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] || exec '" COPPICE_TOOL
+             "' \"$@\"\nexec unshare --mount sh -c 'mount -t tmpfs none \"$0\" && ln -s hazel0.glb \"$0/hazel0.glb\" && exec \"$@\"' '" +
+                 inputs_.string() + "' '" COPPICE_TOOL "' \"$@\"\n");
   ::chmod(path.c_str(), 0755);
   if (run_process("/usr/bin/unshare", {"--mount", "true"}).exit_code != 0) GTEST_SKIP() << "no mount namespaces here";
   const ProcessResult result = tool(submit({"--coppice", path}));

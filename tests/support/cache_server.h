@@ -18,9 +18,12 @@ struct ServerFaults {
   bool half_bodies = false;            ///< ends the connection in the middle of what is asked for
   bool wrong_bytes = false;            ///< flips a bit of it
   double delay_s = 0.0;                ///< before each answer
+  std::size_t padding_bytes = 0;       ///< after what is asked for
+  double bytes_per_s = 0.0;            ///< sends what is asked for no faster
+  bool lists = false;                  ///< folders, as nginx does; without it there is nothing at them
 };
 
-/// A process that keeps what is put into it as files of a folder, at their paths, and does not list them. Ended by the destructor.
+/// A process that keeps what is put into it as files of a folder, at their paths. Ended by the destructor.
 class FaultyServer {
  public:
   explicit FaultyServer(std::filesystem::path folder, const ServerFaults& faults = {});

@@ -220,6 +220,8 @@ TEST(FarmRun, ComesBackFromItsFilesAsItWas) {
   const auto run_folder = make_run_folder(folder.path());
   ASSERT_TRUE(run_folder);
   EXPECT_FALSE(newest_run(folder.path())) << "nothing is in it yet";
+  const test::TemporaryFolder other;  // in the same second, as from a script
+  EXPECT_NE(make_run_folder(other.path())->filename(), run_folder->filename());
   FarmRun run;
   run.folder = *run_folder;
   run.output_folder = folder.path();
@@ -278,9 +280,10 @@ TEST(SbatchOptions, SayHowMuchMemoryATaskGets) {
 }
 
 TEST(SbatchOptions, OfTheTasksNameArrayAndClusterAreReserved) {
-  for (const char* const option : {"-J", "-Jname", "--job-name=name", "--array", "-a1", "-M", "--clusters=all", "--wrap=true"})
+  for (const char* const option :
+       {"-J", "-Jname", "--job-name=name", "--array", "-a1", "-M", "--clusters=all", "--wrap=true", "-W", "--wait"})
     EXPECT_FALSE(reserved_option({"-p", "long", option}).empty()) << option;
-  EXPECT_EQ(reserved_option({"-A", "project", "--account=x", "-m", "--array-inx", "--wait"}), "");
+  EXPECT_EQ(reserved_option({"-A", "project", "--account=x", "-m", "--array-inx", "--wait-all-nodes=1"}), "");
 }
 
 TEST(Slurm, LinesOfTheQueueAreReadAndOthersLeftAlone) {
@@ -365,7 +368,8 @@ TEST(FarmTries, TheJournalOfATaskThatHasEndedIsReadToItsEndEvenLate) {
 
 TEST(PlantRecord, WhatWasTakenAwayIsNoFaultOfThePlant) {
   BatchResult result;
-  for (const char* error : {"ended by a signal: Killed", "ended by a signal: Terminated", "out of memory"}) {
+  for (const char* error :
+       {"ended by a signal: Killed", "ended by a signal: Terminated", "out of memory", "no process: Resource temporarily unavailable"}) {
     result.error = error;
     EXPECT_TRUE(was_taken_away(result)) << error;
   }

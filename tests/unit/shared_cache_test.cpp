@@ -20,6 +20,7 @@
 #include "gltf_builder.h"
 #include "key_parts.h"
 #include "process.h"
+#include "text_bytes.h"
 #include "why_baked.h"
 
 namespace coppice::bake {
@@ -234,6 +235,32 @@ class FolderUpkeep : public testing::Test {
 
   test::TemporaryFolder folder_;
 };
+
+TEST_F(FolderUpkeep, AnEntryUnderAnotherKeyIsDamaged) {
+  const std::string one = store(folder_.path(), entry_of("a")), other = store(folder_.path(), entry_of("b"));
+  for (const auto& file : {cached_file, record_file})
+    fs::copy_file(file(folder_.path(), one), file(folder_.path(), other), fs::copy_options::overwrite_existing);
+  const auto found = peek_cached(folder_.path(), other);
+  ASSERT_FALSE(found) << "one plant's bytes as another's";
+  EXPECT_EQ(found.error().status, Status::bad_file);
+  EXPECT_EQ(verify_cache(place(), false, [](std::uint64_t, std::uint64_t) {})->damaged, Lines{other});
+}
+
+/// A server could fill the memory of whoever parses what it sends.
+TEST(CacheBundle, ARecordThatIsTooLongIsNotParsed) {
+  const CachedBake entry = entry_of("a");
+  const std::string key = key_of(entry.parts);
+  const std::vector<std::uint8_t> bundle = bundle_of(entry);
+  const std::string text(as_text(bundle));
+  const std::size_t start = text.find('\n') + 1, record_bytes = std::stoul(text.substr(std::string("coppice-cache 1 ").size()));
+  const auto padded = [&](std::size_t bytes) {
+    const std::string spaces(bytes - record_bytes, ' ');
+    return "coppice-cache 1 " + std::to_string(bytes) + "\n" + text.substr(start, record_bytes) + spaces +
+           text.substr(start + record_bytes);
+  };
+  EXPECT_TRUE(read_bundle(bytes_of(padded(kMostRecordBytes)), key));
+  EXPECT_FALSE(read_bundle(bytes_of(padded(kMostRecordBytes + 1)), key));
+}
 
 TEST_F(FolderUpkeep, WhatWasUsedLongestAgoIsPrunedFirst) {
   const std::string oldest = old_entry("a", 300), used = old_entry("b", 200), newest = old_entry("c", 100);

@@ -1,5 +1,6 @@
 #include "cached_bake.h"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <optional>
@@ -37,8 +38,15 @@ void warn_of_damage(const Error& error, BatchResult& result) {
   if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
 }
 
+/// An entry of a server is worth the time of a bake, and half of its memory: it is in it twice.
+EntryWorth worth_of(const PlantCost& cost) {
+  constexpr std::uint64_t kLeast_ms = 1'000, kLeastBytes = std::uint64_t{64} << 20;
+  return {static_cast<double>(std::max(kLeast_ms, cost.milliseconds)) / 1000.0, std::max(kLeastBytes, cost.memory_bytes / 2)};
+}
+
 /// Nothing where it must be baked.
-Result<std::optional<CachedBake>> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+Result<std::optional<CachedBake>> find_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, DamagedEntry damaged,
+                                             BatchResult& result) {
   using Found = std::optional<CachedBake>;
   if (cache.folder.empty()) return Found();
   Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
@@ -52,7 +60,7 @@ Result<std::optional<CachedBake>> find_entry(const JobCache& cache, const std::s
     if (entry) return Found(*std::move(entry));
     warn_of_damage(entry.error(), result);
   }
-  const auto bundle = cache.line.fetch(key);
+  const auto bundle = cache.line.fetch(key, worth_of(plant.cost));
   if (!bundle) return Found();
   entry = read_bundle(*bundle, key);
   if (!entry) {
@@ -103,7 +111,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
-  COPPICE_TRY(entry, find_entry(cache, result.key, DamagedEntry::is_removed, result));
+  COPPICE_TRY(entry, find_entry(plant, cache, result.key, DamagedEntry::is_removed, result));
   result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
   if (!entry) {
     result.because = explanation(parts, cache);
@@ -116,7 +124,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
 Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
-  COPPICE_TRY(entry, find_entry(cache, result.key, DamagedEntry::stays, result));
+  COPPICE_TRY(entry, find_entry(plant, cache, result.key, DamagedEntry::stays, result));
   if (!entry) return Error{Status::io, "no cache has it", Error::kNoOffset, result.key};
   result.outcome = BatchOutcome::cached;
   COPPICE_CHECK(make_folder_of(plant.output));

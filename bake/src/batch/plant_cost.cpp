@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 
+#include "atomic_file.h"
 #include "gltf_references.h"
 #include "gltf_text.h"
 
@@ -19,12 +19,6 @@ using Json = nlohmann::json;
 // One process looks at all plants: what is hostile shall not fill its memory.
 constexpr std::uint64_t kMostJsonBytes = std::uint64_t{32} << 20;
 constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 40;  // what a damaged file claims does not overflow
-
-std::uint64_t bytes_of_file(const fs::path& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = fs::file_size(path, error);
-  return error ? 0 : bytes;
-}
 
 /// The JSON of a .gltf or .glb; discarded where there is none.
 Json document_of(const fs::path& path) {

@@ -62,25 +62,28 @@ std::vector<KeyPart> parts_of(const Json& parts) {
   return all;
 }
 
-/// Whether the text is the record of these bytes; fills in what it says of them.
-bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_t> bytes, CachedBake& entry) {
-  Json record = Json::parse(text.begin(), text.end(), nullptr, false);
+/// Nothing where the text is no object of JSON.
+Json parsed_record(std::span<const std::uint8_t> text) {
+  return text.size() > kMostRecordBytes ? Json(Json::value_t::discarded) : Json::parse(text.begin(), text.end(), nullptr, false);
+}
+
+/// Whether the text is the record of these bytes under that key; fills in what it says of them.
+bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_t> bytes, const std::string& key, CachedBake& entry) {
+  Json record = parsed_record(text);
   if (!record.is_object() || !record.contains("checksum") || !record["checksum"].is_string()) return false;
   const std::string expected = record["checksum"];
   record.erase("checksum");
   // Its form first: writing it out for the checksum recurses, which a record of ours does not.
-  const bool has_parts = record.contains("parts");  // older records have none
-  for (const char* key : {"source_leaves", "foliage_bytes", "warnings"})
-    if (!record.contains(key) || record.size() != (has_parts ? 4 : 3)) return false;
+  for (const char* name : {"source_leaves", "foliage_bytes", "warnings", "parts"})
+    if (!record.contains(name) || record.size() != 4) return false;
   const Json &leaves = record["source_leaves"], &foliage = record["foliage_bytes"];
   if (!leaves.is_number_unsigned() || leaves.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) return false;
-  if (!foliage.is_number_unsigned() || !are_strings(record["warnings"])) return false;
-  if (has_parts && !are_parts(record["parts"])) return false;
-  if (checksum_of(bytes, record) != expected) return false;
+  if (!foliage.is_number_unsigned() || !are_strings(record["warnings"]) || !are_parts(record["parts"])) return false;
+  entry.parts = parts_of(record["parts"]);
+  if (key_of(entry.parts) != key || checksum_of(bytes, record) != expected) return false;
   entry.source_leaves = leaves.get<std::uint32_t>();
   entry.foliage_bytes = foliage.get<std::uint64_t>();
   entry.warnings = record["warnings"].get<std::vector<std::string>>();
-  if (has_parts) entry.parts = parts_of(record["parts"]);
   return true;
 }
 
@@ -95,11 +98,11 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
 }
 
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
-  COPPICE_TRY(record, read_file(record_file(folder, key)));
+  COPPICE_TRY(record, read_file(record_file(folder, key), kMostRecordBytes + 1));
   CachedBake entry;
   COPPICE_TRY(bytes, read_file(cached_file(folder, key)));
   entry.bytes = std::move(bytes);
-  if (read_record(record, entry.bytes, entry)) return entry;
+  if (read_record(record, entry.bytes, key, entry)) return entry;
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
@@ -125,7 +128,7 @@ Result<void> store_cached(const std::filesystem::path& folder, const std::string
 }
 
 std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record) {
-  const Json json = Json::parse(record.begin(), record.end(), nullptr, false);
+  const Json json = parsed_record(record);
   return json.is_object() && json.contains("parts") && are_parts(json["parts"]) ? parts_of(json["parts"]) : std::vector<KeyPart>();
 }
 
@@ -150,7 +153,7 @@ Result<CachedBake> read_bundle(std::span<const std::uint8_t> bundle, const std::
   if (record_bytes > bundle.size() - head_bytes) return damaged;
   CachedBake entry;
   const auto file = bundle.subspan(head_bytes + record_bytes);
-  if (!read_record(bundle.subspan(head_bytes, record_bytes), file, entry) || key_of(entry.parts) != key) return damaged;
+  if (!read_record(bundle.subspan(head_bytes, record_bytes), file, key, entry)) return damaged;
   entry.bytes.assign(file.begin(), file.end());
   return entry;
 }

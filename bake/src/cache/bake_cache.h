@@ -28,12 +28,15 @@ struct CachedBake {
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key);
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key);
 
+/// A record holds warnings and what the key is of: what is larger is none, and is not even parsed.
+inline constexpr std::uint64_t kMostRecordBytes = std::uint64_t{4} << 20;
+
 enum class DamagedEntry : std::uint8_t { is_removed, stays };
 
 /// Reads an entry and marks it as used now, where that is allowed.
 /// key      as of key_of
 /// damaged  what becomes of an entry that is: whoever bakes the plant next removes it, others leave it, so that it is noticed then
-/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged
+/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, or one of another key
 Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key,
                                DamagedEntry damaged = DamagedEntry::is_removed);
 
@@ -44,7 +47,7 @@ Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::s
 /// errors  io
 Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry);
 
-/// What a record says its key is of. Empty: it is no record, or an older one, which did not say so.
+/// What a record says its key is of. Empty: it is no record.
 std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record);
 
 /// An entry as one object: a line "coppice-cache 1 RECORD_BYTES", the record, the file.

@@ -1,5 +1,5 @@
-// A message is a letter and a key: 'f' fetch and 'r' record, with the socket that the answer goes to, 'd' damaged, 'o' offer. An answer is
-// one byte, with a file in memory where there is an entry.
+// A message is a letter and a key: 'f' fetch, whose key is followed by what the entry is worth, and 'r' record, both with the socket that
+// the answer goes to, 'd' damaged, 'o' offer. An answer is one byte, with a file in memory where there is an entry.
 
 #include "cache_courier.h"
 
@@ -19,6 +19,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <sstream>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -135,8 +136,13 @@ void serve(RemoteCache& cache, const Message& message) {
     const OpenFile file(bytes.empty() ? -1 : memory_file(bytes));
     send_message(reply->get(), file.get() >= 0 ? "y" : "n", file.get());
   };
-  if (message.text[0] == 'f') cache.fetch(key, answer);
   if (message.text[0] == 'r') cache.fetch_record(key, answer);
+  if (message.text[0] != 'f') return;
+  std::istringstream words(key);
+  std::string wanted;
+  EntryWorth worth;
+  words >> wanted >> worth.seconds >> worth.most_bytes;
+  cache.fetch(wanted, worth, answer);
 }
 
 void run(const RemoteCacheOptions& options, int socket, int report) {
@@ -173,8 +179,8 @@ void run(const RemoteCacheOptions& options, int socket, int report) {
 
 }  // namespace
 
-std::optional<std::vector<std::uint8_t>> CourierLine::fetch(const std::string& key) const {
-  return ask("f" + key);
+std::optional<std::vector<std::uint8_t>> CourierLine::fetch(const std::string& key, const EntryWorth& worth) const {
+  return ask("f" + key + " " + std::to_string(worth.seconds) + " " + std::to_string(worth.most_bytes));
 }
 
 std::optional<std::vector<std::uint8_t>> CourierLine::fetch_record(const std::string& name) const {

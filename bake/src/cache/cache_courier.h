@@ -24,7 +24,7 @@ class CourierLine {
   explicit CourierLine(int socket) : socket_(socket) {}
 
   /// The bundle of an entry, not checked; nothing where the cache has none or cannot be asked. Waits for the answer.
-  [[nodiscard]] std::optional<std::vector<std::uint8_t>> fetch(const std::string& key) const;
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> fetch(const std::string& key, const EntryWorth& worth) const;
   /// The record of the entry that was sent last of a plant with this file name; as fetch.
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> fetch_record(const std::string& name) const;
   /// What was fetched is damaged.

@@ -1,12 +1,12 @@
 #include "cache_index.h"
 
-#include <charconv>
 #include <ctime>
 
 #include <nlohmann/json.hpp>
 
 #include "checksum.h"
 #include "key_parts.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -23,12 +23,9 @@ std::string checksum_line(std::string_view text) {
 bool read_line(std::string_view line, CacheIndex& index) {
   const std::string_view key = line.substr(0, line.find(' '));
   if (!is_key(key) || key.size() == line.size()) return false;
-  std::uint64_t bytes = 0;
-  const char* const last = line.data() + line.size();
-  const auto [end, error] = std::from_chars(line.data() + key.size() + 1, last, bytes);
-  if (error != std::errc() || end != last) return false;
-  index.emplace(key, bytes);
-  return true;
+  const auto bytes = number_of<std::uint64_t>(line.substr(key.size() + 1));
+  if (bytes) index.emplace(key, *bytes);
+  return bytes.has_value();
 }
 
 /// "Thu, 26 Nov 2026 22:07:53 GMT"

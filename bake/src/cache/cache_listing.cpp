@@ -13,10 +13,10 @@ namespace {
 
 /// Of one folder; nothing where there is no such folder.
 Result<std::vector<ListedFile>> list_folder(const HttpAsk& ask, const std::string& url) {
-  constexpr int kAbsent = 404, kForbidden = 403;
+  constexpr int kForbidden = 403;
   const HttpAnswer answer = ask({.method = HttpMethod::get, .url = url});
   if (answer.trouble != HttpTrouble::none) return Error{Status::io, "the cache cannot be listed", Error::kNoOffset, answer.why};
-  if (answer.status == kAbsent) return std::vector<ListedFile>();
+  if (is_absent(answer.status)) return std::vector<ListedFile>();
   if (answer.status == kForbidden)
     return Error{Status::unsupported,
                  "the server lists no folders, or does not let you; nginx does with: autoindex on; autoindex_format json;"};

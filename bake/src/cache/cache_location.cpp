@@ -42,11 +42,18 @@ Result<std::string> checked_url(const std::string& text) {
   return whole;
 }
 
-/// "host:8080/path", where no such folder is.
+/// "user:password@host/path" without what is before the @, which nobody is to see.
+std::string without_user(const std::string& text) {
+  const std::size_t at = text.find('@');
+  return at < text.find('/') ? text.substr(at + 1) : text;
+}
+
+/// "host:8080/path" or "user:password@host/path", where no such folder is.
 bool is_like_an_address(const std::string& text) {
   const std::size_t colon = text.find(':'), slash = text.find('/');
   std::error_code error;
   if (colon == std::string::npos || colon == 0 || colon > slash || std::filesystem::exists(text, error)) return false;
+  if (without_user(text) != text) return true;
   const std::string port = text.substr(colon + 1, slash == std::string::npos ? slash : slash - colon - 1);
   return !port.empty() && port.find_first_not_of("0123456789") == std::string::npos;
 }
@@ -56,7 +63,7 @@ bool is_like_an_address(const std::string& text) {
 Result<CacheLocation> parse_cache_location(const std::string& text) {
   if (text.empty()) return refused("a cache needs a folder or an address");
   if (is_like_an_address(text))
-    return refused("a cache's address begins with http:// or https://; a folder of that name is called ./NAME", text);
+    return refused("a cache's address begins with http:// or https://; a folder of that name is called ./NAME", without_user(text));
   if (text.find("://") == std::string::npos) return CacheLocation{text, {}};
   COPPICE_TRY(url, checked_url(text));
   return CacheLocation{{}, std::move(url)};

@@ -8,6 +8,7 @@
 
 namespace coppice::bake {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CacheReport, where, found, lacking, sent, requests, unasked, unsent, damaged, lost_seconds, trouble)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CacheReport, where, found, lacking, sent, requests, unasked, unsent, damaged, lost_seconds, gave_up,
+                                   trouble)
 
 }  // namespace coppice::bake

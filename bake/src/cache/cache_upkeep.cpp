@@ -39,12 +39,6 @@ std::int64_t modified_s(const fs::path& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::int64_t>(status.st_mtime) : 0;
 }
 
-std::uint64_t bytes_of_file(const fs::path& path) {
-  std::error_code gone;
-  const std::uintmax_t bytes = fs::file_size(path, gone);
-  return gone ? 0 : bytes;
-}
-
 Result<FolderContents> contents_of(const fs::path& folder) {
   std::error_code error;
   std::set<std::string> records, plants;
@@ -156,7 +150,6 @@ Result<CachePruning> prune_folder(const fs::path& folder, std::uint64_t most_byt
 
 /// Patient: nobody waits for it but the person who called.
 constexpr double kPatience_s = 15.0;
-constexpr int kAbsent = 404;
 
 class Server {
  public:
@@ -199,8 +192,7 @@ class Server {
 
  private:
   [[nodiscard]] Result<void> checked(const HttpAnswer& answer, const char* what) const {
-    const bool done = answer.trouble == HttpTrouble::none &&
-                      ((answer.status >= 200 && answer.status < 300) || answer.status == kAbsent);  // or gone already
+    const bool done = answer.trouble == HttpTrouble::none && (is_success(answer.status) || is_absent(answer.status));  // or gone already
     if (done) return {};
     const std::string why = answer.trouble == HttpTrouble::none ? status_text(answer.status) : answer.why;
     return Error{Status::io, what, Error::kNoOffset, url_ + ": " + why};
@@ -237,7 +229,7 @@ Result<CacheVerification> verify_server(const CachePlace& place, bool remove_dam
     server.start({.method = HttpMethod::get, .url = entry_url(server.url(), entry.key)}, [&, key = entry.key](const HttpAnswer& answer) {
       ++verification.entries;
       verification.bytes += answer.body.size();
-      if (answer.status != 200 || (answer.trouble != HttpTrouble::none && answer.trouble != HttpTrouble::cut_short))
+      if (answer.status != 200 || answer.trouble != HttpTrouble::none)
         verification.unreadable.push_back(key);
       else if (!read_bundle(answer.body, key))
         verification.damaged.push_back(key);
@@ -270,7 +262,7 @@ Result<void> prune_records(Server& server, const std::vector<ListedEntry>& entri
     });
   server.finish();
   for (const auto& [name, key] : unknown) {
-    if (server.ask({.method = HttpMethod::head, .url = entry_url(server.url(), key)}).status != kAbsent) continue;
+    if (!is_absent(server.ask({.method = HttpMethod::head, .url = entry_url(server.url(), key)}).status)) continue;
     COPPICE_CHECK(server.remove(record_url(server.url(), name)));
   }
   return {};

@@ -12,6 +12,14 @@
 #include "printable.h"
 
 namespace coppice::bake {
+namespace {
+
+const CurlFunctions& curl() {
+  static const CurlFunctions& loaded = **load_curl();
+  return loaded;
+}
+
+}  // namespace
 
 struct HttpTransfers::Transfer {
   HttpRequest request;
@@ -25,14 +33,15 @@ struct HttpTransfers::Transfer {
   std::array<char, CURL_ERROR_SIZE> error{};
 
   [[nodiscard]] std::uint64_t moved() const { return sent + answer.body.size(); }
+  /// Of the answer, as its head says; 0: it does not.
+  [[nodiscard]] std::uint64_t content_bytes() const {
+    curl_off_t bytes = 0;
+    static_cast<void>(curl().easy_getinfo(easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &bytes));
+    return bytes > 0 ? static_cast<std::uint64_t>(bytes) : 0;
+  }
 };
 
 namespace {
-
-const CurlFunctions& curl() {
-  static const CurlFunctions& loaded = **load_curl();
-  return loaded;
-}
 
 /// A process is set up once. What libcurl frees at its end the system does too.
 void initialise() {
@@ -122,10 +131,10 @@ void HttpTransfers::begin(std::unique_ptr<Transfer> transfer) {
   const Callback receive = [](char* data, std::size_t size, std::size_t count, void* user) -> std::size_t {
     Transfer& to = *static_cast<Transfer*>(user);
     const std::size_t bytes = size * count;
-    to.too_large = bytes > kMostAnswerBytes - to.answer.body.size();
+    to.too_large = std::max<std::uint64_t>(to.answer.body.size() + bytes, to.content_bytes()) > to.request.most_bytes;
     if (to.too_large) return 0;
-    if (to.answer.body.empty() && to.request.begins) to.request.begins();
     to.answer.body.insert(to.answer.body.end(), data, data + bytes);
+    if (to.request.progress) to.request.progress(to.answer.body.size(), to.content_bytes());
     return bytes;
   };
   set(easy, CURLOPT_WRITEFUNCTION, receive);
@@ -187,14 +196,13 @@ void HttpTransfers::take_finished() {
     static_cast<void>(curl().easy_getinfo(message->easy_handle, CURLINFO_RESPONSE_CODE, &status));
     HttpAnswer answer = std::move(transfer->answer);
     answer.status = static_cast<int>(status);
-    curl_off_t content_bytes = 0;
-    static_cast<void>(curl().easy_getinfo(message->easy_handle, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &content_bytes));
-    answer.content_bytes = content_bytes > 0 ? static_cast<std::uint64_t>(content_bytes) : 0;
+    answer.content_bytes = transfer->content_bytes();
     answer.trouble = transfer->too_large ? HttpTrouble::too_large : trouble_of(code);
     if (answer.trouble != HttpTrouble::none) {
       answer.body.clear();
       const char* words = transfer->error[0] != '\0' ? transfer->error.data() : curl().easy_strerror(code);
-      answer.why = transfer->too_large ? "it sent more than a gigabyte" : printable(words);
+      answer.why =
+          transfer->too_large ? "it sends more than " + std::to_string(transfer->request.most_bytes / 1'000'000) + " MB" : printable(words);
     }
     finish(*transfer, std::move(answer));
   }
@@ -233,6 +241,14 @@ void HttpTransfers::finish(Transfer& transfer, HttpAnswer answer) {
   ended->done(std::move(answer));
   curl().multi_remove_handle(static_cast<CURLM*>(multi_), ended->easy);
   curl().easy_cleanup(ended->easy);
+}
+
+bool is_success(int status) {
+  return status >= 200 && status < 300;
+}
+
+bool is_absent(int status) {
+  return status == 404 || status == 410;
 }
 
 std::string status_text(int status) {

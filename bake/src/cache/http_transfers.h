@@ -25,7 +25,9 @@ struct HttpRequest {
   /// Given up when it moves less than this in `stall_seconds`; waiting for a connection and for the answer is moving nothing.
   double stall_seconds = 1.5;
   std::uint64_t stall_bytes = 256'000;
-  std::function<void()> begins = {};  ///< called when the first bytes of the answer's body are there; empty: nobody wants to know
+  std::uint64_t most_bytes = std::uint64_t{1} << 30;  ///< of the answer's body: one that is larger is not read
+  /// Called whenever more of the answer's body is there: how much it is, and of how much, 0 where the server does not say. May be empty
+  std::function<void(std::uint64_t bytes, std::uint64_t of)> progress = {};
 };
 
 /// Why there is no whole answer.
@@ -38,9 +40,6 @@ struct HttpAnswer {
   HttpTrouble trouble = HttpTrouble::none;
   std::string why = {};  ///< words for a person, without path or credentials; empty where there is no trouble
 };
-
-/// An entry that is larger is not read.
-inline constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{1} << 30;
 
 /// What HttpTransfers are made with: to be called before there are any. A process that is forked off after that has it too.
 /// errors  unsupported: as load_curl
@@ -81,6 +80,9 @@ class HttpTransfers {
   std::list<std::unique_ptr<Transfer>> running_;
   Clock::time_point last_step_ = Clock::now();
 };
+
+bool is_success(int status);
+bool is_absent(int status);
 
 /// "it answers 503 (service unavailable)", with what to do about it where that is known.
 std::string status_text(int status);

@@ -1,6 +1,7 @@
 #include "remote_cache.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -17,15 +18,9 @@ constexpr std::size_t kMostConnections = 16;
 // Few: each holds an entry in memory, and an upload takes nobody's time.
 constexpr std::size_t kMostSending = 4;
 constexpr double kSendStall_s = 5.0;
+constexpr double kNever_s = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kSendStallBytes = 64'000;
-
-bool is_success(int status) {
-  return status >= 200 && status < 300;
-}
-
-bool is_absent(int status) {
-  return status == 404 || status == 410;
-}
+constexpr std::uint64_t kMostIndexBytes = std::uint64_t{256} << 20;  // of two million entries
 
 /// Asking again would be answered the same.
 bool is_final(int status) {
@@ -58,7 +53,8 @@ void RemoteCache::went_wrong(CacheBreaker& breaker, const HttpAnswer& answer) {
 }
 
 void RemoteCache::ask_index() {
-  start({.method = HttpMethod::get, .url = index_url(options_.url)}, [this](const HttpAnswer& answer) { read_index_answer(answer); });
+  start({.method = HttpMethod::get, .url = index_url(options_.url), .most_bytes = kMostIndexBytes},
+        [this](const HttpAnswer& answer) { read_index_answer(answer); });
 }
 
 void RemoteCache::read_index_answer(const HttpAnswer& answer) {
@@ -82,10 +78,21 @@ void RemoteCache::read_index_answer(const HttpAnswer& answer) {
   for (const std::string& key : keys) look_for(key);
 }
 
-void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<std::uint8_t>)> done) {
-  const bool is_new = !wanted_.contains(key);
-  Wanted& wanted = wanted_[key];
-  if (is_new) wanted.since = Clock::now();
+double RemoteCache::Wanted::waited_s() const {
+  return std::chrono::duration<double>(Clock::now() - since).count();
+}
+
+/// The time that goes for nothing as things are: all of it before the first byte, and where what comes would take longer than it is worth.
+double RemoteCache::Wanted::at_stake_s() const {
+  const double waited = waited_s();
+  const double whole = bytes > 0 && of > 0 ? waited * static_cast<double>(of) / static_cast<double>(bytes) : kNever_s;
+  return whole > worth.seconds ? waited : 0.0;
+}
+
+void RemoteCache::fetch(const std::string& key, const EntryWorth& worth, Done done) {
+  const auto [at, is_new] = wanted_.try_emplace(key);
+  Wanted& wanted = at->second;
+  wanted.worth = {std::max(wanted.worth.seconds, worth.seconds), std::max(wanted.worth.most_bytes, worth.most_bytes)};
   wanted.done.push_back(std::move(done));
   if (reading_.is_open())
     close_if_open();
@@ -93,49 +100,48 @@ void RemoteCache::fetch(const std::string& key, std::function<void(std::vector<s
     look_for(key);
 }
 
-void RemoteCache::fetch_record(const std::string& name, std::function<void(std::vector<std::uint8_t>)> done) {
-  if (reading_.is_open()) {
-    done({});
-    return;
-  }
-  start({.method = HttpMethod::get, .url = record_url(options_.url, name)},
-        [this, done = std::move(done), since = Clock::now()](HttpAnswer answer) {
-          const bool whole = answer.trouble == HttpTrouble::none, is_there = whole && is_success(answer.status);
-          if (!is_there) reading_.lost(std::chrono::duration<double>(Clock::now() - since).count());
-          if (!is_there && !(whole && is_absent(answer.status))) went_wrong(reading_, answer);
-          done(is_there ? std::move(answer.body) : std::vector<std::uint8_t>());
-        });
+void RemoteCache::fetch_record(const std::string& name, Done done) {
+  const auto [at, is_new] = wanted_records_.try_emplace(name);
+  at->second.done.push_back(std::move(done));
+  if (reading_.is_open())
+    close_if_open();
+  else if (is_new)
+    get(record_url(options_.url, name), kMostRecordBytes, wanted_records_, name,
+        [this, name](const HttpAnswer& answer) { read_record_answer(name, answer); });
 }
 
 void RemoteCache::look_for(const std::string& key) {
   if (!options_.only_indexed || index_.contains(key)) {
-    get(key);
+    get(entry_url(options_.url, key), wanted_.at(key).worth.most_bytes, wanted_, key,
+        [this, key](const HttpAnswer& answer) { read_entry_answer(key, answer); });
     return;
   }
   ++report_.lacking;
-  answer_wanted(key, {});
+  answer_wanted(wanted_, key, {});
 }
 
-void RemoteCache::get(const std::string& key) {
-  const auto begins = [this, key] {
-    if (const auto wanted = wanted_.find(key); wanted != wanted_.end()) wanted->second.begins = true;
+void RemoteCache::get(const std::string& url, std::uint64_t most_bytes, WantedByName& wanted, const std::string& name,
+                      HttpTransfers::Done done) {
+  const auto progress = [&wanted, name](std::uint64_t bytes, std::uint64_t of) {
+    if (const auto found = wanted.find(name); found != wanted.end()) found->second.bytes = bytes, found->second.of = of;
   };
-  start({.method = HttpMethod::get, .url = entry_url(options_.url, key), .begins = begins},
-        [this, key](const HttpAnswer& answer) { read_entry_answer(key, answer); });
+  start({.method = HttpMethod::get, .url = url, .most_bytes = most_bytes, .progress = progress}, std::move(done));
 }
 
 void RemoteCache::read_entry_answer(const std::string& key, const HttpAnswer& answer) {
   const bool whole = answer.trouble == HttpTrouble::none, is_there = whole && is_success(answer.status);
   const auto wanted = wanted_.find(key);
+  const double waited_s = wanted == wanted_.end() ? 0.0 : wanted->second.waited_s();
   if (is_there || (whole && is_absent(answer.status))) reading_.went_well();
-  if (is_there) {
+  if (is_there || answer.trouble == HttpTrouble::too_large) {
     ++report_.found;
+    fetched_s_[key] = waited_s;
     if (!index_.contains(key)) added_[key] = answer.body.size();
-    answer_wanted(key, answer.body);
-    if (answer.body.empty()) found_damaged(key);  // to whoever asked it is not there
+    answer_wanted(wanted_, key, answer.body);
+    if (answer.body.empty()) found_damaged(key);  // or too large for one: to whoever asked it is not there
     return;
   }
-  if (wanted != wanted_.end()) reading_.lost(std::chrono::duration<double>(Clock::now() - wanted->second.since).count());
+  reading_.lost(waited_s);
   if (whole && is_absent(answer.status)) {
     ++report_.lacking;
     gone_.insert(key);
@@ -143,27 +149,40 @@ void RemoteCache::read_entry_answer(const std::string& key, const HttpAnswer& an
     went_wrong(reading_, answer);
     report_.unasked += wanted != wanted_.end() ? 1u : 0u;
   }
-  answer_wanted(key, {});
+  answer_wanted(wanted_, key, {});
   close_if_open();
 }
 
-void RemoteCache::answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle) {
-  const auto found = wanted_.find(key);
-  if (found == wanted_.end()) return;  // nobody waits any more
-  const Wanted wanted = std::move(found->second);
-  wanted_.erase(found);
-  for (const auto& done : wanted.done) done(bundle);
+void RemoteCache::read_record_answer(const std::string& name, const HttpAnswer& answer) {
+  const bool whole = answer.trouble == HttpTrouble::none, is_there = whole && is_success(answer.status);
+  const auto wanted = wanted_records_.find(name);
+  if (!is_there && wanted != wanted_records_.end()) reading_.lost(wanted->second.waited_s());
+  if (!is_there && !(whole && is_absent(answer.status))) went_wrong(reading_, answer);
+  answer_wanted(wanted_records_, name, is_there ? answer.body : std::vector<std::uint8_t>());
+  close_if_open();
+}
+
+void RemoteCache::answer_wanted(WantedByName& wanted, const std::string& name, const std::vector<std::uint8_t>& bytes) {
+  const auto found = wanted.find(name);
+  if (found == wanted.end()) return;  // nobody waits any more
+  const Wanted answered = std::move(found->second);
+  wanted.erase(found);
+  for (const Done& done : answered.done) done(bytes);
+}
+
+void RemoteCache::let_go(WantedByName& wanted) {
+  for (const auto& [name, waiting] : std::exchange(wanted, {})) {
+    reading_.lost(waiting.waited_s());
+    for (const Done& done : waiting.done) done({});
+  }
 }
 
 /// Lets go whoever waits for a cache that is no longer asked.
 void RemoteCache::close_if_open() {
   if (!reading_.is_open()) return;
-  const std::map<std::string, Wanted> waiting = std::exchange(wanted_, {});
-  for (const auto& [key, wanted] : waiting) {
-    ++report_.unasked;
-    reading_.lost(std::chrono::duration<double>(Clock::now() - wanted.since).count());
-    for (const auto& done : wanted.done) done({});
-  }
+  report_.unasked += wanted_.size();
+  let_go(wanted_);
+  let_go(wanted_records_);
 }
 
 void RemoteCache::found_damaged(const std::string& key) {
@@ -173,9 +192,10 @@ void RemoteCache::found_damaged(const std::string& key) {
   --report_.found;
   gone_.insert(key);
   added_.erase(key);
-  // Each was a download for nothing. Where most are, the rest is not worth one.
-  if (report_.damaged < kFew || report_.damaged < report_.found) return;
-  reading_.went_wrong(CacheBreaker::Setback::grave, "most of its entries are damaged");
+  reading_.lost(fetched_s_[key]);
+  // Where most are, the rest is not worth a download.
+  if (report_.damaged >= kFew && report_.damaged >= report_.found)
+    reading_.went_wrong(CacheBreaker::Setback::grave, "most of its entries are damaged");
   close_if_open();
 }
 
@@ -251,9 +271,9 @@ void RemoteCache::put_record(const std::string& key) {
   auto record = read_file(record_file(options_.folder, key));
   const std::vector<KeyPart> parts = record ? parts_of_record(*record) : std::vector<KeyPart>();
   if (parts.empty()) return;
-  ++sending_;
+  ++explaining_;
   start({.method = HttpMethod::put, .url = record_url(options_.url, name_digits(parts)), .body = *std::move(record)},
-        [this](const HttpAnswer&) { --sending_; });
+        [this](const HttpAnswer&) { --explaining_; });
 }
 
 void RemoteCache::step(double seconds, int also) {
@@ -262,13 +282,12 @@ void RemoteCache::step(double seconds, int also) {
   look_at_waiting();
 }
 
-/// What has begun to come is judged by its speed.
 void RemoteCache::look_at_waiting() {
   double seconds = 0.0;
-  for (const auto& [key, wanted] : wanted_)
-    if (!wanted.begins) seconds += std::chrono::duration<double>(Clock::now() - wanted.since).count();
+  for (const WantedByName* all : {&wanted_, &wanted_records_})
+    for (const auto& [name, wanted] : *all) seconds += wanted.at_stake_s();
   reading_.waiting(seconds);
-  if (reading_.is_open() && !wanted_.empty()) {
+  if (reading_.is_open() && !(wanted_.empty() && wanted_records_.empty())) {
     writing_.went_wrong(CacheBreaker::Setback::grave, reading_.why());
     close_if_open();
   }
@@ -289,7 +308,7 @@ HttpAnswer RemoteCache::ask(HttpRequest request, Clock::time_point until) {
 
 /// Of the index that is there now, which others may have written, with what this batch found out.
 void RemoteCache::write_index(Clock::time_point until) {
-  const HttpAnswer now = ask({.method = HttpMethod::get, .url = index_url(options_.url)}, until);
+  const HttpAnswer now = ask({.method = HttpMethod::get, .url = index_url(options_.url), .most_bytes = kMostIndexBytes}, until);
   auto index = now.status == 200 ? read_index(as_text(now.body)) : Result<CacheIndex>(Error{Status::io, "none"});
   if (!index && now.trouble == HttpTrouble::none) {
     const Clock::time_point half = Clock::now() + (until - Clock::now()) / 2;
@@ -322,11 +341,13 @@ void RemoteCache::finish() {
   const bool has_news =
       !added_.empty() || index_is_missing_ || std::ranges::any_of(gone_, [this](const std::string& key) { return index_.contains(key); });
   if (options_.mode == CacheMode::read_write && has_news && !writing_.is_open()) write_index(until);
+  while (explaining_ > 0 && !writing_.is_open() && Clock::now() < until) step(0.05, -1);
 }
 
 CacheReport RemoteCache::report() const {
   CacheReport report = report_;
   report.lost_seconds = reading_.seconds_lost();
+  report.gave_up = reading_.is_open();
   for (const std::string* why : {&reading_.why(), &writing_.why()}) {
     if (why->empty() || report.trouble.find(*why) != std::string::npos) continue;
     report.trouble += (report.trouble.empty() ? "" : "; ") + *why;

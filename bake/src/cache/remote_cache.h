@@ -39,7 +39,14 @@ struct CacheReport {
   std::uint64_t unsent = 0;              ///< results that it did not get
   std::uint64_t damaged = 0;             ///< entries that were not what they should be
   double lost_seconds = 0.0;             ///< wall time of the batch that went for nothing: waits in vain, and its end
+  bool gave_up = false;                  ///< it was asked no more before the batch was done
   std::string trouble;                   ///< what was wrong with it; empty: nothing
+};
+
+/// What an entry is worth to who asks for it.
+struct EntryWorth {
+  double seconds = 0.0;          ///< that making it anew would take
+  std::uint64_t most_bytes = 0;  ///< a larger one is refused
 };
 
 /// thread  one
@@ -48,10 +55,12 @@ class RemoteCache {
   /// Asks for the index at once.
   explicit RemoteCache(RemoteCacheOptions options);
 
+  using Done = std::function<void(const std::vector<std::uint8_t>&)>;
+
   /// done  called from step(), with the entry's bundle, not checked; empty: there is none, or it is not to be had
-  void fetch(const std::string& key, std::function<void(std::vector<std::uint8_t>)> done);
+  void fetch(const std::string& key, const EntryWorth& worth, Done done);
   /// done  as in fetch, with the record at record_url(), not checked
-  void fetch_record(const std::string& name, std::function<void(std::vector<std::uint8_t>)> done);
+  void fetch_record(const std::string& name, Done done);
   /// The bundle that was fetched is damaged.
   void found_damaged(const std::string& key);
   /// Sends the folder's entry of that key, unless the cache has it or is only read.
@@ -65,19 +74,27 @@ class RemoteCache {
 
  private:
   using Clock = std::chrono::steady_clock;
+  /// An entry or a record that somebody waits for.
   struct Wanted {
-    Clock::time_point since;
-    bool begins = false;  ///< to come
-    std::vector<std::function<void(std::vector<std::uint8_t>)>> done;
+    Clock::time_point since = Clock::now();
+    EntryWorth worth;
+    std::uint64_t bytes = 0, of = 0;  ///< that have come, and that there are; 0: not known
+    std::vector<Done> done;
+
+    [[nodiscard]] double waited_s() const;
+    [[nodiscard]] double at_stake_s() const;
   };
+  using WantedByName = std::map<std::string, Wanted>;
 
   void start(HttpRequest request, HttpTransfers::Done done);
   void ask_index();
   void read_index_answer(const HttpAnswer& answer);
   void look_for(const std::string& key);
-  void get(const std::string& key);
+  void get(const std::string& url, std::uint64_t most_bytes, WantedByName& wanted, const std::string& name, HttpTransfers::Done done);
   void read_entry_answer(const std::string& key, const HttpAnswer& answer);
-  void answer_wanted(const std::string& key, const std::vector<std::uint8_t>& bundle);
+  void read_record_answer(const std::string& name, const HttpAnswer& answer);
+  static void answer_wanted(WantedByName& wanted, const std::string& name, const std::vector<std::uint8_t>& bytes);
+  void let_go(WantedByName& wanted);
   void close_if_open();
   void look_at_waiting();
   void send_next();
@@ -95,10 +112,11 @@ class RemoteCache {
   bool index_is_pending_ = true, index_is_missing_ = false;
   CacheIndex index_, added_;
   std::set<std::string> gone_, damaged_;
-  std::map<std::string, Wanted> wanted_;
+  WantedByName wanted_, wanted_records_;
+  std::map<std::string, double> fetched_s_;  ///< how long entries took that came
   std::deque<std::string> offered_;
   std::set<std::string> offered_before_;
-  std::size_t sending_ = 0;
+  std::size_t sending_ = 0, explaining_ = 0;  ///< entries, and records for explanations
   CacheReport report_;
 };
 

@@ -1,13 +1,12 @@
 #include "bake_arguments.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "raster.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 
@@ -16,12 +15,9 @@ namespace {
 /// n of COLOR_n.
 std::uint32_t color_set(std::string_view name) {
   constexpr std::string_view kPrefix = "COLOR_";
-  std::uint32_t set = 0;
-  const std::string_view number = name.starts_with(kPrefix) ? name.substr(kPrefix.size()) : std::string_view();
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), set);
-  if (number.empty() || error != std::errc() || end != number.data() + number.size())
-    throw CLI::ValidationError("--wind-weights", "not a set of vertex colours, COLOR_0, COLOR_1 and so on: " + std::string(name));
-  return set;
+  const auto set = number_of<std::uint32_t>(name.starts_with(kPrefix) ? name.substr(kPrefix.size()) : std::string_view());
+  if (!set) throw CLI::ValidationError("--wind-weights", "not a set of vertex colours, COLOR_0, COLOR_1 and so on: " + std::string(name));
+  return *set;
 }
 
 }  // namespace

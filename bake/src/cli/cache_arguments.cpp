@@ -43,12 +43,10 @@ Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::
   return {};
 }
 
-std::vector<std::string> cache_options(const CacheArguments& arguments) {
-  std::vector<std::string> words{"--cache-mode", arguments.mode};
-  if (!arguments.where.empty()) words.insert(words.end(), {"--cache", arguments.where});
-  if (arguments.none) words.emplace_back("--no-cache");
-  if (arguments.explain) words.emplace_back("--explain");
-  return words;
+std::vector<std::string> shared_cache_options(const CacheArguments& arguments) {
+  // Nothing of an address that nobody has looked at.
+  if (arguments.none || arguments.where.empty()) return {};
+  return {"--cache-mode", arguments.mode, "--cache", arguments.where};
 }
 
 nlohmann::ordered_json cache_json(const CacheReport& report) {

@@ -34,8 +34,8 @@ void check_cache_arguments(const CacheArguments& arguments);
 /// errors  as parse_cache_location and credentials_of_environment
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options);
 
-/// The same options once more, for a command that bakes part of the batch elsewhere.
-std::vector<std::string> cache_options(const CacheArguments& arguments);
+/// Which shared cache there is, once more, for a command that bakes part of the batch elsewhere; empty: none.
+std::vector<std::string> shared_cache_options(const CacheArguments& arguments);
 
 /// What a cache did, for the batch's JSON report.
 nlohmann::ordered_json cache_json(const CacheReport& report);

@@ -1,10 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -25,6 +25,7 @@
 #include "printable.h"
 #include "progress_bar.h"
 #include "temporary_file.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -189,8 +190,8 @@ std::vector<std::string> task_options(const BakeAllCommand& arguments) {
   if (!arguments.html.empty()) words.emplace_back("--pictures");
   if (arguments.limits.max_memory_mb > 0) add("--max-memory-mb", std::to_string(arguments.limits.max_memory_mb));
   if (arguments.limits.max_seconds > 0.0) add("--max-seconds", formatted("%.9g", arguments.limits.max_seconds));
-  const std::vector<std::string> of_cache = cache_options(arguments.cache);
-  words.insert(words.end(), of_cache.begin(), of_cache.end());
+  if (arguments.cache.explain) words.emplace_back("--explain");
+  if (arguments.cache.none) words.emplace_back("--no-cache");
   return words;
 }
 
@@ -199,7 +200,12 @@ Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
   COPPICE_TRY(plants, checked_plants(arguments));
   BatchOptions caches;
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, caches));
-  return prepare_run({arguments.output, std::move(plants), task_options(arguments), std::move(caches)}, arguments.farm);
+  std::vector<std::string> options = task_options(arguments), of_cache = shared_cache_options(arguments.cache);
+  const bool is_on_server = !caches.shared.location.url.empty();
+  if (!is_on_server) options.insert(options.end(), of_cache.begin(), of_cache.end());
+  return prepare_run({arguments.output, std::move(plants), std::move(options),
+                      is_on_server ? std::move(of_cache) : std::vector<std::string>(), std::move(caches)},
+                     arguments.farm);
 }
 
 /// Ctrl-C does not end what the cluster does.
@@ -237,12 +243,10 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
       .add_option_function<std::string>(
           "--shard",
           [&arguments](const std::string& text) {
-            const char* const end = text.data() + text.size();
-            const auto [slash, bad_shard] = std::from_chars(text.data(), end, arguments.shard);
-            const bool has_count = bad_shard == std::errc() && slash != end && *slash == '/';
-            const auto [rest, bad_count] = std::from_chars(has_count ? slash + 1 : end, end, arguments.shard_count);
-            if (!has_count || bad_count != std::errc() || rest != end || arguments.shard < 1 || arguments.shard > arguments.shard_count ||
-                arguments.shard_count > 100'000)
+            const std::size_t slash = text.find('/');
+            arguments.shard = number_of<std::uint32_t>(text.substr(0, slash)).value_or(0);
+            arguments.shard_count = slash == std::string::npos ? 0 : number_of<std::uint32_t>(text.substr(slash + 1)).value_or(0);
+            if (arguments.shard < 1 || arguments.shard > arguments.shard_count || arguments.shard_count > 100'000)
               throw CLI::ValidationError("--shard", "not a part of so many, from 1/N to N/N: " + text);
           },
           "Bake the I-th of N parts of all plants, which take about equally long; the parts are the same on every machine. Each writes to "

@@ -65,6 +65,7 @@ class ClassFiles {
 Result<void> check_words(const FarmBatch& batch, const FarmArguments& arguments) {
   std::vector<std::string> words{batch.output_folder.string(), arguments.coppice.string()};
   words.insert(words.end(), batch.task_options.begin(), batch.task_options.end());
+  words.insert(words.end(), batch.server_options.begin(), batch.server_options.end());
   words.insert(words.end(), arguments.sbatch_options.begin(), arguments.sbatch_options.end());
   for (const std::string& word : words)
     if (!is_printable(word)) return Error{Status::invalid_argument, "tasks' scripts cannot hold this", Error::kNoOffset, printable(word)};
@@ -82,6 +83,7 @@ Result<FarmRun> run_of(const FarmBatch& batch, const FarmArguments& arguments, c
   run.submitter = arguments.print ? Submitter::hand : Submitter::slurm;
   run.sbatch_options = arguments.sbatch_options;
   run.task_options = batch.task_options;
+  run.server_options = batch.server_options;
   ClassFiles classes(folder);
   for (const BatchPlant& plant : batch.plants) {
     COPPICE_TRY(classes_file, classes.file_of(plant.options.import.classes));
@@ -102,6 +104,9 @@ Result<void> load_plants(const FarmBatch& batch, FarmRun& run) {
     if (results[plant].outcome != BatchOutcome::cached) continue;
     journal += journal_line(batch.plants[plant], results[plant]);
     run.plants[plant].is_cached = true;
+  }
+  if (run.cache.gave_up) {
+    COPPICE_CHECK(write_file_atomically(cache_given_up_path(run.folder), {}));
   }
   return write_file_atomically(submitter_journal(run.folder), bytes_of(journal));
 }
@@ -245,7 +250,8 @@ std::string scancel_command(const std::vector<std::string>& jobs) {
 void check_farm_arguments(const FarmArguments& arguments) {
   if (arguments.slurm && arguments.attach) throw CLI::ValidationError("--attach", "goes on with a run, --slurm starts one: not both");
   if (const std::string_view word = reserved_option(arguments.sbatch_options); !word.empty())
-    throw CLI::ValidationError(std::string(word), "name, array and cluster of the tasks are coppice's: by them it finds them again");
+    throw CLI::ValidationError(std::string(word),
+                               "name, array and cluster of the tasks are coppice's: by them it finds them again, and waits for them");
   if (arguments.slurm) return;
   if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
   if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");

@@ -36,10 +36,11 @@ void check_farm_arguments(const FarmArguments& arguments);
 
 /// A batch for a cluster.
 struct FarmBatch {
-  std::filesystem::path output_folder;    ///< absolute
-  std::vector<BatchPlant> plants;         ///< checked, expanded
-  std::vector<std::string> task_options;  ///< of bake-all, for each task
-  BatchOptions caches;                    ///< in which plants are looked for before there are tasks: as set_caches
+  std::filesystem::path output_folder;      ///< absolute
+  std::vector<BatchPlant> plants;           ///< checked, expanded
+  std::vector<std::string> task_options;    ///< of bake-all, for each task
+  std::vector<std::string> server_options;  ///< likewise, of a cache on a server; empty: there is none
+  BatchOptions caches;                      ///< in which plants are looked for before there are tasks: as set_caches
 };
 
 /// Refuses what would write into a folder while tasks of a run on a cluster do. errors  invalid_argument

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <charconv>
 #include <string_view>
-#include <system_error>
 #include <utility>
+
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -19,10 +19,8 @@ double metres_in(std::string_view text) {
       {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}}};
   for (const auto& [name, metres] : kUnits)
     if (text == name) return metres;
-  double factor = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), factor);
-  const bool is_number = error == std::errc() && end == text.data() + text.size();
-  return is_number && factor >= kMinUnit_m && factor <= kMaxUnit_m ? factor : 0.0;
+  const double factor = number_of<double>(text).value_or(0.0);
+  return factor >= kMinUnit_m && factor <= kMaxUnit_m ? factor : 0.0;
 }
 
 }  // namespace
@@ -59,8 +57,8 @@ void add_plant_options(CLI::App& command, ImportArguments& arguments) {
             arguments.all_variants = text == "all";
             arguments.plant.whole = text == "whole";
             if (arguments.all_variants || arguments.plant.whole) return;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), arguments.plant.variant);
-            if (error != std::errc() || end != text.data() + text.size() || arguments.plant.variant == 0)
+            arguments.plant.variant = number_of<std::uint32_t>(text).value_or(0);
+            if (arguments.plant.variant == 0)
               throw CLI::ValidationError("--variant", "neither a number from 1 on, nor all, nor whole: " + text);
           },
           "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: the file "

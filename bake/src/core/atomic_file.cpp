@@ -92,6 +92,12 @@ Result<void> try_writing(const std::filesystem::path& path) {
   return {};
 }
 
+std::uint64_t bytes_of_file(const std::filesystem::path& path) {
+  std::error_code missing;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, missing);
+  return missing ? 0 : bytes;
+}
+
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t most_bytes) {
   // Without O_NONBLOCK a pipe would be waited for here, and a serial line.
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};

@@ -29,6 +29,9 @@ Result<void> make_folder_of(const std::filesystem::path& path);
 /// errors  those of write_file_atomically that can be known before
 Result<void> try_writing(const std::filesystem::path& path);
 
+/// Bytes of a file; 0 where there is none.
+std::uint64_t bytes_of_file(const std::filesystem::path& path);
+
 inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
 
 /// A regular file, or its first `most_bytes`. Nothing else is waited for or read without end: pipes, devices and folders are refused, and

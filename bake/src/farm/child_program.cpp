@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -53,7 +54,17 @@ struct SpawnRules {
   }
 };
 
-Result<pid_t> spawn(const std::vector<std::string>& words, const Pipe& out, const Pipe& err) {
+/// The environment but for variables whose names begin so.
+std::vector<char*> environment_without(std::span<const std::string_view> hidden) {
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable)
+    if (std::ranges::none_of(hidden, [&](std::string_view start) { return std::string_view(*variable).starts_with(start); }))
+      variables.push_back(*variable);
+  variables.push_back(nullptr);
+  return variables;
+}
+
+Result<pid_t> spawn(const std::vector<std::string>& words, const Pipe& out, const Pipe& err, std::span<const std::string_view> hidden) {
   std::vector<std::string> texts = words;
   std::vector<char*> argv;
   argv.reserve(texts.size() + 1);
@@ -61,7 +72,8 @@ Result<pid_t> spawn(const std::vector<std::string>& words, const Pipe& out, cons
   argv.push_back(nullptr);
   const SpawnRules rules(out, err);
   pid_t child = 0;
-  const int reason = ::posix_spawnp(&child, argv[0], &rules.files, &rules.attributes, argv.data(), environ);
+  const std::vector<char*> environment = environment_without(hidden);
+  const int reason = ::posix_spawnp(&child, argv[0], &rules.files, &rules.attributes, argv.data(), environment.data());
   if (reason != 0) return system_error("cannot start", words.front(), reason);
   return child;
 }
@@ -84,11 +96,12 @@ int wait_for_end(pid_t child) {
 
 }  // namespace
 
-Result<ProgramEnd> run_program(const std::vector<std::string>& words, double max_seconds, const std::function<bool()>& waiting) {
+Result<ProgramEnd> run_program(const std::vector<std::string>& words, double max_seconds, const std::function<bool()>& waiting,
+                               std::span<const std::string_view> hidden) {
   Pipe out, err;
   for (Pipe* pipe : {&out, &err})
     if (::pipe2(pipe->ends.data(), O_CLOEXEC) != 0) return system_error("no pipe for", words.front(), errno);
-  COPPICE_TRY(child, spawn(words, out, err));
+  COPPICE_TRY(child, spawn(words, out, err, hidden));
   out.close_end(1);
   err.close_end(1);
 

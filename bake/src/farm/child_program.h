@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "result.h"
@@ -18,7 +20,9 @@ struct ProgramEnd {
 /// words        the program and its arguments; not empty
 /// max_seconds  after that it is killed
 /// waiting      called every tenth of a second meanwhile; false: it is killed. May be empty
+/// hidden       variables of the environment that it does not get: all whose names begin so
 /// errors       io: there is no such program, or it cannot be started; `detail` is its name
-Result<ProgramEnd> run_program(const std::vector<std::string>& words, double max_seconds, const std::function<bool()>& waiting = {});
+Result<ProgramEnd> run_program(const std::vector<std::string>& words, double max_seconds, const std::function<bool()>& waiting = {},
+                               std::span<const std::string_view> hidden = {});
 
 }  // namespace coppice::bake

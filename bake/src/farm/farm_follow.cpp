@@ -1,6 +1,9 @@
 #include "farm_follow.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -64,6 +67,8 @@ class Follower {
 
   Result<FarmResults> follow() {
     read_own_journal();
+    take_tries();
+    was_over_ = ended_count_ == plants_.size();
     while (true) {
       if (is_time_to_read()) take_tries();
       if (ended_count_ == plants_.size()) {
@@ -211,8 +216,15 @@ class Follower {
       just_submitted_.insert(submission.number);
       return {};
     }
+    if (job.error().status == Status::unsupported) return job.error();
     const bool is_first = std::ranges::all_of(submissions_, [](const Submission& other) { return other.job.empty(); });
-    if (is_first || job.error().status == Status::unsupported) return job.error();
+    // It may have been taken: the queue will tell.
+    const bool is_unknown = job.error().status == Status::io;
+    if (is_first && (!is_unknown || ++refusals_[submission.number] >= kMostRefusals)) return job.error();
+    if (is_unknown) {
+      note_ = job.error().message();
+      return {};
+    }
     // A site may let nobody have more tasks at a time: there is room when some of ours have ended.
     if (has_live(queue_)) {
       note_ = job.error().message();
@@ -259,6 +271,7 @@ class Follower {
           lost.push_back(name);
       }
     just_submitted_.clear();
+    COPPICE_CHECK(end_endless_waits(queue));
     most_running_ = std::max(most_running_, running_);
     warn_of_no_traces();
     return retry(lost);
@@ -266,10 +279,11 @@ class Follower {
 
   bool is_under_way(const Submission& submission, std::uint32_t task, const Queue& queue) {
     if (run_.submitter == Submitter::hand) {
-      const TaskTry* const made = last_try({submission.number, task});
-      const bool goes_on = made == nullptr || !made->exit_code;
-      ++(goes_on && made != nullptr ? running_ : waiting_);
-      return goes_on;
+      bool has_begun = false, has_ended = false;
+      for (const auto& [text, made] : tries_)
+        if (made.submission == submission.number && made.task == task) has_begun = true, has_ended |= made.exit_code.has_value();
+      ++(has_begun && !has_ended ? running_ : waiting_);
+      return !has_ended;
     }
     // The answer is older than what was handed over after it; what is not handed over yet will be.
     if (submission.job.empty() || just_submitted_.contains(submission.number)) {
@@ -281,6 +295,31 @@ class Follower {
     ++(found->second.runs ? running_ : waiting_);
     if (!found->second.runs) waits_for_ = found->second.reason;
     return true;
+  }
+
+  /// Tasks that ask for more time than is allowed: those that ask for more than at first get less, of others a person hears.
+  Result<void> end_endless_waits(const Queue& queue) {
+    for (std::size_t i = 0, count = submissions_.size(); i < count; ++i) {
+      Submission next = submissions_[i];
+      next.tasks.clear();
+      for (std::uint32_t task = 0; task < submissions_[i].tasks.size(); ++task) {
+        const auto found = queue.find({next.number, task});
+        if (found == queue.end() || !has_too_much_time(found->second)) continue;
+        if (const auto plants = unfinished(submissions_[i], task); !plants.empty()) next.tasks.push_back({plants});
+      }
+      if (next.tasks.empty() || !endless_.insert(next.number).second) continue;
+      const std::string job = std::exchange(next.job, {}), asked = std::to_string(next.minutes);
+      next.submitted_s = 0.0;
+      if (!lower_limits(next)) {
+        if (options_.say)
+          options_.say("job " + job + " waits for ever: nobody may have the " + asked + " minutes that its tasks ask for; scancel " + job +
+                       " ends it, and options of sbatch after -- choose another partition, or a time");
+        continue;
+      }
+      cancel_waiting(job);
+      COPPICE_CHECK(add_submission(std::move(next)));
+    }
+    return {};
   }
 
   bool is_gone_for_good(const TaskName& name) {
@@ -296,11 +335,11 @@ class Follower {
     return last;
   }
 
-  /// Whether a plant could not be read where this machine can: the node does not see its folder. A file that it refers to is its own fault.
+  /// Whether a plant could not be read where this machine can: the node does not see its folder, or not well. A file that it refers to is
+  /// its own fault.
   static bool is_unseen(const BatchResult& result, const fs::path& input) {
-    std::error_code error;
-    return result.outcome == BatchOutcome::failed &&
-           result.error.find(input.string() + ": No such file or directory") != std::string::npos && fs::exists(input, error);
+    return result.outcome == BatchOutcome::failed && result.error.find("cannot read: " + input.string() + ": ") != std::string::npos &&
+           ::access(input.c_str(), R_OK) == 0;
   }
 
   [[nodiscard]] bool has_unseen(const TaskName& name) const {
@@ -468,6 +507,13 @@ class Follower {
     return tries;
   }
 
+  /// When the run ended: now, or where it ended while nobody followed it, when its last task did.
+  [[nodiscard]] double end_s() const {
+    double last_s = 0.0;
+    for (const auto& [name, made] : tries_) last_s = std::max(last_s, made.ended_s);
+    return was_over_ && last_s > submissions_.front().submitted_s ? last_s : now_s();
+  }
+
   [[nodiscard]] FarmResults results(FollowEnd end) const {
     FarmResults results;
     results.end = end;
@@ -489,7 +535,7 @@ class Follower {
       if (submission.attempt > 1) results.retried_task_count += submission.tasks.size();
     }
     results.most_running = most_running_;
-    if (!submissions_.empty() && submissions_.front().submitted_s > 0.0) results.seconds = now_s() - submissions_.front().submitted_s;
+    if (!submissions_.empty() && submissions_.front().submitted_s > 0.0) results.seconds = end_s() - submissions_.front().submitted_s;
     results.tries = tries();
     return results;
   }
@@ -505,10 +551,10 @@ class Follower {
   Queue queue_, remembered_;                    ///< what Slurm says now, and said last of tasks that had ended: it forgets them
   std::map<TaskName, Clock::time_point> gone_;  ///< since when Slurm does not have them
   std::set<std::string> bad_nodes_;
-  std::set<std::uint32_t> just_submitted_;
+  std::set<std::uint32_t> just_submitted_, endless_;  ///< submissions; those whose tasks would wait for ever
   std::map<std::uint32_t, std::uint32_t> refusals_;
   std::optional<Clock::time_point> asked_, read_, first_running_;
-  bool warned_ = false;
+  bool warned_ = false, was_over_ = false;
   std::string note_, waits_for_;
   const Clock::time_point start_ = Clock::now();
 };
@@ -517,8 +563,10 @@ class Follower {
 
 bool was_taken_away(const BatchResult& result) {
   if (result.outcome != BatchOutcome::failed) return false;
-  constexpr std::string_view kKilled = "ended by a signal: Killed", kTerminated = "ended by a signal: Terminated";
-  return result.error.starts_with(kKilled) || result.error.starts_with(kTerminated) || result.error == "out of memory";
+  constexpr std::array<std::string_view, 4> kStarts{"ended by a signal: Killed", "ended by a signal: Terminated",
+                                                    "no process: ", "no pipe: "};
+  return result.error == "out of memory" ||
+         std::ranges::any_of(kStarts, [&](std::string_view start) { return result.error.starts_with(start); });
 }
 
 Result<FarmResults> follow_run(const FarmRun& run, const FollowOptions& options) {

@@ -64,8 +64,8 @@ struct FarmResults {
 ///         invalid_argument: sbatch refuses the first tasks, with all that it says
 Result<FarmResults> follow_run(const FarmRun& run, const FollowOptions& options);
 
-/// Whether a plant failed because something took its process, rather than by its own fault: killed, as by a node whose memory ran out, or
-/// out of memory. It is then tried again with more.
+/// Whether a plant failed because something took its process, rather than by its own fault: killed, as by a node whose memory ran out, out
+/// of memory, or not even started. It is then tried again with more.
 bool was_taken_away(const BatchResult& result);
 
 }  // namespace coppice::bake

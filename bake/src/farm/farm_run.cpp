@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <ctime>
+#include <random>
 #include <system_error>
 #include <utility>
 
@@ -103,6 +104,13 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
+/// Leaves the options as "$@". A server that was of no use to one task is asked by no other: each would find that out anew.
+std::string choice_of_cache(const FarmRun& run) {
+  if (run.server_options.empty()) return "set --\n";
+  return "if [ -e \"$run/cache-gave-up\" ]; then set -- --cache \"$out/.coppice-cache\"; else set --" + joined(run.server_options) +
+         "; fi\n";
+}
+
 Json plant_json(const FarmPlant& plant) {
   return {{"input", plant.input.string()},           {"output", plant.output.string()},         {"entry", plant.list_entry},
           {"milliseconds", plant.cost.milliseconds}, {"memory_bytes", plant.cost.memory_bytes}, {"failure", plant.failure}};
@@ -124,6 +132,7 @@ FarmRun run_of(const Json& json, const fs::path& folder) {
   run.submitter = json.at("by_hand").get<bool>() ? Submitter::hand : Submitter::slurm;
   run.sbatch_options = json.at("sbatch_options").get<std::vector<std::string>>();
   run.task_options = json.at("task_options").get<std::vector<std::string>>();
+  run.server_options = json.at("server_options").get<std::vector<std::string>>();
   run.most_attempts = json.at("most_attempts").get<std::uint32_t>();
   for (const Json& plant : json.at("plants")) run.plants.push_back(plant_of(plant));
   run.cache = nlohmann::json(json.at("cache")).get<CacheReport>();
@@ -160,19 +169,17 @@ Result<fs::path> make_run_folder(const fs::path& output_folder) {
   std::error_code error;
   fs::create_directories(farm, error);
   if (error) return system_error("cannot make the folder", farm, error.value());
-  const std::time_t now = std::time(nullptr);
+  std::timespec now{};
+  std::timespec_get(&now, TIME_UTC);
   std::tm calendar{};
-  ::gmtime_r(&now, &calendar);
-  std::array<char, 32> time{};
-  static_cast<void>(std::strftime(time.data(), time.size(), "%Y%m%d-%H%M%S", &calendar));
-  for (std::uint32_t number = 0;; ++number) {
-    const fs::path folder = farm / (std::string(time.data()) + "-" + numbered(number, 2));
-    if (fs::create_directory(folder, error)) {
-      fs::create_directory(folder / "tries", error);
-      if (!error) return folder;
-    }
-    if (error) return system_error("cannot make the folder", folder, error.value());
-  }
+  ::gmtime_r(&now.tv_sec, &calendar);
+  std::array<char, 64> name{};
+  const std::size_t bytes = std::strftime(name.data(), name.size(), "%Y%m%d-%H%M%S", &calendar);
+  std::snprintf(name.data() + bytes, name.size() - bytes, "-%06ld-%08x", now.tv_nsec / 1000, std::random_device()());
+  const fs::path folder = farm / name.data();
+  for (const fs::path& made : {folder, folder / "tries"})
+    if (!fs::create_directory(made, error)) return system_error("cannot make the folder", made, error ? error.value() : EEXIST);
+  return folder;
 }
 
 Result<fs::path> newest_run(const fs::path& output_folder) {
@@ -191,6 +198,10 @@ fs::path report_path(const fs::path& run_folder) {
   return run_folder / "report.json";
 }
 
+fs::path cache_given_up_path(const fs::path& run_folder) {
+  return run_folder / "cache-gave-up";
+}
+
 fs::path submitter_journal(const fs::path& run_folder) {
   return run_folder / "submitter.jsonl";
 }
@@ -204,6 +215,7 @@ Result<void> write_run(const FarmRun& run) {
                                                      {"by_hand", run.submitter == Submitter::hand},
                                                      {"sbatch_options", run.sbatch_options},
                                                      {"task_options", run.task_options},
+                                                     {"server_options", run.server_options},
                                                      {"most_attempts", run.most_attempts},
                                                      {"plants", std::move(plants)},
                                                      {"cache", nlohmann::json(run.cache)}}));
@@ -254,15 +266,17 @@ if ! [ -f "$run/task-$task.json" ]; then
   echo "coppice: $node does not see $run: OUT must be in a folder that all nodes share" >&2
   exit 66
 fi
-# What becomes of the task is told by files, each whole or not there.
+)" + choice_of_cache(run) +
+          R"(# What becomes of the task is told by files, each whole or not there.
 try=$run/tries/$task.${SLURM_JOB_ID:-0}.$(hostname).$$
 tell() {
   printf '%s\n' "$2" > "$try.$1.new" && mv "$try.$1.new" "$try.$1"
 }
 tell start "{\"node\": \"$node\", \"job\": \"${SLURM_JOB_ID:-}\", \"array_job\": \"${SLURM_ARRAY_JOB_ID:-}\", \"restart\": ${SLURM_RESTART_COUNT:-0}, \"time\": $(date +%s.%N)}"
-"$coppice" bake-all "$run/task-$task.json" -o "$out" --threads "${SLURM_CPUS_ON_NODE:-0}" --journal "$try.plants" --report "$try.report")" +
-          joined(run.task_options) + R"( > "$try.log" 2>&1
+"$coppice" bake-all "$run/task-$task.json" -o "$out" --threads "${SLURM_CPUS_PER_TASK:-1}" --journal "$try.plants" --report "$try.report")" +
+          joined(run.task_options) + R"( "$@" > "$try.log" 2>&1
 code=$?
+if grep -q '"gave_up": true' "$try.report" 2> /dev/null; then : > "$run/cache-gave-up"; fi
 tell end "{\"exit\": $code, \"time\": $(date +%s.%N)}"
 exit $code
 )";

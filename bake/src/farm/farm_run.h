@@ -10,6 +10,7 @@
 //                            printed; .report: what bake-all --report writes; .end: its exit code and when. Two tries of one task, which a
 //                            scheduler may start, share no file
 //   submitter.jsonl          journal of what no task tells: plants that were cached before, and those that were given up
+//   cache-gave-up            the shared cache on a server was of no use to somebody, and no more tasks ask it
 //   report.json              the end: what `--report` writes
 
 #include <cstdint>
@@ -45,6 +46,7 @@ struct FarmRun {
   Submitter submitter = Submitter::slurm;
   std::vector<std::string> sbatch_options;  ///< the user's
   std::vector<std::string> task_options;    ///< of bake-all, for every task
+  std::vector<std::string> server_options;  ///< likewise, of a cache on a server, as long as it is of use; empty: there is none
   std::uint32_t most_attempts = 3;          ///< of a plant
   std::vector<FarmPlant> plants;
   CacheReport cache;  ///< what the shared cache did before there were tasks
@@ -67,7 +69,8 @@ struct Submission {
 /// OUT/.coppice-farm
 std::filesystem::path farm_folder(const std::filesystem::path& output_folder);
 
-/// Makes a folder for a run, with a name that begins with the time. errors  io
+/// Makes a folder for a run, by whose name the scheduler tells its jobs from all others: the time, and a number that nobody else has.
+/// errors  io
 Result<std::filesystem::path> make_run_folder(const std::filesystem::path& output_folder);
 
 /// The newest run of an output folder. errors  invalid_argument: there is none
@@ -90,6 +93,9 @@ std::string script_text(const FarmRun& run, const Submission& submission);
 std::filesystem::path script_path(const FarmRun& run, const Submission& submission);
 /// Names the submission to the scheduler: "coppice-RUN-1".
 std::string job_name(const FarmRun& run, const Submission& submission);
+
+/// There once the shared cache was given up.
+std::filesystem::path cache_given_up_path(const std::filesystem::path& run_folder);
 
 std::filesystem::path submitter_journal(const std::filesystem::path& run_folder);
 

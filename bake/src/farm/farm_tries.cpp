@@ -97,9 +97,7 @@ std::vector<TriedPlant> read_tries(const fs::path& run_folder, Tries& tries) {
     TaskTry& of = found->second;
     // A network file system knows the size of a file that has ended growing for certain when it opens it.
     const bool has_ended = of.exit_code.has_value();
-    std::error_code unreadable;
-    const std::uintmax_t bytes = fs::file_size(path, unreadable);
-    if (has_ended || (!unreadable && bytes > of.read_bytes)) of.is_read = read_journal(path, found->first, of, plants) && has_ended;
+    if (has_ended || bytes_of_file(path) > of.read_bytes) of.is_read = read_journal(path, found->first, of, plants) && has_ended;
   }
   return plants;
 }
@@ -109,7 +107,8 @@ void add_cache_report(CacheReport& sum, const CacheReport& of) {
   if (sum.trouble.empty()) sum.trouble = of.trouble;
   sum.found += of.found, sum.lacking += of.lacking, sum.sent += of.sent, sum.requests += of.requests;
   sum.unasked += of.unasked, sum.unsent += of.unsent, sum.damaged += of.damaged;
-  sum.lost_seconds = std::max(sum.lost_seconds, of.lost_seconds);
+  sum.lost_seconds += of.lost_seconds;
+  sum.gave_up |= of.gave_up;
 }
 
 CacheReport read_task_caches(const fs::path& run_folder) {

@@ -38,7 +38,7 @@ using Tries = std::map<std::string, TaskTry>;
 /// tries and of their journals. What is only half there is read the next time.
 std::vector<TriedPlant> read_tries(const std::filesystem::path& run_folder, Tries& tries);
 
-/// Adds what another cache, or the same elsewhere, did: sums, but of lost_seconds the largest, and the first place and trouble.
+/// Adds what another cache, or the same elsewhere, did: sums, and the first place and trouble.
 void add_cache_report(CacheReport& sum, const CacheReport& of);
 
 /// What tasks' caches did, by the reports of those that ended.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+
+#include "text_number.h"
 
 namespace coppice::bake {
 
@@ -21,10 +22,8 @@ std::optional<std::string_view> sbatch_value(const std::vector<std::string>& opt
 }
 
 std::uint32_t processors_of_task(const std::vector<std::string>& options) {
-  const std::string_view text = sbatch_value(options, {"--cpus-per-task", "-c"}).value_or("");
-  std::uint32_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  return error == std::errc() && end == text.data() + text.size() && count > 0 ? count : 1;
+  const auto count = number_of<std::uint32_t>(sbatch_value(options, {"--cpus-per-task", "-c"}).value_or(""));
+  return std::max(count.value_or(1), 1u);
 }
 
 bool say_memory(const std::vector<std::string>& options) {
@@ -32,7 +31,7 @@ bool say_memory(const std::vector<std::string>& options) {
 }
 
 std::string_view reserved_option(const std::vector<std::string>& options) {
-  constexpr std::array kNames{"-J", "--job-name", "-a", "--array", "-M", "--clusters", "--wrap"};
+  constexpr std::array kNames{"-J", "--job-name", "-a", "--array", "-M", "--clusters", "--wrap", "-W", "--wait"};
   const auto found = std::ranges::find_if(kNames, [&](const char* name) { return sbatch_value(options, {name}).has_value(); });
   return found == kNames.end() ? std::string_view{} : *found;
 }

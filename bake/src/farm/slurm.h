@@ -1,6 +1,6 @@
 #pragma once
 
-// The two programs of Slurm that are used: sbatch and squeue. Its database, which not every site has, is not.
+// The programs of Slurm that are used: sbatch, squeue, sinfo and scancel. Its database, which not every site has, is not.
 
 #include <cstdint>
 #include <functional>
@@ -16,7 +16,7 @@ namespace coppice::bake {
 
 /// Hands a submission over. waiting: as run_program has it.
 /// returns  the job's number
-/// errors   unsupported: there is no sbatch; invalid_argument: it refuses, with all that it says
+/// errors   unsupported: there is no sbatch; invalid_argument: it refuses, with all that it says; io: it may have been taken or not
 Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submission, const std::function<bool()>& waiting);
 
 /// A task as Slurm has it.
@@ -27,8 +27,14 @@ struct QueuedTask {
   bool runs = false;
 };
 
+/// Whether it waits for ever, because it asks for more time than is allowed.
+bool has_too_much_time(const QueuedTask& task);
+
 /// Tasks by submission and task.
 using Queue = std::map<std::pair<std::uint32_t, std::uint32_t>, QueuedTask>;
+
+/// Takes a job's tasks that wait from the queue, if that can be done.
+void cancel_waiting(const std::string& job);
 
 /// Whether any task waits, runs or comes to its end.
 bool has_live(const Queue& queue);

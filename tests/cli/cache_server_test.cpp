@@ -165,7 +165,7 @@ TEST_F(Courier, WhatComesTooSlowlyIsNotWaitedFor) {
     const FaultyServer server(objects_);
     ASSERT_EQ(send(server.url(), 1).sent, 1u);
   }
-  const FaultyServer server(objects_, {.padding_bytes = 1u << 20, .bytes_per_s = 400e3});
+  const FaultyServer server(objects_, {.padding_bytes = 1u << 20, .bytes_per_s = 250e3});
   const std::uint64_t most = 2u << 20;
   CacheCourier patient = start(server.url());
   EXPECT_TRUE(patient.line().fetch(key_of_entry(0), {60.0, most}));

@@ -168,7 +168,7 @@ std::string status_text(const FarmStatus& status) {
 
 /// The submitter's and the tasks'; what the submitter did not find they have asked for again.
 CacheReport caches_of(const FarmRun& run) {
-  const CacheReport tasks = read_task_caches(run.folder);
+  const CacheReport tasks = read_task_caches(run.folder, run.cache.where);
   CacheReport caches = run.cache;
   if (tasks.where.empty()) return caches;
   caches.lacking = caches.unasked = caches.unsent = 0;

@@ -111,7 +111,7 @@ void add_cache_report(CacheReport& sum, const CacheReport& of) {
   sum.gave_up |= of.gave_up;
 }
 
-CacheReport read_task_caches(const fs::path& run_folder) {
+CacheReport read_task_caches(const fs::path& run_folder, const std::string& where) {
   std::vector<fs::path> reports;
   std::error_code error;
   for (fs::directory_iterator entry(run_folder / "tries", error), end; !error && entry != end; entry.increment(error))
@@ -124,6 +124,7 @@ CacheReport read_task_caches(const fs::path& run_folder) {
     if (!json.is_object() || !json.contains("cache")) continue;
     try {
       CacheReport of = json["cache"].get<CacheReport>();
+      if (of.where != where) continue;
       if (!of.trouble.empty()) of.trouble += " (" + path.stem().string() + ")";
       add_cache_report(sum, of);
     } catch (const Json::exception&) {

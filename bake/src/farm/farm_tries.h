@@ -41,8 +41,8 @@ std::vector<TriedPlant> read_tries(const std::filesystem::path& run_folder, Trie
 /// Adds what another cache, or the same elsewhere, did: sums, and the first place and trouble.
 void add_cache_report(CacheReport& sum, const CacheReport& of);
 
-/// What tasks' caches did, by the reports of those that ended.
-CacheReport read_task_caches(const std::filesystem::path& run_folder);
+/// What a cache did for tasks, by the reports of those that ended. where  as of CacheReport: tasks may have had another
+CacheReport read_task_caches(const std::filesystem::path& run_folder, const std::string& where);
 
 /// Makes a network file system ask again what is in the folder: by a file of our own that comes and goes.
 void refresh_tries(const std::filesystem::path& run_folder);

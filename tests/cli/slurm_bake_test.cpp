@@ -504,6 +504,7 @@ TEST_F(SlurmBake, ATryThatNobodyMayHaveTheTimeForGetsLess) {
   EXPECT_EQ(second["minutes"], 2 * first["minutes"].get<int>());
   EXPECT_EQ(third["minutes"], first["minutes"]);
   EXPECT_EQ(third["attempt"], 2);
+  EXPECT_EQ(third["memory_bytes"], 2 * first["memory_bytes"].get<std::uint64_t>()) << "memory is not what there is too little of";
 
   ASSERT_EQ(cluster_->run("scontrol", {"update", "PartitionName=farm", "MaxTime=1"}).exit_code, 0);
   out_ = folder_ / "never";

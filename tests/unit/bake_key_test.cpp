@@ -196,14 +196,15 @@ TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
 }
 
 CachedBake some_bake() {
-  return {{1, 2, 3, 4, 5}, 12, 3, {"a \"warning\"", "another\n"}};
+  return {{1, 2, 3, 4, 5}, 12, 3, {"a \"warning\"", "another\n"}, {{"baker", "", "25"}, {"file", "bark.png", "bb"}}};
 }
 
 TEST(BakeCache, GivesBackWhatItWasGiven) {
   const test::TemporaryFolder folder;
-  EXPECT_EQ(load_cached(folder.path(), "abc").error().status, Status::io);
-  ASSERT_TRUE(store_cached(folder.path(), "abc", some_bake()));
-  const auto loaded = load_cached(folder.path(), "abc");
+  const std::string key = key_of(some_bake().parts);
+  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
+  ASSERT_TRUE(store_cached(folder.path(), key, some_bake()));
+  const auto loaded = load_cached(folder.path(), key);
   ASSERT_TRUE(loaded) << loaded.error().message();
   EXPECT_EQ(loaded->bytes, some_bake().bytes);
   EXPECT_EQ(loaded->source_leaves, 12u);
@@ -214,26 +215,28 @@ TEST(BakeCache, GivesBackWhatItWasGiven) {
 
 TEST(BakeCache, AnyChangeOfAnyByteIsNoticed) {
   const test::TemporaryFolder folder;
-  ASSERT_TRUE(store_cached(folder.path(), "abc", some_bake()));
-  for (const char* name : {"abc.coppice", "abc.record"}) {
-    const std::vector<std::uint8_t> bytes = *read_file(folder / name), record = *read_file(folder / "abc.record");
+  const std::string key = key_of(some_bake().parts);
+  ASSERT_TRUE(store_cached(folder.path(), key, some_bake()));
+  const fs::path plant_file = cached_file(folder.path(), key), record_path = record_file(folder.path(), key);
+  for (const fs::path& file : {plant_file, record_path}) {
+    const std::vector<std::uint8_t> bytes = *read_file(file), record = *read_file(record_path);
     for (std::size_t i = 0; i <= bytes.size(); ++i) {
       std::vector<std::uint8_t> damaged = bytes;
       if (i < bytes.size())
         damaged[i] ^= 1;
       else
         damaged.pop_back();
-      test::write_file(folder / name, damaged);
-      const auto loaded = load_cached(folder.path(), "abc");
+      test::write_file(file, damaged);
+      const auto loaded = load_cached(folder.path(), key);
       // Only the line's end may go missing from a record: it says nothing.
-      EXPECT_EQ(static_cast<bool>(loaded), i == bytes.size() && std::string(name) == "abc.record") << name << " byte " << i;
-      EXPECT_TRUE(loaded || loaded.error().status == Status::bad_file) << name << " byte " << i;
-      test::write_file(folder / "abc.record", record);
+      EXPECT_EQ(static_cast<bool>(loaded), i == bytes.size() && file == record_path) << file << " byte " << i;
+      EXPECT_TRUE(loaded || loaded.error().status == Status::bad_file) << file << " byte " << i;
+      test::write_file(record_path, record);
     }
-    test::write_file(folder / name, bytes);
+    test::write_file(file, bytes);
   }
-  fs::remove(folder / "abc.coppice");
-  EXPECT_EQ(load_cached(folder.path(), "abc").error().status, Status::io);
+  fs::remove(plant_file);
+  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ struct CacheReport {
   std::string trouble;                   ///< what was wrong with it; empty: nothing
 };
 
-/// What an entry is worth to who asks for it.
+/// What an entry is worth to whoever asks for it.
 struct EntryWorth {
   double seconds = 0.0;          ///< that making it anew would take
   std::uint64_t most_bytes = 0;  ///< a larger one is refused

@@ -241,11 +241,15 @@ class Follower {
 
   /// There may be no node of twice the memory, and no partition for twice the time. false: they are those of the first attempt
   bool lower_limits(Submission& submission) const {
-    const Submission& first = submissions_.front();
-    const bool has_memory = submission.memory_bytes > first.memory_bytes, has_time = submission.minutes > first.minutes;
-    if (submission.attempt == 1 || (!has_memory && !has_time)) return false;
+    const bool has_memory = submission.attempt > 1 && submission.memory_bytes > submissions_.front().memory_bytes;
     if (has_memory) submission.memory_bytes /= 2;
-    if (has_time) submission.minutes = std::max(first.minutes, submission.minutes / 2);
+    return lower_time(submission) || has_memory;
+  }
+
+  bool lower_time(Submission& submission) const {
+    const std::uint32_t first = submissions_.front().minutes;
+    if (submission.attempt == 1 || submission.minutes <= first) return false;
+    submission.minutes = std::max(first, submission.minutes / 2);
     return true;
   }
 
@@ -310,7 +314,7 @@ class Follower {
       if (next.tasks.empty() || !endless_.insert(next.number).second) continue;
       const std::string job = std::exchange(next.job, {}), asked = std::to_string(next.minutes);
       next.submitted_s = 0.0;
-      if (!lower_limits(next)) {
+      if (!lower_time(next)) {
         if (options_.say)
           options_.say("job " + job + " waits for ever: nobody may have the " + asked + " minutes that its tasks ask for; scancel " + job +
                        " ends it, and options of sbatch after -- choose another partition, or a time");

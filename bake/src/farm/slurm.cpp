@@ -63,7 +63,7 @@ Result<std::string> submit_to_slurm(const FarmRun& run, const Submission& submis
   if (said.find("Memory specification") != std::string::npos) said += "; where nodes have no RealMemory, add -- --mem=0";
   if (end->exit_code < 0 || said.empty() || is_about_the_way(said))
     return Error{Status::io, "sbatch does not say whether the tasks are taken", Error::kNoOffset,
-                 said.empty() ? script_path(run, submission).string() : said};
+                 (said.empty() ? script_path(run, submission).string() : said) + "; --attach looks for them again"};
   return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, said};
 }
 

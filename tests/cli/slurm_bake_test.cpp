@@ -162,11 +162,15 @@ class SlurmBake : public testing::Test {
     for (const auto& [output, count] : times) EXPECT_EQ(count, 1) << output;
   }
 
+  static void write_program(const fs::path& path, const std::string& commands) {
+    write_text(path, "#!/bin/sh\n" + commands);
+    ::chmod(path.c_str(), 0755);
+  }
+
   /// A program for --coppice that waits as long as `hold` is there, then does as coppice does.
   [[nodiscard]] fs::path holding_coppice(const fs::path& hold) const {
     const fs::path path = folder_ / "holding-coppice";
-    write_text(path, "#!/bin/sh\nwhile [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" COPPICE_TOOL "' \"$@\"\n");
-    ::chmod(path.c_str(), 0755);
+    write_program(path, "while [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" COPPICE_TOOL "' \"$@\"\n");
     return path;
   }
 
@@ -469,13 +473,10 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
 /// The controller has the job, and sbatch did not hear it.
 TEST_F(SlurmBake, ASubmissionThatTimesOutIsFoundInTheQueue) {
   const fs::path path = folder_ / "programs" / "sbatch", once = folder_ / "timed out";
-  fs::create_directory(path.parent_path());
-  write_text(
-      path, "#!/bin/sh\n[ -e '" + once.string() + "' ] && exec '" + program_on_path("sbatch").string() + "' \"$@\"\n: > '" + once.string() +
-                "'\n'" + program_on_path("sbatch").string() +
-                "' \"$@\" > /dev/null\necho 'sbatch: error: Batch job submission failed: Socket timed out on send/recv operation' >&2\n"
-                "exit 1\n");
-  ::chmod(path.c_str(), 0755);
+  const std::string real = "'" + program_on_path("sbatch").string() + "' \"$@\"", mark = "'" + once.string() + "'";
+  write_program(path, "[ -e " + mark + " ] && exec " + real + "\n: > " + mark + "\n" + real +
+                          " > /dev/null\necho 'sbatch: error: Batch job submission failed: Socket timed out on send/recv operation' >&2\n"
+                          "exit 1\n");
   ProcessOptions options = cluster_->environment();
   options.environment.push_back("PATH=" + path.parent_path().string() + ":" + std::getenv("PATH"));
   options.environment.emplace_back("SQUEUE_PARTITION=another");  // what somebody likes to see is not what we ask
@@ -517,8 +518,7 @@ TEST_F(SlurmBake, ATryThatNobodyMayHaveTheTimeForGetsLess) {
 
 TEST_F(SlurmBake, ANodeWithoutTheProgramGetsNoMoreTasks) {
   const fs::path path = folder_ / "coppice of node2";
-  write_text(path, "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] && exit 127\nexec '" COPPICE_TOOL "' \"$@\"\n");
-  ::chmod(path.c_str(), 0755);
+  write_program(path, "[ \"$SLURMD_NODENAME\" = node1 ] && exit 127\nexec '" COPPICE_TOOL "' \"$@\"\n");
   const fs::path report = folder_ / "report.json";
   const ProcessResult result = tool(submit({"--coppice", path, "--report", report}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -532,11 +532,10 @@ TEST_F(SlurmBake, ANodeWithoutTheProgramGetsNoMoreTasks) {
 /// One file is a link to itself there, which is read as badly as one on a server that is gone.
 TEST_F(SlurmBake, ANodeThatDoesNotSeeThePlantsGetsNoMoreTasks) {
   const fs::path path = folder_ / "blind coppice";
-  write_text(path,
-             "#!/bin/sh\n[ \"$SLURMD_NODENAME\" = node1 ] || exec '" COPPICE_TOOL
-             "' \"$@\"\nexec unshare --mount sh -c 'mount -t tmpfs none \"$0\" && ln -s hazel0.glb \"$0/hazel0.glb\" && exec \"$@\"' '" +
-                 inputs_.string() + "' '" COPPICE_TOOL "' \"$@\"\n");
-  ::chmod(path.c_str(), 0755);
+  write_program(path,
+                "[ \"$SLURMD_NODENAME\" = node1 ] || exec '" COPPICE_TOOL
+                "' \"$@\"\nexec unshare --mount sh -c 'mount -t tmpfs none \"$0\" && ln -s hazel0.glb \"$0/hazel0.glb\" && exec \"$@\"' '" +
+                    inputs_.string() + "' '" COPPICE_TOOL "' \"$@\"\n");
   if (run_process("/usr/bin/unshare", {"--mount", "true"}).exit_code != 0) GTEST_SKIP() << "no mount namespaces here";
   const ProcessResult result = tool(submit({"--coppice", path}));
   EXPECT_EQ(result.exit_code, 0) << result.err;

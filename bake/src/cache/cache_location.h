@@ -9,6 +9,9 @@
 
 namespace coppice::bake {
 
+/// The cache of an output folder, in it.
+inline constexpr const char* kOwnCache = ".coppice-cache";
+
 enum class CacheMode { read, read_write };
 
 /// A folder or an address, one of the two.

@@ -35,7 +35,7 @@ void check_cache_arguments(const CacheArguments& arguments) {
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options) {
   options.explain = arguments.explain;
   if (arguments.none) return {};
-  options.cache = output / ".coppice-cache";
+  options.cache = output / kOwnCache;
   if (arguments.where.empty()) return {};
   COPPICE_TRY(location, parse_cache_location(arguments.where));
   COPPICE_TRY(credentials, credentials_of_environment());

@@ -200,12 +200,11 @@ Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
   COPPICE_TRY(plants, checked_plants(arguments));
   BatchOptions caches;
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, caches));
-  std::vector<std::string> options = task_options(arguments), of_cache = shared_cache_options(arguments.cache);
-  const bool is_on_server = !caches.shared.location.url.empty();
-  if (!is_on_server) options.insert(options.end(), of_cache.begin(), of_cache.end());
-  return prepare_run({arguments.output, std::move(plants), std::move(options),
-                      is_on_server ? std::move(of_cache) : std::vector<std::string>(), std::move(caches)},
-                     arguments.farm);
+  FarmBatch batch{arguments.output, std::move(plants), task_options(arguments), {}, std::move(caches)};
+  const std::vector<std::string> of_cache = shared_cache_options(arguments.cache);
+  std::vector<std::string>& options = batch.caches.shared.location.url.empty() ? batch.task_options : batch.server_options;
+  options.insert(options.end(), of_cache.begin(), of_cache.end());
+  return prepare_run(batch, arguments.farm);
 }
 
 /// Ctrl-C does not end what the cluster does.

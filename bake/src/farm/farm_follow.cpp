@@ -246,6 +246,7 @@ class Follower {
     return lower_time(submission) || has_memory;
   }
 
+  /// Of a later attempt, half of it, but no less than the first had. false: it has no more
   bool lower_time(Submission& submission) const {
     const std::uint32_t first = submissions_.front().minutes;
     if (submission.attempt == 1 || submission.minutes <= first) return false;
@@ -303,25 +304,30 @@ class Follower {
 
   /// Tasks that ask for more time than is allowed: those that ask for more than at first get less, of others a person hears.
   Result<void> end_endless_waits(const Queue& queue) {
-    for (std::size_t i = 0, count = submissions_.size(); i < count; ++i) {
-      Submission next = submissions_[i];
-      next.tasks.clear();
-      for (std::uint32_t task = 0; task < submissions_[i].tasks.size(); ++task) {
-        const auto found = queue.find({next.number, task});
+    std::map<std::uint32_t, std::vector<FarmTask>> endless;  // by submission
+    for (const Submission& submission : submissions_)
+      for (std::uint32_t task = 0; task < submission.tasks.size() && !endless_.contains(submission.number); ++task) {
+        const auto found = queue.find({submission.number, task});
         if (found == queue.end() || !has_too_much_time(found->second)) continue;
-        if (const auto plants = unfinished(submissions_[i], task); !plants.empty()) next.tasks.push_back({plants});
+        if (auto plants = unfinished(submission, task); !plants.empty()) endless[submission.number].push_back({std::move(plants)});
       }
-      if (next.tasks.empty() || !endless_.insert(next.number).second) continue;
-      const std::string job = std::exchange(next.job, {}), asked = std::to_string(next.minutes);
-      next.submitted_s = 0.0;
-      if (!lower_time(next)) {
-        if (options_.say)
-          options_.say("job " + job + " waits for ever: nobody may have the " + asked + " minutes that its tasks ask for; scancel " + job +
-                       " ends it, and options of sbatch after -- choose another partition, or a time");
-        continue;
+    for (auto& [number, tasks] : endless) {
+      endless_.insert(number);
+      const Submission& asked = submission_of(number);
+      Submission next;
+      next.attempt = asked.attempt;
+      next.memory_bytes = asked.memory_bytes;
+      next.minutes = asked.minutes;
+      next.because = asked.because;
+      next.tasks = std::move(tasks);
+      if (lower_time(next)) {
+        cancel_waiting(asked.job);
+        COPPICE_CHECK(add_submission(std::move(next)));
+      } else if (options_.say) {
+        options_.say("job " + asked.job + " waits for ever: nobody may have the " + std::to_string(asked.minutes) +
+                     " minutes that its tasks ask for; scancel " + asked.job +
+                     " ends it, and options of sbatch after -- choose another partition, or a time");
       }
-      cancel_waiting(job);
-      COPPICE_CHECK(add_submission(std::move(next)));
     }
     return {};
   }

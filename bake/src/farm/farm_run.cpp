@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kGivenUp = "cache-gave-up";
 constexpr std::uint32_t kRunVersion = 1;  // of run.json
 
 Result<void> write_text(const fs::path& path, const std::string& text) {
@@ -107,8 +108,8 @@ std::string joined(const std::vector<std::string>& words) {
 /// Leaves the options as "$@". A server that was of no use to one task is asked by no other: each would find that out anew.
 std::string choice_of_cache(const FarmRun& run) {
   if (run.server_options.empty()) return "set --\n";
-  return "if [ -e \"$run/cache-gave-up\" ]; then set -- --cache \"$out/.coppice-cache\"; else set --" + joined(run.server_options) +
-         "; fi\n";
+  return "if [ -e \"$run/" + std::string(kGivenUp) + "\" ]; then set -- --cache \"$out/" + kOwnCache + "\"; else set --" +
+         joined(run.server_options) + "; fi\n";
 }
 
 Json plant_json(const FarmPlant& plant) {
@@ -199,7 +200,7 @@ fs::path report_path(const fs::path& run_folder) {
 }
 
 fs::path cache_given_up_path(const fs::path& run_folder) {
-  return run_folder / "cache-gave-up";
+  return run_folder / kGivenUp;
 }
 
 fs::path submitter_journal(const fs::path& run_folder) {
@@ -276,7 +277,8 @@ tell start "{\"node\": \"$node\", \"job\": \"${SLURM_JOB_ID:-}\", \"array_job\":
 "$coppice" bake-all "$run/task-$task.json" -o "$out" --threads "${SLURM_CPUS_PER_TASK:-1}" --journal "$try.plants" --report "$try.report")" +
           joined(run.task_options) + R"( "$@" > "$try.log" 2>&1
 code=$?
-if grep -q '"gave_up": true' "$try.report" 2> /dev/null; then : > "$run/cache-gave-up"; fi
+if grep -q '"gave_up": true' "$try.report" 2> /dev/null; then : > "$run/)" +
+          kGivenUp + R"("; fi
 tell end "{\"exit\": $code, \"time\": $(date +%s.%N)}"
 exit $code
 )";

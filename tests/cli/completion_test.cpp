@@ -11,9 +11,10 @@
 
 #include "help_text.h"
 #include "process.h"
+#include "places.h"
 
 namespace coppice::test {
-namespace {
+namespace completion_test {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
@@ -26,10 +27,8 @@ struct Program {
 };
 
 const std::vector<Program>& programs() {
-  static const std::vector<Program> all = {{"coppice", COPPICE_TOOL, "completion"},
-#ifdef COPPICE_FOREST
-                                           {"coppice-forest", COPPICE_FOREST, "--completion"}
-#endif
+  static const std::vector<Program> all = {{"coppice", test::kTool, "completion"},
+                                           {"coppice-forest", test::kForest, "--completion"}
   };
   return all;
 }
@@ -146,7 +145,6 @@ TEST_F(Completion, BashOffersValuesAndFilesThatFit) {
   EXPECT_EQ(in_bash({"coppice", "no-such-command", ""}), Words{});
 }
 
-#ifdef COPPICE_FOREST
 TEST_F(Completion, BashKnowsAProgramWithoutCommands) {
   EXPECT_EQ(in_bash({"coppice-forest", ""}), (Words{"a folder", "birch.coppice", "oak.coppice"}));
   EXPECT_EQ(in_bash({"coppice-forest", "--scene", ""}), (Words{"a folder", "wood.forest"}));
@@ -156,7 +154,6 @@ TEST_F(Completion, BashKnowsAProgramWithoutCommands) {
   EXPECT_EQ(in_bash({"coppice-forest", "--camera", "t"}), (Words{"top", "turntable"}));
   EXPECT_EQ(in_bash({"coppice-forest", "--camera", "n"}), (Words{"notes.txt"}));
 }
-#endif
 
 TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
   if (program_on_path("fish").empty()) GTEST_SKIP() << "fish is not installed";
@@ -169,5 +166,5 @@ TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
   EXPECT_EQ(in_fish("coppice scene --density oak=m"), (Words{"oak=map.png"}));
 }
 
-}  // namespace
+}  // namespace completion_test
 }  // namespace coppice::test

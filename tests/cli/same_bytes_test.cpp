@@ -9,8 +9,9 @@
 
 #include "process.h"
 #include "text_files.h"
+#include "places.h"
 
-namespace {
+namespace same_bytes_test {
 
 namespace fs = std::filesystem;
 using coppice::test::ProcessOptions;
@@ -24,7 +25,7 @@ constexpr const char* kNoVectors = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AV
 
 /// The program's words, after those of another program that runs it.
 ProcessResult run(std::vector<std::string> words, const std::vector<std::string>& arguments, const ProcessOptions& options) {
-  words.emplace_back(COPPICE_TOOL);
+  words.emplace_back(coppice::test::kTool);
   words.insert(words.end(), arguments.begin(), arguments.end());
   return run_process(words.front(), {words.begin() + 1, words.end()}, options);
 }
@@ -66,4 +67,4 @@ TEST_F(SameBytes, OnAProcessorOf2008) {
   EXPECT_TRUE(bake({qemu, "-cpu", "Nehalem"}) == bake());
 }
 
-}  // namespace
+}  // namespace same_bytes_test

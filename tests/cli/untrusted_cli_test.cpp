@@ -10,21 +10,24 @@
 #include <gtest/gtest.h>
 
 #include "gltf_builder.h"
+#include "mentions.h"
+#include "places.h"
 #include "process.h"
 
 namespace coppice::test {
-namespace {
+namespace untrusted_cli_test {
 
 namespace fs = std::filesystem;
 
-void expect_refused(const ProcessResult& result, const std::vector<std::string>& says) {
+/// names: files, fields, options and limits
+void expect_refused(const ProcessResult& result, const std::vector<std::string>& names) {
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_EQ(result.signal, 0);
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err.rfind("coppice: ", 0), 0u) << result.err;
   EXPECT_EQ(result.err.rfind("\ncoppice: "), std::string::npos) << "one fault, told twice: " << result.err;
   const std::string err = unwrapped(result.err);
-  for (const std::string& part : says) EXPECT_NE(err.find(part), std::string::npos) << "'" << part << "' not in: " << result.err;
+  for (const std::string& name : names) EXPECT_TRUE(mentions(err, {name}));
 }
 
 /// A plant of thousands of leaves, whose bake takes over a second and over 30 MB.
@@ -33,7 +36,7 @@ struct Grown {
   fs::path plant = folder / "willow.glb", out = folder / "out";
 
   Grown() {
-    const ProcessResult grown = run_process(COPPICE_TOOL, {"plant", "willow", "-o", plant});
+    const ProcessResult grown = run_process(test::kTool, {"plant", "willow", "-o", plant});
     EXPECT_EQ(grown.exit_code, 0) << grown.err;
     fs::create_directories(out);
   }
@@ -42,20 +45,20 @@ struct Grown {
 TEST(Limits, MemoryThatDoesNotSuffice) {
   const Grown grown;
   for (const char* megabytes : {"1", "8", "16", "30"}) {
-    expect_refused(run_process(COPPICE_TOOL, {"bake", grown.plant, "-o", grown.out / "willow.coppice", "--max-memory-mb", megabytes}),
-                   {"willow.glb", "out of memory", std::string("the ") + megabytes + " MB of --max-memory-mb; raise that"});
+    expect_refused(run_process(test::kTool, {"bake", grown.plant, "-o", grown.out / "willow.coppice", "--max-memory-mb", megabytes}),
+                   {"willow.glb", "memory", megabytes, "--max-memory-mb"});
     EXPECT_TRUE(fs::is_empty(grown.out)) << megabytes;
   }
-  expect_refused(run_process(COPPICE_TOOL, {"evaluate", grown.plant, "--json", grown.out / "w.json", "--max-memory-mb", "16"}),
-                 {"willow.glb", "--max-memory-mb; raise that"});
+  expect_refused(run_process(test::kTool, {"evaluate", grown.plant, "--json", grown.out / "w.json", "--max-memory-mb", "16"}),
+                 {"willow.glb", "16", "--max-memory-mb"});
   EXPECT_TRUE(fs::is_empty(grown.out));
 }
 
 TEST(Limits, TimeThatDoesNotSuffice) {
   const Grown grown;
   const auto start = std::chrono::steady_clock::now();
-  expect_refused(run_process(COPPICE_TOOL, {"bake", grown.plant, "-o", grown.out / "willow.coppice", "--max-seconds", "0.2"}),
-                 {"willow.glb", "it takes more than the 0.2 s of --max-seconds; raise that"});
+  expect_refused(run_process(test::kTool, {"bake", grown.plant, "-o", grown.out / "willow.coppice", "--max-seconds", "0.2"}),
+                 {"willow.glb", "0.2", "--max-seconds"});
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
   EXPECT_TRUE(fs::is_empty(grown.out));
 }
@@ -69,12 +72,12 @@ TEST(Limits, OfEachPlantOfABatch) {
   const auto with = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = batch;
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return run_process(COPPICE_TOOL, arguments);
+    return run_process(test::kTool, arguments);
   };
-  expect_refused(with({"--max-seconds", "8"}), {"willow.glb", "the 8 s of --max-seconds; raise that"});
+  expect_refused(with({"--max-seconds", "8"}), {"willow.glb", "8", "--max-seconds"});
   EXPECT_TRUE(fs::exists(grown.out / "small.coppice")) << "the others are baked";
   EXPECT_FALSE(fs::exists(grown.out / "willow.coppice"));
-  expect_refused(with({"--max-memory-mb", "30"}), {"willow.glb", "the 30 MB of --max-memory-mb; raise that"});
+  expect_refused(with({"--max-memory-mb", "30"}), {"willow.glb", "30", "--max-memory-mb"});
   for (const auto& entry : fs::recursive_directory_iterator(grown.out)) EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
 }
 
@@ -83,17 +86,17 @@ TEST(Limits, ThatSufficeChangeNothing) {
   const fs::path plant = write_file(folder / "small.glb", small_plant().glb());
   const auto bake = [&](const std::string& name, std::vector<std::string> more) {
     more.insert(more.begin(), {"bake", plant, "-o", (folder.path() / name).string(), "--views", "2", "--resolution", "16"});
-    const ProcessResult result = run_process(COPPICE_TOOL, more);
+    const ProcessResult result = run_process(test::kTool, more);
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_NE(result.out.find("1 leaves"), std::string::npos) << result.out;
+    EXPECT_TRUE(mentions(result.out, {"1"}));
     std::ifstream file(folder.path() / name, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
   const std::string plain = bake("plain.coppice", {});
   EXPECT_FALSE(plain.empty());
   EXPECT_EQ(bake("limited.coppice", {"--max-memory-mb", "2000", "--max-seconds", "600"}), plain);
-  EXPECT_EQ(run_process(COPPICE_TOOL, {"bake", plant, "-o", folder / "x.coppice", "--max-seconds", "0"}).exit_code, 2);
-  EXPECT_EQ(run_process(COPPICE_TOOL, {"bake", plant, "-o", folder / "x.coppice", "--max-memory-mb", "-1"}).exit_code, 2);
+  EXPECT_EQ(run_process(test::kTool, {"bake", plant, "-o", folder / "x.coppice", "--max-seconds", "0"}).exit_code, 2);
+  EXPECT_EQ(run_process(test::kTool, {"bake", plant, "-o", folder / "x.coppice", "--max-memory-mb", "-1"}).exit_code, 2);
 }
 
 TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
@@ -111,9 +114,9 @@ TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
       {"evaluate", plant, "--methods", "geometric", "--levels", "1", "--size", "16"},
   };
   for (std::vector<std::string> command : commands) {
-    expect_refused(run_process(COPPICE_TOOL, command), {"plant.gltf", "buffers[0].uri: ../plant.bin", "--allow-outside"});
+    expect_refused(run_process(test::kTool, command), {"plant.gltf", "buffers[0].uri: ../plant.bin", "--allow-outside"});
     command.emplace_back("--allow-outside");
-    const ProcessResult allowed = run_process(COPPICE_TOOL, command);
+    const ProcessResult allowed = run_process(test::kTool, command);
     EXPECT_EQ(allowed.exit_code, 0) << command[0] << ": " << allowed.err;
   }
   EXPECT_TRUE(fs::exists(out / "all" / "plant.coppice"));
@@ -121,7 +124,7 @@ TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
   // Of a list, one plant by itself.
   const auto list = [&](const char* value) {
     std::ofstream(folder / "list.json") << R"([{"input": "inner/plant.gltf", "allow_outside": )" << value << "}]";
-    return run_process(COPPICE_TOOL,
+    return run_process(test::kTool,
                        {"bake-all", folder / "list.json", "-o", out / "list", "--quiet", "--views", "2", "--resolution", "16"});
   };
   expect_refused(list("false"), {"plant.gltf", "buffers[0].uri: ../plant.bin", "--allow-outside"});
@@ -133,21 +136,22 @@ TEST(OutsideFiles, ASceneKeepsItsPlantsInItsFolder) {
   const TemporaryFolder folder;
   const fs::path plant = write_file(folder / "oak.glb", small_plant().glb()), scenes = folder / "scenes";
   fs::create_directories(scenes);
-  ASSERT_EQ(run_process(COPPICE_TOOL, {"bake", plant, "-o", folder / "oak.coppice", "--views", "2", "--resolution", "16"}).exit_code, 0);
+  ASSERT_EQ(run_process(test::kTool, {"bake", plant, "-o", folder / "oak.coppice", "--views", "2", "--resolution", "16"}).exit_code, 0);
   const std::vector<std::string> command{
       "scene", "-o", scenes / "wood.forest", "--plants", folder / "oak.coppice", "--count", "10", "--size-m", "100", "--spacing", "0"};
-  expect_refused(run_process(COPPICE_TOOL, command), {"oak.coppice", "outside the scene's folder", "../oak.coppice", "--allow-outside"});
+  expect_refused(run_process(test::kTool, command), {"../oak.coppice", "--allow-outside"});
   EXPECT_TRUE(fs::is_empty(scenes));
   std::vector<std::string> allowing = command;
   allowing.emplace_back("--allow-outside");
-  const ProcessResult allowed = run_process(COPPICE_TOOL, allowing);
+  const ProcessResult allowed = run_process(test::kTool, allowing);
   EXPECT_EQ(allowed.exit_code, 0) << allowed.err;
-  EXPECT_NE(allowed.err.find("1 species from outside its folder"), std::string::npos) << allowed.err;
+  EXPECT_EQ(std::ranges::count(allowed.err, '\n'), 1) << allowed.err;
+  EXPECT_TRUE(mentions(allowed.err, {"wood.forest", "1"}));
   // By what it is, not by its name.
   fs::create_symlink("../oak.coppice", scenes / "oak.coppice");
   std::vector<std::string> linked = command;
   linked[4] = (scenes / "oak.coppice").string();
-  expect_refused(run_process(COPPICE_TOOL, linked), {"outside the scene's folder", "../oak.coppice"});
+  expect_refused(run_process(test::kTool, linked), {"../oak.coppice", "--allow-outside"});
 }
 
 TEST(Patterns, OfManyBracketsAreAnError) {
@@ -157,16 +161,16 @@ TEST(Patterns, OfManyBracketsAreAnError) {
   const auto bake = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"bake", plant, "-o", folder / "out.coppice"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return run_process(COPPICE_TOOL, arguments);
+    return run_process(test::kTool, arguments);
   };
-  expect_refused(bake({"--leaf-material", brackets}), {"--leaf-material", "not a regular expression", "missing )"});
-  expect_refused(bake({"--wood-material", brackets}), {"--wood-material", "not a regular expression"});
+  expect_refused(bake({"--leaf-material", brackets}), {"--leaf-material", "missing )"});
+  expect_refused(bake({"--wood-material", brackets}), {"--wood-material", "missing )"});
   std::ofstream(folder / "classes.json") << R"({"classes": [{"material": ")" << brackets << R"(", "class": "leaf"}]})";
-  expect_refused(bake({"--classes", folder / "classes.json"}), {"classes.json: classes[0]", "not a regular expression"});
+  expect_refused(bake({"--classes", folder / "classes.json"}), {"classes.json", "classes[0]", "missing )"});
   std::ofstream(folder / "list.json") << R"([{"input": "small.glb", "leaf_material": ")" << brackets << R"("}])";
-  expect_refused(run_process(COPPICE_TOOL, {"bake-all", folder / "list.json", "-o", folder / "all", "--quiet"}),
-                 {"small.glb", "--leaf-material", "not a regular expression"});
+  expect_refused(run_process(test::kTool, {"bake-all", folder / "list.json", "-o", folder / "all", "--quiet"}),
+                 {"small.glb", "--leaf-material", "missing )"});
 }
 
-}  // namespace
+}  // namespace untrusted_cli_test
 }  // namespace coppice::test

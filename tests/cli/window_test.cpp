@@ -11,12 +11,14 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "baked_corylus.h"
 #include "golden.h"
+#include "places.h"
 #include "process.h"
 
-namespace {
+namespace window_test {
 
 namespace fs = std::filesystem;
 using coppice::test::BackgroundProcess;
@@ -102,7 +104,7 @@ class ForestWindow : public testing::Test {
     std::ofstream(camera) << kSky;
     std::vector<std::string> arguments{plant_, "--size", size, "--camera", camera, "--record", frames(), "--screenshot", saved()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    forest_ = std::make_unique<BackgroundProcess>(COPPICE_FOREST, arguments, options_);
+    forest_ = std::make_unique<BackgroundProcess>(coppice::test::kForest, arguments, options_);
     ASSERT_TRUE(comes_true([&] { return files_in(frames()) > 0; })) << forest_->out() << forest_->err();
     window_ = xdo({"search", "--sync", "--name", "Coppice forest"});
     window_ = window_.substr(0, window_.find('\n'));
@@ -166,7 +168,8 @@ class ForestWindow : public testing::Test {
 };
 
 TEST_F(ForestWindow, FollowsItsSizeAndFillsTheScreen) {
-  open("360x240", {"--validation"});
+  const fs::path statistics = folder_ / "statistics.json";
+  open("360x240", {"--validation", "--stats", statistics});
   EXPECT_EQ(picture().width_px, 360u);
   xdo({"windowsize", "--sync", window_, "300", "200"});
   EXPECT_TRUE(shows_size(300, 200)) << shown().width_px << " x " << shown().height_px;
@@ -178,7 +181,8 @@ TEST_F(ForestWindow, FollowsItsSizeAndFillsTheScreen) {
   press("F11");
   EXPECT_TRUE(shows_size(300, 200)) << shown().width_px << " x " << shown().height_px;
   close();
-  EXPECT_NE(forest_->out().find("validation messages  0"), std::string::npos) << forest_->out() << forest_->err();
+  std::ifstream file(statistics);
+  EXPECT_EQ(nlohmann::json::parse(file)["validation_messages"], 0) << forest_->out() << forest_->err();
 }
 
 TEST_F(ForestWindow, TheOverlayIsALineUnlessMoreIsAskedForAndStaysInside) {
@@ -233,4 +237,4 @@ TEST_F(ForestWindow, DrawsNothingWhileItIsHidden) {
   wait_for_frames(3);
 }
 
-}  // namespace
+}  // namespace window_test

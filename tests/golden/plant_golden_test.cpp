@@ -26,7 +26,7 @@
 
 #include "coppice/vulkan.h"
 
-namespace {
+namespace plant_golden_test {
 
 using coppice::test::Image;
 using coppice::test::Picture;
@@ -266,4 +266,4 @@ TEST_F(PlantGolden, ComputeRaster) {
   }
 }
 
-}  // namespace
+}  // namespace plant_golden_test

@@ -2,16 +2,19 @@
 
 #include <cstddef>
 #include <cstring>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "api_call.h"
 #include "context_fixture.h"
 #include "fake_hooks.h"
+#include "mentions.h"
 #include "resized.h"
 
 namespace coppice::test {
-namespace {
+namespace abi_runtime_test {
 
 constexpr const char* kPath = "plant.coppice";
 
@@ -23,9 +26,11 @@ class AbiTest : public ContextTest {
     return coppice_vulkan_context_create(desc, vulkan, &context_);
   }
 
-  void expect_refused(coppice_status status, const std::string& line) {
-    EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT) << line;
-    EXPECT_TRUE(log_.starts_with(line)) << line << " is not the beginning of: " << log_;
+  /// names: the function and its argument, then other fields and the byte
+  void expect_refused(coppice_status status, std::initializer_list<std::string_view> names) {
+    EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT) << *names.begin();
+    EXPECT_TRUE(log_.starts_with(*names.begin())) << *names.begin() << " is not the beginning of: " << log_;
+    EXPECT_TRUE(mentions(log_, names));
     log_.clear();
   }
 
@@ -60,19 +65,19 @@ TEST_F(AbiTest, DescsAndHooksOfOtherVersions) {
             COPPICE_OK)
       << log_;
   const std::string call = "coppice_vulkan_context_create: ";
-  expect_refused(create_from(Resized(core, sizeof core + 4, 1).get(), &vulkan), call + "desc: byte 88 is not 0");
+  expect_refused(create_from(Resized(core, sizeof core + 4, 1).get(), &vulkan), {call + "desc", "byte 88"});
   EXPECT_EQ(context_, nullptr);
   expect_refused(create_from(&core, Resized(vulkan, sizeof vulkan + 4, 1).get()),
-                 call + "vulkan: byte " + std::to_string(sizeof vulkan) + " is not 0");
+                 {call + "vulkan", "byte " + std::to_string(sizeof vulkan)});
 
   Resized<coppice_log> later_log(with.hooks.log, sizeof(coppice_log) + 8, 1);
   coppice_context_desc changed = core;
   changed.log = later_log.get();
-  expect_refused(create_from(&changed, &vulkan), call + "desc.log: byte 24 is not 0");
+  expect_refused(create_from(&changed, &vulkan), {call + "desc.log", "byte 24"});
   Resized<coppice_allocator> without_free(default_allocator(), offsetof(coppice_allocator, free));
   changed = core;
   changed.allocator = without_free.get();
-  expect_refused(create_from(&changed, &vulkan), call + "desc.allocator: one of allocate, free is null");
+  expect_refused(create_from(&changed, &vulkan), {call + "desc.allocator", "allocate", "free"});
   Resized<coppice_log> earlier_log(with.hooks.log, offsetof(coppice_log, write));
   changed = core;
   changed.log = earlier_log.get();
@@ -80,7 +85,7 @@ TEST_F(AbiTest, DescsAndHooksOfOtherVersions) {
   // The hooks were copied.
   EXPECT_EQ(create_from(&core, &vulkan), COPPICE_OK) << log_;
   with.hooks.log.write = nullptr;
-  expect_refused(coppice_set_memory_budget(context_, 0), "coppice_set_memory_budget: ");
+  expect_refused(coppice_set_memory_budget(context_, 0), {"coppice_set_memory_budget: "});
 }
 
 TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
@@ -93,23 +98,23 @@ TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
     const coppice_frame frame = frame_of(taken, bytes);
     EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
   }
-  const std::string byte = ": byte " + std::to_string(sizeof good) + " is not 0";
+  const std::string byte = "byte " + std::to_string(sizeof good);
   coppice_frame frame = frame_of(unknown.get(), large);
-  expect_refused(coppice_frame_begin(context_, &frame), "coppice_frame_begin: frame.cameras[0]" + byte);
+  expect_refused(coppice_frame_begin(context_, &frame), {"coppice_frame_begin: frame.cameras[0]", byte});
   frame = frame_of(&good);
-  expect_refused(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4, 1).get()), "coppice_frame_begin: frame: byte 48 is not 0");
+  expect_refused(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4, 1).get()), {"coppice_frame_begin: frame", "byte 48"});
   EXPECT_EQ(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4).get()), COPPICE_OK) << log_;
 
   coppice_light light;
   coppice_light_init(&light);
   expect_refused(coppice_record_cull(context_, cmd, view_, Resized(light, sizeof light + 8, 1).get()),
-                 "coppice_record_cull: light: byte " + std::to_string(sizeof light) + " is not 0");
+                 {"coppice_record_cull: light", "byte " + std::to_string(sizeof light)});
   coppice_sun_desc square;
   coppice_sun_desc_init(&square);
   coppice_camera sun;
   coppice_camera_init(&sun);
   expect_refused(coppice_sun_camera(context_, view_, Resized(square, sizeof square + 4, 1).get(), &sun),
-                 "coppice_sun_camera: desc: byte 48 is not 0");
+                 {"coppice_sun_camera: desc", "byte 48"});
 }
 
 /// A function that fills a struct does so in any size, and touches nothing behind it.
@@ -161,12 +166,12 @@ TEST_F(AbiTest, TheLastErrorIsThatOfTheContext) {
   EXPECT_EQ(coppice_plant_open(context_, "/nowhere/oak.coppice", &plant), COPPICE_ERROR_IO);
   const std::string said = coppice_last_error(context_);
   EXPECT_TRUE(said.starts_with("coppice_plant_open: /nowhere/oak.coppice: ")) << said;
-  EXPECT_TRUE(said.ends_with("No such file or directory")) << said;
+  EXPECT_TRUE(said.ends_with(std::strerror(ENOENT))) << said;
   EXPECT_EQ(stats().instance_count, 0u);
   EXPECT_EQ(said, coppice_last_error(context_)) << "calls that succeed leave it";
 
   EXPECT_EQ(coppice_set_memory_budget(nullptr, 1), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_STREQ(coppice_last_error(nullptr), "coppice_set_memory_budget: context is null");
+  EXPECT_TRUE(mentions(coppice_last_error(nullptr), {"coppice_set_memory_budget: context", "null"}));
   EXPECT_EQ(said, coppice_last_error(context_));
   std::thread([&] {
     EXPECT_STREQ(coppice_last_error(nullptr), "") << "of each thread";
@@ -225,10 +230,10 @@ TEST_F(AbiTest, CallsThatOverlapAreRefusedInDebugBuilds) {
   io.context = context_;
   coppice_plant plant = 0;
   EXPECT_EQ(coppice_plant_open(context_, kPath, &plant), COPPICE_ERROR_IO);
-  expect_refused(io.status, "coppice_get_stats: called from inside coppice_plant_open: a hook may not call back into Coppice\n");
+  expect_refused(io.status, {"coppice_get_stats: ", "coppice_plant_open", "hook"});
   io.from_another_thread = true;
   EXPECT_EQ(coppice_plant_open(context_, kPath, &plant), COPPICE_ERROR_IO);
-  expect_refused(io.status, "coppice_get_stats: another thread is inside coppice_plant_open with the same context");
+  expect_refused(io.status, {"coppice_get_stats: ", "coppice_plant_open", "thread"});
   EXPECT_EQ(coppice_set_memory_budget(context_, 256ull << 20), COPPICE_OK) << "what was refused leaves no trace\n" << log_;
 }
 
@@ -249,5 +254,5 @@ TEST(CallGuard, ConstCallsOverlapAndOthersDoNot) {
   EXPECT_TRUE(guard.enter("sixth", Access::shared));
 }
 
-}  // namespace
+}  // namespace abi_runtime_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include "render_pass.h"
 
 namespace coppice::test {
-namespace {
+namespace classic_device_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -78,5 +78,5 @@ TEST_P(ClassicDeviceTest, DrawsColourAndDepthAlone) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ClassicDeviceTest, testing::Values(kHardwarePath, kComputePath), path_name);
 
-}  // namespace
+}  // namespace classic_device_test
 }  // namespace coppice::test

@@ -13,7 +13,7 @@
 #include "context_fixture.h"
 
 namespace coppice::test {
-namespace {
+namespace debug_label_test {
 
 /// What the library has asked for.
 struct Told {
@@ -143,5 +143,5 @@ TEST_F(DebugLabelTest, NothingIsMissingWithoutTheExtension) {
   EXPECT_TRUE(told().names.empty());
 }
 
-}  // namespace
+}  // namespace debug_label_test
 }  // namespace coppice::test

@@ -14,7 +14,7 @@
 #include "fake_hooks.h"
 
 namespace coppice::test {
-namespace {
+namespace growth_test {
 
 constexpr std::uint32_t kSidePx = 96;
 
@@ -321,5 +321,5 @@ TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
   EXPECT_EQ(add(open(crown_), placements_of(1100)), COPPICE_OK) << log_;
 }
 
-}  // namespace
+}  // namespace growth_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include "vulkan_device.h"
 
 namespace coppice::test {
-namespace {
+namespace layout_test {
 
 class LayoutTest : public VulkanTest {};
 
@@ -112,5 +112,5 @@ TEST_F(LayoutTest, AShaderEchoesEveryField) {
   EXPECT_EQ(echoed, sent);
 }
 
-}  // namespace
+}  // namespace layout_test
 }  // namespace coppice::test

@@ -14,7 +14,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace leaf_fade_test {
 
 constexpr std::uint32_t kSidePx = 192, kRow = 20;
 constexpr std::uint8_t kHalf = 0x87;
@@ -251,5 +251,5 @@ INSTANTIATE_TEST_SUITE_P(Paths, LeafFadeTest,
                          testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
                          [](const auto& path) { return path.param.name; });
 
-}  // namespace
+}  // namespace leaf_fade_test
 }  // namespace coppice::test

@@ -7,7 +7,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace leaf_mesh_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr std::uint32_t kLeaves = 300;
@@ -166,5 +166,5 @@ TEST_F(LeafMeshTest, ALeafKeepsItsColour) {
   EXPECT_LT(different, leaf_pixels / 50);
 }
 
-}  // namespace
+}  // namespace leaf_mesh_test
 }  // namespace coppice::test

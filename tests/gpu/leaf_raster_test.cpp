@@ -12,7 +12,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace leaf_raster_test {
 
 constexpr std::uint32_t kSidePx = 256;
 
@@ -451,5 +451,5 @@ INSTANTIATE_TEST_SUITE_P(All, ProjectionTest,
                                          Projection{.name = "oblique_forward", .oblique = true, .forward = true}),
                          [](const auto& projection) { return std::string(projection.param.name); });
 
-}  // namespace
+}  // namespace leaf_raster_test
 }  // namespace coppice::test

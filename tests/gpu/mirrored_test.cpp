@@ -5,7 +5,7 @@
 #include "path_fixture.h"
 
 namespace coppice::test {
-namespace {
+namespace mirrored_test {
 
 constexpr std::uint32_t kSidePx = 160;
 
@@ -51,5 +51,5 @@ TEST_P(MirroredTest, IsTheMirrorImage) {
 
 INSTANTIATE_TEST_SUITE_P(Path, MirroredTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace
+}  // namespace mirrored_test
 }  // namespace coppice::test

@@ -12,7 +12,7 @@
 #include "render_pass.h"
 
 namespace coppice::test {
-namespace {
+namespace occluder_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr float kNear_m = 0.05f;  // make_view's
@@ -305,5 +305,5 @@ TEST_P(OccluderTest, BothEyesOfAPairHaveTheirs) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, OccluderTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace
+}  // namespace occluder_test
 }  // namespace coppice::test

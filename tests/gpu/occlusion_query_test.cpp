@@ -32,7 +32,7 @@
 #include "vulkan_device.h"
 
 namespace coppice::bake {
-namespace {
+namespace occlusion_query_test {
 
 constexpr std::uint32_t kSidePx = 256;
 constexpr double kOutlineShare = 0.02;        // of an opaque leaf
@@ -324,5 +324,5 @@ TEST_F(OcclusionQueryTest, ACollapseByQueriesKeepsAsMuchInformation) {
   }
 }
 
-}  // namespace
+}  // namespace occlusion_query_test
 }  // namespace coppice::bake

@@ -10,7 +10,7 @@
 #include "context_fixture.h"
 
 namespace coppice::test {
-namespace {
+namespace queue_families_test {
 
 /// What the library has asked for.
 struct Asked {
@@ -115,5 +115,5 @@ TEST_F(QueueFamiliesTest, SeveralShareAllAndNoBarrierNamesAStageThatOneLacks) {
   EXPECT_EQ(asked().stages.count(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT), 1u);
 }
 
-}  // namespace
+}  // namespace queue_families_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace relief_test {
 
 constexpr std::uint32_t kSidePx = 64;
 
@@ -105,5 +105,5 @@ TEST_F(ReliefTest, AFlatMapChangesNothing) {
     EXPECT_NEAR(lit(gpu(), walled_plant(surface), &straight, sun), lit(gpu(), walled_plant(surface), nullptr, sun), 2);
 }
 
-}  // namespace
+}  // namespace relief_test
 }  // namespace coppice::test

@@ -12,7 +12,7 @@
 #include "render_pass.h"
 
 namespace coppice::test {
-namespace {
+namespace render_pass_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -168,5 +168,5 @@ TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, RenderPassTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace
+}  // namespace render_pass_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace renderer_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -90,5 +90,5 @@ TEST_F(RendererTest, DrawCommandsKeepToAShareOfTheBudget) {
   for (const float cut : cuts) EXPECT_TRUE(cut == 9000.0f || cut == 2250.0f || cut == 562.0f || cut == 140.0f) << cut;
 }
 
-}  // namespace
+}  // namespace renderer_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace {
+namespace selection_test {
 
 class SelectionTest : public VulkanTest {};
 
@@ -78,5 +78,5 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   expect_same_cuts(scene, plants, parallel);
 }
 
-}  // namespace
+}  // namespace selection_test
 }  // namespace coppice::test

@@ -13,7 +13,7 @@
 #include "shadow_map.h"
 
 namespace coppice::test {
-namespace {
+namespace shadow_test {
 
 constexpr float kRadius_m = 12.0f;
 
@@ -136,5 +136,5 @@ TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace
+}  // namespace shadow_test
 }  // namespace coppice::test

@@ -22,7 +22,7 @@
 #include "surface_host_comp.h"
 
 namespace coppice::test {
-namespace {
+namespace surface_test {
 
 constexpr std::uint32_t kSidePx = 160;
 constexpr std::size_t kPixels = std::size_t{kSidePx} * kSidePx;
@@ -622,5 +622,5 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
 INSTANTIATE_TEST_SUITE_P(Paths, WindOnSurface, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace
+}  // namespace surface_test
 }  // namespace coppice::test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace vulkan_device_test {
 
 using coppice::test::Buffer;
 using coppice::test::Image;
@@ -63,4 +63,4 @@ TEST_F(VulkanDeviceTest, SynchronizationValidationIsOn) {
   coppice::test::clear_validation_messages();
 }
 
-}  // namespace
+}  // namespace vulkan_device_test

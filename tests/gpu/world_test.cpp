@@ -10,7 +10,7 @@
 #include "shadow_map.h"
 
 namespace coppice::test {
-namespace {
+namespace world_test {
 
 using Offset = std::array<double, 3>;
 
@@ -199,5 +199,5 @@ TEST_P(WorldTest, RecordsMayBeShorterAndLarger) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(kHardwarePath, Path{"compute", VK_TRUE, VK_FALSE}), path_name);
 
-}  // namespace
+}  // namespace world_test
 }  // namespace coppice::test

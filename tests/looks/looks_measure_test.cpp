@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 
 namespace coppice::test {
-namespace {
+namespace looks_measure_test {
 
 constexpr std::uint32_t kSidePx = 64;
 constexpr glm::vec4 kNothing{120, 90, 140, 0}, kGreen{60, 140, 40, 1}, kBrown{110, 80, 50, 1};
@@ -109,5 +109,5 @@ TEST(LooksMeasure, NothingToCompareIsAnError) {
   EXPECT_THROW((void)compare_looks(picture_of(tree), MeanPicture{8, 8, std::vector<glm::vec4>(64)}), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace looks_measure_test
 }  // namespace coppice::test

@@ -12,6 +12,7 @@
 #include "golden.h"
 #include "looks_case.h"
 #include "process.h"
+#include "places.h"
 
 namespace coppice::test {
 
@@ -29,7 +30,7 @@ std::filesystem::path bake_plant(const std::filesystem::path& folder, const std:
   return file;
 }
 
-namespace {
+namespace looks_test {
 
 /// For plants of which full detail is looked at: no metric changes that.
 bake::BakeOptions quick(bake::BakeOptions options) {
@@ -50,7 +51,7 @@ struct Compared {
 };
 
 std::string write_pictures(const Compared& compared) {
-  const std::filesystem::path folder = COPPICE_LOOKS_OUTPUT;
+  const std::filesystem::path folder = std::filesystem::path(test::kOutputFolder) / "looks";
   std::filesystem::create_directories(folder);
   const std::filesystem::path file = folder / (compared.name + ".png");
   write_png(file, side_by_side(compared.reference, compared.picture));
@@ -92,5 +93,5 @@ TEST_P(LooksTest, IsAsInFullDetail) {
   }
 }
 
-}  // namespace
+}  // namespace looks_test
 }  // namespace coppice::test

@@ -20,9 +20,10 @@
 #include "generate_plant.h"
 #include "leaf_cards.h"
 #include "plants_folder.h"
+#include "places.h"
 
 namespace coppice::bake {
-namespace {
+namespace quality_test {
 
 // Another libm or compiler rounds differently and a greedy search may then take another way: seen to move a figure by up to 2 %.
 constexpr double kRelativeTolerance = 0.04;
@@ -44,7 +45,7 @@ std::string test_name(const testing::TestParamInfo<QualityPlant>& info) {
 }
 
 std::filesystem::path table_path(const std::string& plant) {
-  return std::filesystem::path(COPPICE_QUALITY_FOLDER) / (plant + ".csv");
+  return std::filesystem::path(test::kTestFolder) / "quality" / (plant + ".csv");
 }
 
 constexpr const char* kHeader =
@@ -149,5 +150,5 @@ INSTANTIATE_TEST_SUITE_P(Plants, Quality,
                                          QualityPlant{"scopia_coconut", "scopia_coconut.glb"}),
                          test_name);
 
-}  // namespace
+}  // namespace quality_test
 }  // namespace coppice::bake

@@ -1,4 +1,5 @@
 #include "documents.h"
+#include "places.h"
 
 #include <algorithm>
 #include <fstream>
@@ -40,7 +41,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 }  // namespace
 
 fs::path source_folder() {
-  return COPPICE_SOURCE_DIR;
+  return kSourceFolder;
 }
 
 std::string source_text(const fs::path& path) {

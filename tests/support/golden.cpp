@@ -1,4 +1,5 @@
 #include "golden.h"
+#include "places.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -66,7 +67,7 @@ bool is_same_driver(const std::string& a, const std::string& b) {
 }
 
 void report_failure(const std::string& name, const PictureDifference& difference, const Picture& picture, const std::string& drivers) {
-  const std::filesystem::path folder = COPPICE_GOLDEN_OUTPUT;
+  const std::filesystem::path folder = std::filesystem::path(kOutputFolder) / "golden";
   std::filesystem::create_directories(folder);
   write_png(folder / (name + ".actual.png"), picture);
   if (difference.same_size) write_png(folder / (name + ".difference.png"), difference.picture);
@@ -126,7 +127,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture) {
 }
 
 void expect_golden(const std::string& name, const Picture& picture, const GoldenTolerance& tolerance, const std::string& driver) {
-  const std::filesystem::path folder = COPPICE_GOLDEN_FOLDER;
+  const std::filesystem::path folder = std::filesystem::path(kTestFolder) / "golden";
   const std::filesystem::path png = folder / (name + ".png");
   const std::filesystem::path driver_file = folder / (name + ".driver");
   if (updating()) return rewrite(png, driver_file, picture, driver);

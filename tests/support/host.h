@@ -17,10 +17,11 @@
 
 #include "coppice/coppice.h"
 #include "vectors.h"
+#include "places.h"
 
 namespace coppice::test {
 
-inline const std::string kPlants = COPPICE_TEST_DATA "/plants/";
+inline const std::string kPlants = (std::string(test::kTestData) + "/plants/");
 
 using ChunkName = std::tuple<std::uint32_t, coppice_streamed, std::uint32_t>;
 

@@ -1,4 +1,4 @@
-// make_gltf_files bad FOLDER     writes the files of tests/data/bad/gltf, and expected.txt with what is to be said of each
+// make_gltf_files bad FOLDER     writes the files of tests/data/bad/gltf, and expected.txt with what is to be named of each
 // make_gltf_files corpus FOLDER  writes tests/fuzz/corpus/import: one small plant for each form that the importer reads
 
 #include <array>
@@ -25,8 +25,8 @@ void write_bad(const std::filesystem::path& folder) {
   expected.exceptions(std::ios::failbit | std::ios::badbit);
   for (const test::BadGltf& bad : test::bad_gltf_files()) {
     test::write_file(folder / bad.file, bad.bytes);
-    expected << bad.file;
-    for (const std::string& part : bad.says) expected << '|' << part;
+    expected << bad.file << '|' << static_cast<int>(bad.status);
+    for (const std::string& name : bad.names) expected << '|' << name;
     expected << '\n';
   }
 }

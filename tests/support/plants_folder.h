@@ -3,13 +3,15 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "places.h"
+
 namespace coppice::test {
 
 /// The folder of third-party plants: $COPPICE_PLANTS, by default ../shared/plants beside the repository. They are no part of it: a test
 /// that wants one skips, and says so, when it is absent.
 inline std::filesystem::path plants_folder() {
   const char* folder = std::getenv("COPPICE_PLANTS");
-  return folder != nullptr ? std::filesystem::path(folder) : std::filesystem::path(COPPICE_DEFAULT_PLANTS);
+  return folder != nullptr ? std::filesystem::path(folder) : std::filesystem::path(kDefaultPlants);
 }
 
 }  // namespace coppice::test

@@ -15,7 +15,7 @@ class Resized {
  public:
   /// The first `bytes` bytes of value; what a larger one has behind it is `tail`. bytes: at least 4
   Resized(const T& value, std::size_t bytes, unsigned char tail = 0) : bytes_(bytes + kCanaries, kCanary), size_(bytes) {
-    std::fill_n(bytes_.begin(), bytes, tail);
+    std::memset(bytes_.data(), tail, std::min(bytes, bytes_.size()));
     std::memcpy(bytes_.data(), &value, std::min(bytes, sizeof(T)));
     const auto struct_size = static_cast<std::uint32_t>(bytes);
     std::memcpy(bytes_.data(), &struct_size, sizeof struct_size);

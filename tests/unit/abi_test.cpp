@@ -12,10 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "mentions.h"
 #include "resized.h"
 
 namespace coppice::test {
-namespace {
+namespace abi_test {
 
 constexpr std::size_t kStep = 4;
 constexpr std::size_t kBeyond = 64;
@@ -152,7 +153,7 @@ void expect_read_in_any_size() {
     theirs[at] = 1;
     T ours{};
     const std::string problem = read_struct(reinterpret_cast<const T*>(theirs.data()), "given", ours);
-    EXPECT_TRUE(problem.starts_with("given: byte " + std::to_string(at) + " is not 0")) << problem;
+    EXPECT_TRUE(test::mentions(problem, {"given: byte " + std::to_string(at)}));
   }
 }
 
@@ -177,11 +178,11 @@ TEST(ReadStruct, ASmallerOneHasDefaultsAndALargerOneZeros) {
 
 TEST(ReadStruct, ASizeThatNobodySetIsRefused) {
   coppice_camera ours{};
-  EXPECT_EQ(read_struct<coppice_camera>(nullptr, "camera", ours), "camera is null");
+  EXPECT_TRUE(test::mentions(read_struct<coppice_camera>(nullptr, "camera", ours), {"camera", "null"}));
   for (const std::uint32_t size : {0u, 3u, 7u, 4097u, 4100u, 0xcdcdcdcdu}) {
     coppice_camera theirs = struct_defaults<coppice_camera>();
     theirs.struct_size = size;
-    EXPECT_EQ(read_struct(&theirs, "camera", ours), "camera.struct_size is " + std::to_string(size) + ": call its _init function");
+    EXPECT_TRUE(test::mentions(read_struct(&theirs, "camera", ours), {"camera.struct_size", std::to_string(size)}));
     EXPECT_TRUE(same_bytes(ours, struct_defaults<coppice_camera>()));
   }
 }
@@ -196,10 +197,9 @@ TEST(ReadRecord, AnArrayMayBeOfShorterOrLongerRecords) {
   EXPECT_TRUE(ours.first == 3 && ours.second == 9) << "what a short one has not keeps its default";
   EXPECT_EQ(read_record(theirs + 4, 0, 12, "records", ours), "");
   EXPECT_TRUE(ours.first == 5 && ours.second == 6);
-  EXPECT_EQ(read_record(theirs, 1, 12, "records", ours),
-            "records[1]: byte 8 is not 0, and this version of the library knows the first 8 alone");
+  EXPECT_TRUE(test::mentions(read_record(theirs, 1, 12, "records", ours), {"records[1]: byte 8"}));
   EXPECT_EQ(records_problem(nullptr, 0, 0, "records"), "");
-  EXPECT_EQ(records_problem(nullptr, 1, 8, "records"), "records is null");
+  EXPECT_TRUE(test::mentions(records_problem(nullptr, 1, 8, "records"), {"records", "null"}));
   for (const std::uint32_t bytes : {0u, 2u, 10u, 5000u}) EXPECT_NE(records_problem(theirs, 1, bytes, "records"), "");
 }
 
@@ -232,5 +232,5 @@ TEST(WriteStruct, FillsAsMuchAsTheProgramHas) {
   expect_written_in_any_size<coppice_leaf_output>();
 }
 
-}  // namespace
+}  // namespace abi_test
 }  // namespace coppice::test

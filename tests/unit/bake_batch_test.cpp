@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <new>
 #include <stdexcept>
 #include <thread>
@@ -14,10 +15,11 @@
 #include "gltf_builder.h"
 #include "inspect.h"
 #include "job_processes.h"
+#include "mentions.h"
 #include "process.h"
 
 namespace coppice::bake {
-namespace {
+namespace bake_batch_test {
 
 namespace fs = std::filesystem;
 
@@ -41,8 +43,8 @@ TEST(RunJobs, OneThatFailsTakesNoOtherWithIt) {
   EXPECT_EQ(ends[0].result, std::string(100'000, 'a'));
   EXPECT_EQ(ends[5].result, std::string(100'000, 'f'));
   EXPECT_EQ(ends[0].failure, "");
-  EXPECT_NE(ends[1].failure.find("signal"), std::string::npos) << ends[1].failure;
-  EXPECT_EQ(ends[2].failure, "out of memory");
+  EXPECT_TRUE(test::mentions(ends[1].failure, {strsignal(SIGKILL)}));
+  EXPECT_TRUE(test::mentions(ends[2].failure, {"memory"}));
   EXPECT_EQ(ends[3].failure, "a reason");
   EXPECT_NE(ends[4].failure, "");
   EXPECT_EQ(progress, std::vector<double>(6, 0.5));
@@ -61,7 +63,7 @@ TEST(RunJobs, OneThatTakesTooLongIsEnded) {
   callbacks.ended = [&](std::size_t job, const JobEnd& end) { ends[job] = end; };
   run_jobs(3, 2, callbacks, {.memory_bytes = 0, .seconds = 2.5});
   EXPECT_EQ(ends[0].result, "done");
-  EXPECT_EQ(ends[1].failure, "it takes more than the 2.5 s of --max-seconds; raise that");
+  EXPECT_TRUE(test::mentions(ends[1].failure, {"2.5", "--max-seconds"}));
   EXPECT_EQ(ends[2].result, "done") << "the time of each job is its own";
 }
 
@@ -152,14 +154,14 @@ TEST(BatchPlants, AreFoundInEveryFolderAndSorted) {
   test::write_file(root / "b.gltf", std::vector<std::uint8_t>(3));
   const auto colliding = check_batch(*plants_of_folder(root, "out", quick_options()));
   ASSERT_FALSE(colliding);
-  for (const char* part : {"b.glb", "b.gltf", "b.coppice"}) EXPECT_NE(colliding.error().message().find(part), std::string::npos);
+  EXPECT_TRUE(test::mentions(colliding.error().message(), {"b.glb", "b.gltf", "b.coppice"}));
   EXPECT_FALSE(check_batch({{root / "b.glb", root / "a" / ".." / "b.glb", {}}})) << "an output over its input";
   EXPECT_FALSE(plants_of_folder(root / "folder.glb", "out", {})) << "nothing in it";
   EXPECT_FALSE(plants_of_folder(root / "nowhere", "out", {}));
   test::write_file(root / "folder.glb" / "pine.OBJ", std::vector<std::uint8_t>(3));
   const auto other = plants_of_folder(root / "folder.glb", "out", {});
   ASSERT_FALSE(other);
-  EXPECT_NE(other.error().message().find("wm.obj_import(filepath='pine.OBJ')"), std::string::npos) << other.error().message();
+  EXPECT_TRUE(test::mentions(other.error().message(), {"wm.obj_import", "pine.OBJ"}));
 }
 
 class BakeCached : public testing::Test {
@@ -241,5 +243,5 @@ TEST_F(BakeCached, WhatFailsIsNotKeptAndLeavesTheOutput) {
   EXPECT_EQ(bake().outcome, BatchOutcome::failed);
 }
 
-}  // namespace
+}  // namespace bake_batch_test
 }  // namespace coppice::bake

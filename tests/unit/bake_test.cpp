@@ -22,7 +22,7 @@
 #include "unpack.h"
 
 namespace coppice::bake {
-namespace {
+namespace bake_test {
 
 const StageProgress kNoProgress = [](const char*, double) {};
 
@@ -251,5 +251,5 @@ INSTANTIATE_TEST_SUITE_P(Plants, BakeRealPlant,
                            return name.substr(0, name.find('.'));
                          });
 
-}  // namespace
+}  // namespace bake_test
 }  // namespace coppice::bake

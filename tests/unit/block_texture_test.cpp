@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace coppice {
-namespace {
+namespace block_texture_test {
 
 using Bytes = std::vector<std::uint8_t>;
 using Texel = std::array<int, 4>;
@@ -122,5 +122,5 @@ TEST(BlockTexture, AWrongNumberOfBlocksIsRefused) {
   EXPECT_STREQ(read_texture(bc1_chunk(6, 5, 4, 7)).error().what, "texture mip_count");
 }
 
-}  // namespace
+}  // namespace block_texture_test
 }  // namespace coppice

@@ -11,7 +11,7 @@
 #include "reader.h"
 
 namespace coppice::bake {
-namespace {
+namespace card_look_test {
 
 using Rgba = std::array<std::uint8_t, 4>;
 
@@ -80,5 +80,5 @@ TEST(CardLook, WhatIsAllHoleKeepsACell) {
   EXPECT_EQ(std::popcount(card.mask[0]) + std::popcount(card.mask[1]), 1);
 }
 
-}  // namespace
+}  // namespace card_look_test
 }  // namespace coppice::bake

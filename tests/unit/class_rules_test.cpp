@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "mentions.h"
+
 namespace coppice::bake {
-namespace {
+namespace class_rules_test {
 
 TEST(ClassRules, ReadsAllKeys) {
   const auto rules = parse_class_rules(R"({"classes": [
@@ -41,8 +43,7 @@ TEST_P(BadRulesTest, NamesFileKeyAndPlace) {
   ASSERT_FALSE(rules);
   EXPECT_EQ(rules.error().status, Status::bad_file);
   const std::string message = rules.error().message();
-  EXPECT_NE(message.find("oak.json"), std::string::npos) << message;
-  EXPECT_NE(message.find(GetParam().place), std::string::npos) << message;
+  EXPECT_TRUE(test::mentions(message, {"oak.json", GetParam().place}));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -82,15 +83,16 @@ TEST(ClassRules, ApplyInOrderToTheMaterialsTheyFind) {
   EXPECT_TRUE((*applied)[1].empty());
   EXPECT_EQ((*applied)[2].size(), 1u);
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_EQ(warnings[0], "third: no material matches 'moss'");
+  EXPECT_TRUE(test::mentions(warnings[0], {"third", "'moss'"}));
 }
 
 TEST(ClassRules, WhatIsNoRegularExpressionIsAnError) {
   std::vector<std::string> warnings;
   const auto applied = apply_class_rules(std::vector<ClassRule>{{.material = "((", .source = "oak.json: classes[4]"}}, {}, warnings);
   ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().message(), "not a regular expression: oak.json: classes[4]: ((: missing )");
+  EXPECT_EQ(applied.error().status, Status::invalid_argument);
+  EXPECT_TRUE(test::mentions(applied.error().message(), {"oak.json: classes[4]", "(("}));
 }
 
-}  // namespace
+}  // namespace class_rules_test
 }  // namespace coppice::bake

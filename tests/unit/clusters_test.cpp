@@ -23,7 +23,7 @@
 #include "reader.h"
 
 namespace coppice::gpu {
-namespace {
+namespace clusters_test {
 
 using test::hook_array;
 using test::MadeMesh;
@@ -586,5 +586,5 @@ TEST(Clusters, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
   EXPECT_EQ(lod::coppice_ladder_rung(kReadyLeaves), kReadyCuts - 1);
 }
 
-}  // namespace
+}  // namespace clusters_test
 }  // namespace coppice::gpu

@@ -15,7 +15,7 @@
 #include "tree_order.h"
 
 namespace coppice::bake {
-namespace {
+namespace collapse_test {
 
 using test::NaiveAreas;
 using test::NaivePlant;
@@ -320,5 +320,5 @@ TEST(CollapseLevels, AreThePapersTableII) {
   EXPECT_EQ(level_leaf_counts(1), (std::vector<std::uint32_t>(7, 1)));
 }
 
-}  // namespace
+}  // namespace collapse_test
 }  // namespace coppice::bake

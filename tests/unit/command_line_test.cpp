@@ -7,9 +7,10 @@
 
 #include "command_line.h"
 #include "completion.h"
+#include "mentions.h"
 
 namespace coppice::command_line {
-namespace {
+namespace command_line_test {
 
 TEST(Wrapped, BreaksAtSpacesAndKeepsIndentsAndLines) {
   EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
@@ -53,8 +54,7 @@ TEST(Help, FitsTheColumnsAndHasRangesInWords) {
   const std::string help = Commands().help();
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), kColumns) << line;
-  EXPECT_NE(help.find("How much; from 0.000000001 to 1"), std::string::npos) << help;
-  EXPECT_NE(help.find("from 1 to 2000000 [7]"), std::string::npos) << help;
+  EXPECT_TRUE(test::mentions(help, {"--share", "0.000000001", "--count", "1", "2000000", "[7]"}));
   EXPECT_EQ(help.find(" in ["), std::string::npos) << help;
 }
 
@@ -111,13 +111,16 @@ TEST(WordsOf, ComeFromChecksAndTypeNames) {
 
 TEST(UnknownWord, NamesTheFirstAndWhatWasMeant) {
   const Commands commands;
-  EXPECT_EQ(unknown_word(commands.app, {"bakee", "x.glb"}), "tool: no command bakee: did you mean bake?");
-  EXPECT_EQ(unknown_word(commands.app, {"grow"}), "tool: no command grow");
-  EXPECT_EQ(unknown_word(commands.app, {"bake", "x.glb", "--shares=2"}), "tool bake: no option --shares: did you mean --share?");
-  EXPECT_EQ(unknown_word(commands.app, {"bake", "--unheard-of"}), "tool bake: no option --unheard-of");
+  EXPECT_TRUE(test::mentions(unknown_word(commands.app, {"bakee", "x.glb"}), {"tool", "bakee", "bake"}));
+  EXPECT_TRUE(test::mentions(unknown_word(commands.app, {"grow"}), {"tool", "grow"}));
+  EXPECT_FALSE(test::mentions(unknown_word(commands.app, {"grow"}), {"bake"}));
+  EXPECT_TRUE(test::mentions(unknown_word(commands.app, {"bake", "x.glb", "--shares=2"}), {"tool bake", "--shares", "--share"}));
+  EXPECT_TRUE(test::mentions(unknown_word(commands.app, {"bake", "--unheard-of"}), {"tool bake", "--unheard-of"}));
+  for (const char* known : {"--share", "--count", "--quiet", "--loud"})
+    EXPECT_FALSE(test::mentions(unknown_word(commands.app, {"bake", "--unheard-of"}), {known}));
   EXPECT_EQ(unknown_word(commands.app, {"bake", "bakee", "--share", "2", "--loud", "-n", "3", "--", "--shares"}), "");
   EXPECT_EQ(unknown_word(commands.app, {}), "");
 }
 
-}  // namespace
+}  // namespace command_line_test
 }  // namespace coppice::command_line

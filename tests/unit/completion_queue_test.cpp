@@ -6,7 +6,7 @@
 #include <thread>
 
 namespace coppice {
-namespace {
+namespace completion_queue_test {
 
 struct Item {
   int id = 0;
@@ -49,5 +49,5 @@ TEST(CompletionQueue, WaitsForAll) {
   }
 }
 
-}  // namespace
+}  // namespace completion_queue_test
 }  // namespace coppice

@@ -9,7 +9,7 @@
 #include "coppice/format.h"
 
 namespace coppice::gpu {
-namespace {
+namespace crown_light_test {
 
 constexpr std::uint32_t kLargest = COPPICE_QUANTISED_MAX;
 
@@ -124,5 +124,5 @@ TEST(CrownLight, DirectionsComeBackFromTheOctahedron) {
   EXPECT_EQ(packSnorm2x16(vec2(-1.0f, 0.5f)), 0x40008001u);
 }
 
-}  // namespace
+}  // namespace crown_light_test
 }  // namespace coppice::gpu

@@ -14,7 +14,7 @@
 #include "hook_array.h"
 
 namespace coppice {
-namespace {
+namespace demand_test {
 
 using test::hook_array;
 
@@ -379,5 +379,5 @@ TEST(ChunkValue, NothingInViewWantsNothing) {
   EXPECT_EQ(texture_value(wants, {}, 100), 0.0f);
 }
 
-}  // namespace
+}  // namespace demand_test
 }  // namespace coppice

@@ -8,9 +8,10 @@
 
 #include "device.h"
 #include "device_memory_hook.h"
+#include "mentions.h"
 
 namespace coppice::gpu {
-namespace {
+namespace device_memory_test {
 
 constexpr std::uint64_t kUnit = 1024, kBlock = 16 * kUnit;
 
@@ -238,9 +239,9 @@ TEST_F(DeviceMemoryTest, AHookThatFailsOrGivesNonsenseIsAnError) {
   failed = take_memory(device_, of(kUnit));
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().status, Status::internal);
-  EXPECT_NE(failed.error().message().find("memory_type"), std::string::npos) << failed.error().message();
+  EXPECT_TRUE(test::mentions(failed.error().message(), {"memory_type"}));
   EXPECT_EQ(hook_.live_count, 0u) << "it gets it back";
 }
 
-}  // namespace
+}  // namespace device_memory_test
 }  // namespace coppice::gpu

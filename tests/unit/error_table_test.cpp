@@ -12,7 +12,7 @@
 #include "visibility.h"
 
 namespace coppice::bake {
-namespace {
+namespace error_table_test {
 
 Quad square_at(const glm::vec3& center, float half) {
   return {center + glm::vec3(-half, -half, 0), center + glm::vec3(half, -half, 0), center + glm::vec3(half, half, 0),
@@ -113,5 +113,5 @@ TEST(PlantSphere, HoldsLeavesAndWood) {
   EXPECT_NEAR(sphere.radius, std::sqrt(5.0f * 5.0f + 5.5f * 5.5f), 1e-5f);
 }
 
-}  // namespace
+}  // namespace error_table_test
 }  // namespace coppice::bake

@@ -14,7 +14,7 @@
 #include "voxel_cloud.h"
 
 namespace coppice::bake {
-namespace {
+namespace evaluate_opponents_test {
 
 /// In the plane z = 0.
 Quad flat(float x, float y, float width, float height) {
@@ -129,5 +129,5 @@ TEST(VoxelCloud, ACubeHoldsTheAreaByNormal) {
   EXPECT_NEAR((*whole)[0].area_m2[0] + (*whole)[0].area_m2[2], 2.0f, 1e-5);
 }
 
-}  // namespace
+}  // namespace evaluate_opponents_test
 }  // namespace coppice::bake

@@ -10,7 +10,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace evaluate_render_test {
 
 // Seen from 3 m with tan(half field of view) = 1 / sqrt(8), the plane through the middle of the unit sphere is this wide from the middle
 // of the image to its side.
@@ -268,5 +268,5 @@ TEST(EvaluationRender, AVoxelIsAsOpaqueAsItsLeavesAreDense) {
   EXPECT_EQ(share({0, 0, 1}), 1.0);
 }
 
-}  // namespace
+}  // namespace evaluate_render_test
 }  // namespace coppice::bake

@@ -12,7 +12,7 @@
 
 #include "parallel_for.h"
 
-namespace {
+namespace exact_math_test {
 
 /// Values that no compiler can work out before.
 double hidden(double value) {
@@ -97,4 +97,4 @@ TEST(ExactMath, ExactValuesAreExact) {
   EXPECT_EQ(std::pow(hidden(3.0), 2.0), 9.0);
 }
 
-}  // namespace
+}  // namespace exact_math_test

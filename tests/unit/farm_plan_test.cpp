@@ -23,7 +23,7 @@
 #include "slurm.h"
 
 namespace coppice::bake {
-namespace {
+namespace farm_plan_test {
 
 namespace fs = std::filesystem;
 
@@ -383,5 +383,5 @@ TEST(PlantRecord, WhatWasTakenAwayIsNoFaultOfThePlant) {
   EXPECT_FALSE(was_taken_away(result));
 }
 
-}  // namespace
+}  // namespace farm_plan_test
 }  // namespace coppice::bake

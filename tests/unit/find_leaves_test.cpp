@@ -11,7 +11,7 @@
 #include "triangle_soup.h"
 
 namespace coppice::bake {
-namespace {
+namespace find_leaves_test {
 
 /// Grows a soup out of shapes. Every shape has vertices of its own.
 struct SoupBuilder {
@@ -462,5 +462,5 @@ TEST(FindLeaves, NothingGivesNothing) {
   EXPECT_TRUE(found.leaves.empty() && found.wood.indices.empty() && found.classes.empty());
 }
 
-}  // namespace
+}  // namespace find_leaves_test
 }  // namespace coppice::bake

@@ -20,7 +20,7 @@
 #include "wood_lods.h"
 
 namespace coppice::bake {
-namespace {
+namespace first_read_test {
 
 /// As long as measure_error_table's, and of no meaning.
 ErrorTable flat_errors(std::uint32_t leaf_count) {
@@ -71,5 +71,5 @@ TEST(FirstRead, OfAThirdPartyPlantIsAtMost64KiB) {
   EXPECT_GT(count, 0u);
 }
 
-}  // namespace
+}  // namespace first_read_test
 }  // namespace coppice::bake

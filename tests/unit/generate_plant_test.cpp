@@ -14,10 +14,11 @@
 #include <glm/geometric.hpp>
 
 #include "gltf_write.h"
+#include "mentions.h"
 #include "parse_glb.h"
 
 namespace coppice::bake {
-namespace {
+namespace generate_plant_test {
 
 struct Expected {
   std::string_view species;
@@ -321,8 +322,8 @@ TEST(GeneratePlantErrors, UnknownSpeciesIsNamedAndTheKnownOnesListed) {
   const auto plant = generate_plant("oak", 1);
   ASSERT_FALSE(plant);
   EXPECT_EQ(plant.error().status, Status::invalid_argument);
-  EXPECT_EQ(plant.error().message(), "no such plant: oak (there are: corylus willow juniper)");
+  EXPECT_TRUE(test::mentions(plant.error().message(), {"oak", "corylus", "willow", "juniper"}));
 }
 
-}  // namespace
+}  // namespace generate_plant_test
 }  // namespace coppice::bake

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "import_gltf.h"
+#include "mentions.h"
 #include "pack_gltf.h"
 #include "process.h"
 #include "seeded_random.h"
 
 namespace coppice::test {
-namespace {
+namespace gltf_variants_test {
 
 using bake::import_gltf_bytes;
 using bake::ImportOptions;
@@ -457,7 +458,7 @@ TEST(PlantChoice, TakesAnotherVariant) {
   options.plant.variant = 4;
   const auto missing = import_gltf_bytes(pack.file.glb(), "pack.glb", options);
   ASSERT_FALSE(missing);
-  EXPECT_NE(missing.error().message().find("4 of 3: 'oak_1', 'oak_2', 'oak_3'"), std::string::npos) << missing.error().message();
+  EXPECT_TRUE(mentions(missing.error().message(), {"4", "3", "'oak_1'", "'oak_2'", "'oak_3'"}));
 }
 
 TEST(PlantChoice, TakesANodeByNameOrPattern) {
@@ -472,7 +473,7 @@ TEST(PlantChoice, TakesANodeByNameOrPattern) {
   options.plant.node = "elm";
   const auto missing = import_gltf_bytes(pack.file.glb(), "pack.glb", options);
   ASSERT_FALSE(missing);
-  EXPECT_NE(missing.error().message().find("'elm'; there are 'oak_A_LOD0'"), std::string::npos) << missing.error().message();
+  EXPECT_TRUE(mentions(missing.error().message(), {"'elm'", "'oak_A_LOD0'"}));
 }
 
 TEST(PlantChoice, TakesAllOfTheFile) {
@@ -488,8 +489,8 @@ TEST(PlantChoice, ABadLevelListIsRefused) {
   pack.file.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["MSFT_lod"]["ids"] = {7};
   const auto plant = import_gltf_bytes(pack.file.glb(), "pack.glb", {});
   ASSERT_FALSE(plant);
-  EXPECT_NE(plant.error().message().find("nodes[0].extensions.MSFT_lod.ids"), std::string::npos) << plant.error().message();
+  EXPECT_TRUE(mentions(plant.error().message(), {"nodes[0].extensions.MSFT_lod.ids"}));
 }
 
-}  // namespace
+}  // namespace gltf_variants_test
 }  // namespace coppice::test

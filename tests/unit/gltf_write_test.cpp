@@ -12,10 +12,11 @@
 
 #include "atomic_file.h"
 #include "image_decode.h"
+#include "mentions.h"
 #include "parse_glb.h"
 
 namespace coppice::bake {
-namespace {
+namespace gltf_write_test {
 
 /// Two triangles of two materials over four vertices.
 Mesh two_triangles() {
@@ -184,7 +185,7 @@ TEST(GltfWrite, InfinitePositionIsRefusedByName) {
   mesh.positions[2].y = std::numeric_limits<float>::infinity();
   const auto bytes = encode_glb({{"twig", &mesh}}, two_materials(), {chequers()});
   ASSERT_FALSE(bytes);
-  EXPECT_EQ(bytes.error().message(), "position is not finite in mesh: twig");
+  EXPECT_TRUE(test::mentions(bytes.error().message(), {"twig"}));
 }
 
 TEST(GltfWrite, UnwritableFolderIsNamed) {
@@ -192,7 +193,7 @@ TEST(GltfWrite, UnwritableFolderIsNamed) {
   const auto result = write_glb("/nonexistent-folder/plant.glb", {{"plant", &mesh}}, two_materials(), {chequers()});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().status, Status::io);
-  EXPECT_NE(result.error().message().find("/nonexistent-folder/plant.glb"), std::string::npos);
+  EXPECT_TRUE(test::mentions(result.error().message(), {"/nonexistent-folder/plant.glb"}));
 }
 
 TEST(FoliageMesh, QuadsBecomeTwoTrianglesEach) {
@@ -209,5 +210,5 @@ TEST(FoliageMesh, QuadsBecomeTwoTrianglesEach) {
   EXPECT_EQ(mesh.normals.at(6), glm::vec3(0.0f, 1.0f, 0.0f)) << "a quad without area still has a unit normal";
 }
 
-}  // namespace
+}  // namespace gltf_write_test
 }  // namespace coppice::bake

@@ -8,7 +8,7 @@
 #include "golden.h"
 #include "process.h"
 
-namespace {
+namespace golden_compare_test {
 
 using coppice::test::compare_pictures;
 using coppice::test::Picture;
@@ -58,4 +58,4 @@ TEST(GoldenCompare, PngKeepsEveryByte) {
   EXPECT_THROW(static_cast<void>(coppice::test::read_png(folder / "missing.png")), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace golden_compare_test

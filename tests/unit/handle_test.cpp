@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace coppice {
-namespace {
+namespace handle_test {
 
 TEST(Handle, SaysWhatItWasMadeOf) {
   const Handle handle{HandleKind::instance, 4095, (1u << 21) - 1, kMaxHandleIndex};
@@ -27,5 +27,5 @@ TEST(Handle, WhatDoesNotFitWrapsAndTouchesNothingElse) {
   EXPECT_EQ(wrapped, (Handle{HandleKind::plant, 1, 5, 3}));
 }
 
-}  // namespace
+}  // namespace handle_test
 }  // namespace coppice

@@ -15,10 +15,11 @@
 #include "gltf_builder.h"
 #include "gltf_screen.h"
 #include "import_gltf.h"
+#include "mentions.h"
 #include "process.h"
 
 namespace coppice::bake {
-namespace {
+namespace import_gltf_bad_test {
 
 using nlohmann::json;
 using test::GltfBuilder;
@@ -34,14 +35,14 @@ Result<Plant> import_bytes(const Bytes& bytes, const ImportOptions& options = {}
   return import_gltf_bytes(exact, "bad.glb", options);
 }
 
-/// The import fails with this status and one line that holds the file's name and each of `parts`.
-void expect_error(const Bytes& bytes, Status status, const std::vector<std::string>& parts, const ImportOptions& options = {}) {
+/// The import fails with this status and one line that names the file and each of `names`.
+void expect_error(const Bytes& bytes, Status status, const std::vector<std::string>& names, const ImportOptions& options = {}) {
   const Result<Plant> plant = import_bytes(bytes, options);
   ASSERT_FALSE(plant);
   const std::string message = plant.error().message();
   EXPECT_EQ(static_cast<int>(plant.error().status), static_cast<int>(status)) << message;
-  EXPECT_NE(message.find("bad.glb"), std::string::npos) << message;
-  for (const std::string& part : parts) EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  EXPECT_TRUE(test::mentions(message, {"bad.glb"}));
+  for (const std::string& name : names) EXPECT_TRUE(test::mentions(message, {name}));
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   EXPECT_LT(message.size(), 600u) << message;
 }
@@ -50,7 +51,7 @@ void expect_error(const Bytes& bytes, Status status, const std::vector<std::stri
 struct BadJson {
   const char* name;
   std::function<void(json&)> change;
-  std::vector<std::string> parts;
+  std::vector<std::string> names;
   Status status = Status::bad_file;
 };
 
@@ -62,11 +63,11 @@ void PrintTo(const BadJson& bad, std::ostream* out) {
 // A table. NOLINTNEXTLINE(readability-function-size)
 std::vector<BadJson> bad_json() {
   return {
-      {"AssetMissing", [](json& j) { j.erase("asset"); }, {"missing member", "asset"}},
-      {"VersionOne", [](json& j) { j["asset"]["version"] = "1.0"; }, {"version", "1.0"}, Status::unsupported},
+      {"AssetMissing", [](json& j) { j.erase("asset"); }, {"asset"}},
+      {"VersionOne", [](json& j) { j["asset"]["version"] = "1.0"; }, {"asset.version", "1.0"}, Status::unsupported},
       {"RequiredExtension",
        [](json& j) { j["extensionsRequired"] = {"EXT_texture_unheard_of"}; },
-       {"extension", "EXT_texture_unheard_of"},
+       {"extensionsRequired", "EXT_texture_unheard_of"},
        Status::unsupported},
       {"ExtensionsNotAnArray", [](json& j) { j["extensionsRequired"] = 3; }, {"extensionsRequired"}},
       {"BufferEmpty",
@@ -118,16 +119,16 @@ std::vector<BadJson> bad_json() {
          j["buffers"] = {{{"byteLength", 96}, {"uri", 5}}};
        },
        {"buffers[0].uri"}},
-      {"ViewOfNoBuffer", [](json& j) { j["bufferViews"][1]["buffer"] = 7; }, {"bufferViews[1].buffer", "7 of 1"}},
+      {"ViewOfNoBuffer", [](json& j) { j["bufferViews"][1]["buffer"] = 7; }, {"bufferViews[1].buffer", "7", "1"}},
       {"ViewPastBuffer", [](json& j) { j["bufferViews"][0]["byteLength"] = 99999; }, {"bufferViews[0]", "99999"}},
       {"ViewOffsetWraps", [](json& j) { j["bufferViews"][0]["byteOffset"] = 18446744073709551612ull; }, {"bufferViews[0]"}},
       {"ViewStride", [](json& j) { j["bufferViews"][0]["byteStride"] = 3; }, {"bufferViews[0].byteStride"}},
       {"ViewStrideTooShort", [](json& j) { j["bufferViews"][0]["byteStride"] = 4; }, {"accessors[0]", "stride"}},
-      {"ViewIsNumber", [](json& j) { j["bufferViews"][0] = 3; }, {"bufferViews[0]", "not an object"}},
-      {"AccessorOfNoView", [](json& j) { j["accessors"][0]["bufferView"] = 30; }, {"accessors[0].bufferView", "30 of 3"}},
+      {"ViewIsNumber", [](json& j) { j["bufferViews"][0] = 3; }, {"bufferViews[0]"}},
+      {"AccessorOfNoView", [](json& j) { j["accessors"][0]["bufferView"] = 30; }, {"accessors[0].bufferView", "30", "3"}},
       {"AccessorNegativeView", [](json& j) { j["accessors"][0]["bufferView"] = -1; }, {"accessors[0].bufferView"}},
-      {"AccessorPastView", [](json& j) { j["accessors"][0]["count"] = 5; }, {"accessors[0]", "count 5"}},
-      {"AccessorBillion", [](json& j) { j["accessors"][0]["count"] = 1000000000; }, {"accessors[0]", "count 1000000000"}},
+      {"AccessorPastView", [](json& j) { j["accessors"][0]["count"] = 5; }, {"accessors[0]", "5"}},
+      {"AccessorBillion", [](json& j) { j["accessors"][0]["count"] = 1000000000; }, {"accessors[0]", "1000000000"}},
       {"AccessorBillionOfNothing",
        [](json& j) {
          j["accessors"][0].erase("bufferView");
@@ -137,11 +138,11 @@ std::vector<BadJson> bad_json() {
       {"AccessorHugeCount", [](json& j) { j["accessors"][0]["count"] = 18446744073709551615ull; }, {"accessors[0]"}},
       {"AccessorEmpty", [](json& j) { j["accessors"][0]["count"] = 0; }, {"accessors[0].count"}},
       {"AccessorFractionalCount", [](json& j) { j["accessors"][0]["count"] = 1.5; }, {"accessors[0].count"}},
-      {"AccessorOffset", [](json& j) { j["accessors"][0]["byteOffset"] = 4; }, {"accessors[0]", "byteOffset 4"}},
+      {"AccessorOffset", [](json& j) { j["accessors"][0]["byteOffset"] = 4; }, {"accessors[0]", "byteOffset", "4"}},
       {"AccessorComponentType", [](json& j) { j["accessors"][0]["componentType"] = 5124; }, {"accessors[0].componentType", "5124"}},
       {"AccessorType", [](json& j) { j["accessors"][0]["type"] = "VEC7"; }, {"accessors[0].type", "VEC7"}},
       {"AccessorTypeMissing", [](json& j) { j["accessors"][0].erase("type"); }, {"accessors[0].type"}},
-      {"PositionsNotVec3", [](json& j) { j["accessors"][0]["type"] = "VEC2"; }, {"accessors[0]", "not a VEC3"}},
+      {"PositionsNotVec3", [](json& j) { j["accessors"][0]["type"] = "VEC2"; }, {"meshes[0].primitives[0]", "accessors[0]", "VEC3"}},
       {"IndicesNotScalar", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 0; }, {"accessors[0]", "indices"}},
       {"IndicesFloat",
        [](json& j) {
@@ -165,7 +166,7 @@ std::vector<BadJson> bad_json() {
          const json part{{"bufferView", 0}, {"componentType", 5123}, {"byteOffset", 14}};
          j["accessors"][0]["sparse"] = {{"count", 1}, {"indices", part}, {"values", {{"bufferView", 0}}}};
        },
-       {"accessors[0]", "sparse index"}},
+       {"meshes[0].primitives[0]", "accessors[0]", "sparse"}},
       {"PrimitiveWithoutAttributes",
        [](json& j) { j["meshes"][0]["primitives"][0].erase("attributes"); },
        {"meshes[0].primitives[0].attributes"}},
@@ -176,16 +177,16 @@ std::vector<BadJson> bad_json() {
        {"meshes[1].primitives[0].attributes.POSITION"}},
       {"PositionOfNoAccessor",
        [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 12; },
-       {"meshes[0].primitives[0].attributes.POSITION", "12 of 3"}},
+       {"meshes[0].primitives[0].attributes.POSITION", "12", "3"}},
       {"IndicesOfNoAccessor", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 12; }, {"meshes[0].primitives[0].indices"}},
-      {"MaterialMissing", [](json& j) { j["meshes"][0]["primitives"][0]["material"] = 2; }, {"meshes[0].primitives[0].material", "2 of 2"}},
+      {"MaterialMissing", [](json& j) { j["meshes"][0]["primitives"][0]["material"] = 2; }, {"meshes[0].primitives[0].material", "2"}},
       {"Mode", [](json& j) { j["meshes"][0]["primitives"][0]["mode"] = 7; }, {"meshes[0].primitives[0].mode"}},
       {"UnequalAttributes",
        [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 2; },
-       {"meshes[0].primitives[0]", "NORMAL has 3, POSITION 4"}},
+       {"meshes[0].primitives[0]", "NORMAL", "3", "POSITION", "4"}},
       {"PrimitivesNotAnArray", [](json& j) { j["meshes"][0]["primitives"] = "x"; }, {"meshes[0].primitives"}},
-      {"NodeMesh", [](json& j) { j["nodes"][0]["mesh"] = 2; }, {"nodes[0].mesh", "2 of 2"}},
-      {"NodeChild", [](json& j) { j["nodes"][0]["children"] = {5}; }, {"nodes[0].children[0]", "5 of 2"}},
+      {"NodeMesh", [](json& j) { j["nodes"][0]["mesh"] = 2; }, {"nodes[0].mesh", "2"}},
+      {"NodeChild", [](json& j) { j["nodes"][0]["children"] = {5}; }, {"nodes[0].children[0]", "5", "2"}},
       {"NodeMatrix",
        [](json& j) {
          j["nodes"][0]["matrix"] = {1, 2, 3};
@@ -195,38 +196,38 @@ std::vector<BadJson> bad_json() {
        [](json& j) {
          j["nodes"][0]["scale"] = {1e300, 1e300, 1e300};
        },
-       {"nodes[0]", "1e8 m"}},
-      {"NodeOwnChild", [](json& j) { j["nodes"][0]["children"] = {0}; }, {"nodes[0]", "ancestor"}},
+       {"nodes[0]", "1e8"}},
+      {"NodeOwnChild", [](json& j) { j["nodes"][0]["children"] = {0}; }, {"nodes[0]"}},
       {"NodesInACircle",
        [](json& j) {
          j["nodes"][0]["children"] = {1};
          j["nodes"][1]["children"] = {0};
          j["scenes"][0]["nodes"] = {0};
        },
-       {"nodes[", "ancestor"}},
+       {"nodes[1]"}},
       {"NodeWithTwoParents",
        [](json& j) {
          j["nodes"].push_back({{"children", {0}}});
          j["nodes"].push_back({{"children", {0}}});
        },
-       {"nodes[0]", "two parents"}},
+       {"nodes[0]"}},
       {"SceneNode",
        [](json& j) {
          j["scenes"][0]["nodes"] = {0, 44};
        },
-       {"scenes[0].nodes[1]", "44 of 2"}},
+       {"scenes[0].nodes[1]", "44", "2"}},
       {"SceneNodeTwice",
        [](json& j) {
          j["scenes"][0]["nodes"] = {0, 0};
        },
-       {"scenes[0].nodes", "twice"}},
-      {"SceneMissing", [](json& j) { j["scene"] = 3; }, {"scene", "3 of 1"}},
-      {"NothingInTheScene", [](json& j) { j["scenes"][0]["nodes"] = json::array(); }, {"no triangles"}},
+       {"scenes[0].nodes"}},
+      {"SceneMissing", [](json& j) { j["scene"] = 3; }, {"scene", "3", "1"}},
+      {"NothingInTheScene", [](json& j) { j["scenes"][0]["nodes"] = json::array(); }, {}},
       {"NoMeshes",
        [](json& j) {
          for (const char* name : {"meshes", "nodes", "scenes", "scene"}) j.erase(name);
        },
-       {"no triangles"}},
+       {}},
       {"BaseColor",
        [](json& j) {
          j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1};
@@ -249,7 +250,7 @@ class BadJsonTest : public testing::TestWithParam<BadJson> {};
 TEST_P(BadJsonTest, NamesWhatIsWrong) {
   GltfBuilder builder = test::small_plant();
   GetParam().change(builder.json);
-  expect_error(builder.glb(), GetParam().status, GetParam().parts);
+  expect_error(builder.glb(), GetParam().status, GetParam().names);
 }
 
 INSTANTIATE_TEST_SUITE_P(ImportGltf, BadJsonTest, testing::ValuesIn(bad_json()),
@@ -259,7 +260,7 @@ TEST(ImportGltfBad, NoSuchFile) {
   const Result<Plant> plant = import_gltf("not/there.glb", {});
   ASSERT_FALSE(plant);
   EXPECT_EQ(plant.error().status, Status::io);
-  EXPECT_NE(plant.error().message().find("not/there.glb"), std::string::npos) << plant.error().message();
+  EXPECT_TRUE(test::mentions(plant.error().message(), {"not/there.glb"}));
 }
 
 TEST(ImportGltfBad, AFolder) {
@@ -270,47 +271,48 @@ TEST(ImportGltfBad, AFolder) {
 }
 
 TEST(ImportGltfBad, NotGltf) {
-  expect_error({}, Status::bad_file, {"empty"});
-  expect_error(text("Dear diary, today I planted a hazel.\n"), Status::bad_file, {"not a glTF"});
-  expect_error(text("{\"asset\": {\"version\": \"2.0\"}, \"meshes\": ["), Status::bad_file, {"JSON", "at byte"});
-  expect_error(text("[1, 2, 3]"), Status::bad_file, {"not a glTF"});
+  expect_error({}, Status::bad_file, {});
+  expect_error(text("Dear diary, today I planted a hazel.\n"), Status::bad_file, {"glTF"});
+  expect_error(text("{\"asset\": {\"version\": \"2.0\"}, \"meshes\": ["), Status::bad_file, {"JSON", "byte 42"});
+  expect_error(text("[1, 2, 3]"), Status::bad_file, {"glTF"});
   expect_error(text("{}"), Status::bad_file, {"asset"});
   expect_error(text("{\"a\": 1e999}"), Status::bad_file, {"JSON"});
   expect_error(text("{\"asset\": {\"version\": \"2.0\"}, \"extras\": " + std::string(100000, '[')), Status::bad_file,
-               {"nested", "at byte"});
+               {"JSON", "64", "byte 103"});
 }
 
 TEST(ImportGltfBad, GlbContainer) {
   const Bytes good = test::small_plant().glb();
-  expect_error(Bytes(good.begin(), good.begin() + 16), Status::bad_file, {"truncated"});
-  expect_error(Bytes(good.begin(), good.end() - 10), Status::bad_file, {"truncated", std::to_string(good.size())});
+  expect_error(Bytes(good.begin(), good.begin() + 16), Status::bad_file, {"byte 16"});
+  expect_error(Bytes(good.begin(), good.end() - 10), Status::bad_file,
+               {std::to_string(good.size()), std::to_string(good.size() - 10), "byte 8"});
   Bytes bytes = good;
   bytes[4] = 1;
-  expect_error(bytes, Status::unsupported, {"GLB version"});
+  expect_error(bytes, Status::unsupported, {"byte 4"});
   bytes = good;
   bytes[15] = 0x7f;
-  expect_error(bytes, Status::bad_file, {"chunk runs past the end", "at byte 12"});
+  expect_error(bytes, Status::bad_file, {"byte 12"});
   bytes = good;
   bytes[16] = 'X';
-  expect_error(bytes, Status::bad_file, {"not JSON", "at byte 16"});
+  expect_error(bytes, Status::bad_file, {"JSON", "byte 16"});
   bytes = good;
   bytes[8] = 12;
   bytes[9] = bytes[10] = bytes[11] = 0;
-  expect_error(bytes, Status::bad_file, {"length"});
+  expect_error(bytes, Status::bad_file, {"byte 8"});
 }
 
 TEST(ImportGltfBad, PositionsThatAreNotNumbers) {
   for (const float value : {std::nanf(""), INFINITY}) {
     GltfBuilder builder = test::small_plant();
     std::memcpy(&builder.bin[20], &value, sizeof value);
-    expect_error(builder.glb(), Status::bad_file, {"meshes[0].primitives[0]", "accessors[0] element 1", "not finite"});
+    expect_error(builder.glb(), Status::bad_file, {"meshes[0].primitives[0]", "accessors[0] element 1"});
   }
 }
 
 TEST(ImportGltfBad, IndexBeyondTheVertices) {
   GltfBuilder builder = test::small_plant();
   builder.bin[48 + 2 * 4] = 4;
-  expect_error(builder.glb(), Status::bad_file, {"accessors[1] element 4 is 4 of 4"});
+  expect_error(builder.glb(), Status::bad_file, {"meshes[0].primitives[0]", "accessors[1] element 4"});
 }
 
 TEST(ImportGltfBad, LeafPattern) {
@@ -321,7 +323,7 @@ TEST(ImportGltfBad, LeafPattern) {
 TEST(ImportGltfBad, NothingHasArea) {
   GltfBuilder builder = test::small_plant();
   for (const std::size_t node : {0u, 1u}) builder.json["nodes"][node]["scale"] = {0, 0, 0};
-  expect_error(builder.glb(), Status::bad_file, {"no leaves"});
+  expect_error(builder.glb(), Status::bad_file, {"'leaves'", "'bark'"});
 }
 
 TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
@@ -332,7 +334,7 @@ TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
   const json primitive = builder.json["meshes"].back()["primitives"][0];
   for (int i = 0; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
   for (int i = 0; i < 4000; ++i) builder.add_node(2);
-  expect_error(builder.glb(), Status::unsupported, {"more than"});
+  expect_error(builder.glb(), Status::unsupported, {"2^26"});
 }
 
 TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
@@ -341,25 +343,25 @@ TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
   GltfBuilder shared = test::small_plant();
   shared.add_mesh({{"POSITION", shared.add_positions(positions)}}, std::nullopt, 1);
   for (int i = 0; i < 50000; ++i) shared.add_node(2);
-  expect_error(shared.glb(), Status::unsupported, {"more than 2^26 vertices", "meshes[2].primitives[0]", "50000 times 1000 triangles"});
+  expect_error(shared.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
 
   GltfBuilder instanced = test::small_plant();
   instanced.add_mesh({{"POSITION", instanced.add_positions(positions)}}, std::nullopt, 1);
   const int node = instanced.add_node(2);
   const int places = instanced.add_positions(std::vector<glm::vec3>(50000, glm::vec3(1.0f)));
   instanced.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
-  expect_error(instanced.glb(), Status::unsupported, {"more than 2^26 vertices", "meshes[2].primitives[0]", "50000 times 1000 triangles"});
+  expect_error(instanced.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
 
   for (int i = 0; i < 100; ++i)
     instanced.add_node(0, {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}});
-  expect_error(instanced.glb(), Status::unsupported, {"more than 2^22 instances", "nodes["});
+  expect_error(instanced.glb(), Status::unsupported, {"2^22", "nodes["});
 }
 
 TEST(ImportGltfBad, TooManyElementsAreRefusedBeforeTheyAreRead) {
   for (const char* name : {"nodes", "meshes", "materials", "images"}) {
     GltfBuilder builder = test::small_plant();
     for (int i = 0; i < 300000; ++i) builder.json[name].push_back(json::object());
-    expect_error(builder.glb(), Status::unsupported, {"too many elements", std::string(name) + " has 3000"});
+    expect_error(builder.glb(), Status::unsupported, {name, std::to_string(builder.json[name].size())});
   }
 }
 
@@ -379,7 +381,7 @@ TEST(ImportGltfBad, WhatIsNotReadTakesNoPlace) {
 TEST(ImportGltfBad, ImagesThatEndEarlyAreErrors) {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::jpeg_without_scan());
-  expect_error(builder.glb(), Status::bad_file, {"image ends early", "images[0]"});
+  expect_error(builder.glb(), Status::bad_file, {"images[0]"});
   const Bytes good = test::png(3, 3, {10, 200, 30, 255});
   for (std::size_t n = 1; n < good.size(); ++n) {
     GltfBuilder cut = test::small_plant();
@@ -396,7 +398,7 @@ TEST(ImportGltfBad, ImagesInOtherFormsAreLeftOut) {
     ASSERT_TRUE(plant) << plant.error().message();
     EXPECT_TRUE(plant->images.empty()) << "nothing was decoded";
     ASSERT_EQ(plant->warnings.size(), 1u);
-    EXPECT_NE(plant->warnings[0].find("images[0] left out: not a PNG, JPEG or WebP image"), std::string::npos) << plant->warnings[0];
+    EXPECT_TRUE(test::mentions(plant->warnings[0], {"images[0]"}));
   }
 }
 
@@ -465,5 +467,5 @@ TEST(ImportGltfBad, EveryDamagedByteGivesAnErrorOrAPlant) {
     }
 }
 
-}  // namespace
+}  // namespace import_gltf_bad_test
 }  // namespace coppice::bake

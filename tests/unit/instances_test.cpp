@@ -9,7 +9,7 @@
 #include "handle.h"
 
 namespace coppice::gpu {
-namespace {
+namespace instances_test {
 
 constexpr std::uint32_t kPlants = 4;
 
@@ -310,5 +310,5 @@ TEST(Instances, SlotsOfATileThatAreNotUsedAreUploadedEmpty) {
   for (std::uint32_t slot = 10; slot < 64; ++slot) EXPECT_EQ(table.slots()[slot].plant, kNoPlant);
 }
 
-}  // namespace
+}  // namespace instances_test
 }  // namespace coppice::gpu

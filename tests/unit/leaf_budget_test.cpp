@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace coppice {
-namespace {
+namespace leaf_budget_test {
 
 constexpr float kErrorPx = 2.0f;
 constexpr std::uint32_t kBudget = 100'000;
@@ -88,5 +88,5 @@ TEST(LeafBudget, TrianglesOfTheHardwareWeighMore) {
   EXPECT_GT(work_in_leaves({.leaves = 10, .hardware_triangles = 20}), 50.0);
 }
 
-}  // namespace
+}  // namespace leaf_budget_test
 }  // namespace coppice

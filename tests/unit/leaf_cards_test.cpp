@@ -18,7 +18,7 @@
 #include "unused_materials.h"
 
 namespace coppice::bake {
-namespace {
+namespace leaf_cards_test {
 
 using test::LeafMesh;
 
@@ -264,5 +264,5 @@ TEST(DropUnusedMaterials, KeepsWhatCardsAndWoodUse) {
   EXPECT_EQ(plant.wood.lods[0].triangle_materials, (std::vector<std::uint32_t>{0, 0}));
 }
 
-}  // namespace
+}  // namespace leaf_cards_test
 }  // namespace coppice::bake

@@ -21,7 +21,7 @@ void PrintTo(const LobedPlant& plant, std::ostream* out) {
 }
 }  // namespace test
 
-namespace {
+namespace leaf_lobes_test {
 
 class LobedPlantTest : public testing::TestWithParam<test::LobedPlant> {};
 
@@ -68,5 +68,5 @@ TEST(LeafLobes, AQuadStandsForAllLobes) {
 INSTANTIATE_TEST_SUITE_P(LeafLobes, LobedPlantTest, testing::ValuesIn(test::lobed_plants()),
                          [](const testing::TestParamInfo<test::LobedPlant>& plant) { return plant.param.name; });
 
-}  // namespace
+}  // namespace leaf_lobes_test
 }  // namespace coppice::bake

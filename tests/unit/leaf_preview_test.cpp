@@ -5,7 +5,7 @@
 #include "image_decode.h"
 
 namespace coppice::bake {
-namespace {
+namespace leaf_preview_test {
 
 constexpr std::uint32_t kSide = kPreviewSizePx;
 
@@ -70,5 +70,5 @@ TEST(LeafPreview, APlantWithoutAnythingIsWhite) {
   EXPECT_EQ(picture_of({}).at(kSide / 2, kSide / 2)[0], 255);
 }
 
-}  // namespace
+}  // namespace leaf_preview_test
 }  // namespace coppice::bake

@@ -7,7 +7,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace leaf_reach_test {
 
 const Quad kUnitSquare = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
 
@@ -38,5 +38,5 @@ TEST(LeafReach, KeepsTheOutermostPoints) {
   EXPECT_EQ(std::count(points.begin(), points.end(), glm::vec3(0.1f)), 0);
 }
 
-}  // namespace
+}  // namespace leaf_reach_test
 }  // namespace coppice::bake

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace coppice {
-namespace {
+namespace ledger_test {
 
 TEST(Ledger, GrantsWhatIsFreeAndNoMore) {
   Ledger ledger(100);
@@ -55,5 +55,5 @@ TEST(Ledger, ForgetsARefusalThatIsNotRepeated) {
   EXPECT_EQ(ledger.wanted(), 0u);
 }
 
-}  // namespace
+}  // namespace ledger_test
 }  // namespace coppice

@@ -9,7 +9,7 @@
 #include "coppice/format.h"
 
 namespace coppice::bake {
-namespace {
+namespace material_split_test {
 
 /// A triangle of 2 m^2 with the uvs `at` and two texels beside it in an image of 64.
 void add_triangle(Mesh& mesh, const glm::vec2& at, const glm::vec3& tint = glm::vec3(1.0f)) {
@@ -110,5 +110,5 @@ TEST(MaterialSplit, NeverMoreMaterialsThanAFileHolds) {
   EXPECT_EQ(plant.materials.size(), std::size_t{COPPICE_MAX_MATERIALS});
 }
 
-}  // namespace
+}  // namespace material_split_test
 }  // namespace coppice::bake

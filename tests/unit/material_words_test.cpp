@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace coppice::bake {
-namespace {
+namespace material_words_test {
 
 TEST(MaterialWords, EachKindCountsOnce) {
   EXPECT_EQ(name_evidence("Leaves"), 3.0);
@@ -55,5 +55,5 @@ TEST(MaterialWords, LongNamesAreCut) {
   EXPECT_EQ(name_evidence("leaf" + std::string(1000000, ' ')), 3.0);
 }
 
-}  // namespace
+}  // namespace material_words_test
 }  // namespace coppice::bake

@@ -10,7 +10,7 @@
 #include "random_tree.h"
 
 namespace coppice::bake {
-namespace {
+namespace mesh_error_test {
 
 /// Black squares in a row, each `side` wide and facing +z.
 Mesh squares(int count, float side) {
@@ -114,5 +114,5 @@ TEST(WoodError, OtherSizesAreRefused) {
   EXPECT_FALSE(measure_wood_error(plant, std::array{&one}));
 }
 
-}  // namespace
+}  // namespace mesh_error_test
 }  // namespace coppice::bake

@@ -9,7 +9,7 @@
 #include "visibility.h"
 
 namespace coppice::bake {
-namespace {
+namespace mutual_information_test {
 
 ViewTotals totals_of(std::span<const std::uint32_t> totals_px) {
   ViewTotals totals(static_cast<std::uint32_t>(totals_px.size()));
@@ -125,5 +125,5 @@ TEST(FoliageInformation, TheBackgroundIsAnOutcome) {
   EXPECT_EQ(source_bits(scene), 0.5);  // p(l|1) = 1, nothing in view 2
 }
 
-}  // namespace
+}  // namespace mutual_information_test
 }  // namespace coppice::bake

@@ -21,9 +21,10 @@
 #include "reader.h"
 #include "unpack.h"
 #include "wood_codec.h"
+#include "places.h"
 
 namespace coppice {
-namespace {
+namespace naive_reader_test {
 
 using test::Bytes;
 using test::NaivePlant;
@@ -268,7 +269,7 @@ void expect_agreement_on_mutants(const NamedFile& file, std::size_t stride, std:
 }
 
 TEST(NaiveReader, ReadsTheSameFromEveryTestFile) {
-  const std::vector<NamedFile> files = files_below(COPPICE_TEST_DATA);
+  const std::vector<NamedFile> files = files_below(test::kTestData);
   EXPECT_GT(files.size(), 80u);
   for (const NamedFile& file : files) expect_same(file.name, file.bytes);
 }
@@ -290,9 +291,9 @@ TEST(NaiveReader, AgreesOnMutantsOfNewFiles) {
 }
 
 TEST(NaiveReader, AgreesOnMutantsOfKeptFiles) {
-  for (const NamedFile& file : files_below(std::filesystem::path(COPPICE_TEST_DATA) / "plants"))
+  for (const NamedFile& file : files_below(std::filesystem::path(test::kTestData) / "plants"))
     expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 3, 2);
 }
 
-}  // namespace
+}  // namespace naive_reader_test
 }  // namespace coppice

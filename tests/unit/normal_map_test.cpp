@@ -11,7 +11,7 @@
 #include "texture_encode.h"
 
 namespace coppice::bake {
-namespace {
+namespace normal_map_test {
 
 /// Waves of a slope of up to 1 along both axes.
 Image waves(std::uint32_t width, std::uint32_t height) {
@@ -95,5 +95,5 @@ TEST(NormalMap, BlocksStayWithinAFewDegrees) {
   }
 }
 
-}  // namespace
+}  // namespace normal_map_test
 }  // namespace coppice::bake

@@ -10,7 +10,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace octree_test {
 
 using Ids = std::vector<std::uint32_t>;
 
@@ -108,5 +108,5 @@ TEST(LeafOctree, FollowsInsertionsAndRemovals) {
   }
 }
 
-}  // namespace
+}  // namespace octree_test
 }  // namespace coppice::bake

@@ -15,7 +15,7 @@
 #include "unpack.h"
 
 namespace coppice::bake {
-namespace {
+namespace pack_test {
 
 using test::random_plant;
 
@@ -311,5 +311,5 @@ TEST(Verify, NoticesASphereThatIsTooSmall) {
   EXPECT_STREQ(report.error().what, "plant sphere");
 }
 
-}  // namespace
+}  // namespace pack_test
 }  // namespace coppice::bake

@@ -13,9 +13,10 @@
 #include "page_shapes.h"
 #include "quantised_tree.h"
 #include "random_tree.h"
+#include "places.h"
 
 namespace coppice {
-namespace {
+namespace page_codec_test {
 
 using bake::QuantisedTree;
 using page_model::Point;
@@ -320,7 +321,7 @@ TEST(Shapes, TheCommonOnesAreFound) {
 
 // What the fuzz target starts from; COPPICE_UPDATE_GOLDEN=1 writes it anew.
 TEST(FuzzCorpus, HoldsPagesOfThisVersion) {
-  const std::filesystem::path folder = COPPICE_FUZZ_CORPUS;
+  const std::filesystem::path folder = std::filesystem::path(test::kTestFolder) / "fuzz/corpus/codec";
   constexpr std::uint32_t kPlainLeaves = 30, kShapedLeaves = 60;
   const std::vector<std::pair<std::string, QuantisedTree>> trees = {{"modelled_page_plain", quantised(kPlainLeaves, 1, 3)},
                                                                     {"modelled_page_random", random_splits(kShapedLeaves - 1, 1)}};
@@ -339,5 +340,5 @@ TEST(FuzzCorpus, HoldsPagesOfThisVersion) {
   }
 }
 
-}  // namespace
+}  // namespace page_codec_test
 }  // namespace coppice

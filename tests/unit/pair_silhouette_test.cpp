@@ -12,7 +12,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace pair_silhouette_test {
 
 /// Of an opaque quad that stands for opaque leaves.
 float opaque_mismatch_m2(const PairShape& shape) {
@@ -134,5 +134,5 @@ TEST(PairShapes, LeavesWithoutExtentHaveNoMismatch) {
   for (const PairShape& shape : shapes.all()) EXPECT_EQ(opaque_mismatch_m2(shape), 0.0f);
 }
 
-}  // namespace
+}  // namespace pair_silhouette_test
 }  // namespace coppice::bake

@@ -15,7 +15,7 @@
 #include "pick.h"
 
 namespace coppice::test {
-namespace {
+namespace pick_test {
 
 class Rays {
  public:
@@ -293,5 +293,5 @@ TEST(PickRuntime, WrongRaysAreRefused) {
   EXPECT_EQ(coppice_pick(host.context(), nullptr, &hit), COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
-}  // namespace
+}  // namespace pick_test
 }  // namespace coppice::test

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace coppice::bake {
-namespace {
+namespace piece_shape_test {
 
 PieceShape measure(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& indices) {
   Mesh mesh;
@@ -151,5 +151,5 @@ TEST(PieceShape, WhatHasNoArea) {
   EXPECT_EQ(point.width_m, 0.0);
 }
 
-}  // namespace
+}  // namespace piece_shape_test
 }  // namespace coppice::bake

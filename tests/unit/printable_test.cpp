@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace coppice {
-namespace {
+namespace printable_test {
 
 TEST(Printable, LeavesTextAlone) {
   for (const char* text : {"", "oak", "Fr\xc3\xbchlings-Eiche \xe6\xa8\xb9 \xf0\x9f\x8c\xb3", "a\\x1b"}) {
@@ -31,5 +31,5 @@ TEST(Printable, HidesWhatATerminalObeys) {
   }
 }
 
-}  // namespace
+}  // namespace printable_test
 }  // namespace coppice

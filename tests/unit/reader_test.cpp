@@ -15,13 +15,14 @@
 #include "pack.h"
 #include "random_tree.h"
 #include "unpack.h"
+#include "places.h"
 
 namespace coppice {
-namespace {
+namespace reader_test {
 
 using test::Bytes;
 
-const std::filesystem::path kData = COPPICE_TEST_DATA;
+const std::filesystem::path kData = test::kTestData;
 
 bool updating() {
   return std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr;
@@ -329,5 +330,5 @@ TEST(Reader, MipLevelsTileTheTexture) {
   }
 }
 
-}  // namespace
+}  // namespace reader_test
 }  // namespace coppice

@@ -7,7 +7,7 @@
 #include <utility>
 
 namespace coppice {
-namespace {
+namespace residency_test {
 
 using enum Residency;
 
@@ -40,5 +40,5 @@ TEST(Residency, EveryStateHasItsOwnName) {
   EXPECT_EQ(names.size(), kResidencyCount);
 }
 
-}  // namespace
+}  // namespace residency_test
 }  // namespace coppice

@@ -14,12 +14,14 @@
 #include <tuple>
 #include <utility>
 
+#include "mentions.h"
+#include "places.h"
 #include "scene_file.h"
 #include "scene_reader.h"
 #include "scene_write.h"
 
 namespace coppice {
-namespace {
+namespace scene_format_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -134,14 +136,14 @@ TEST(SceneFile, WhatIsNoSceneIsNotWritten) {
     const auto bytes = bake::encode_scene(species, plants);
     return bytes ? std::string("written") : bytes.error().message();
   };
-  EXPECT_NE(refusal({}).find("no plant"), std::string::npos);
+  EXPECT_NE(refusal({}), "written");
   std::vector<bake::ScenePlant> plants(3);
   plants[1].species = 2;
-  EXPECT_NE(refusal(plants).find("plant 1"), std::string::npos);
+  EXPECT_TRUE(test::mentions(refusal(plants), {"plant 1"}));
   plants[1] = {};
   plants[2].position_m[0] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NE(refusal(plants).find("plant 2"), std::string::npos);
-  EXPECT_NE(refusal(std::vector<bake::ScenePlant>(60000)).find("too many plants in one place"), std::string::npos);
+  EXPECT_TRUE(test::mentions(refusal(plants), {"plant 2"}));
+  EXPECT_NE(refusal(std::vector<bake::ScenePlant>(60000)), "written") << "all in one place";
 }
 
 TEST(SceneFile, EveryTruncationIsRefused) {
@@ -186,8 +188,14 @@ TEST(SceneFile, EveryFlippedByteUnderRightChecksumsIsRefusedOrValid) {
 }
 
 /// One value changed under right checksums, and the error it must give.
+/// What an error names before its colon: "tile max_radius" of "tile max_radius: larger than its parent's".
+std::string field_of(const Error& error) {
+  const std::string what = error.what;
+  return what.substr(0, what.find(':'));
+}
+
 struct Damage {
-  const char* reason;
+  const char* field;
   std::size_t at;
   std::uint32_t value;
 };
@@ -199,7 +207,7 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
   const std::size_t tiles = static_cast<std::size_t>(scene_front_bytes(header)) - header.tile_count * sizeof(coppice_scene_tile);
   const std::size_t first = static_cast<std::size_t>(scene_front_bytes(header));
   const Damage damages[] = {
-      {"magic: not a .forest file", 0, 0x4c454c41},
+      {"magic", 0, 0x4c454c41},
       {"version", offsetof(coppice_scene_header, version), 2},
       {"species_count", offsetof(coppice_scene_header, species_count), 0},
       {"tile_count", offsetof(coppice_scene_header, tile_count), 0xffffffff},
@@ -219,8 +227,7 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
       {"tile instance_count", tiles + offsetof(coppice_scene_tile, instance_count), 0},
       {"tile first_child", tiles + offsetof(coppice_scene_tile, first_child), 2},
       {"tile child_mask", tiles + offsetof(coppice_scene_tile, child_mask), 0x1f},
-      {"tile max_radius: larger than its parent's", tiles + sizeof(coppice_scene_tile) + offsetof(coppice_scene_tile, max_radius),
-       0x447a0000},
+      {"tile max_radius", tiles + sizeof(coppice_scene_tile) + offsetof(coppice_scene_tile, max_radius), 0x447a0000},
       {"instance species", first + offsetof(coppice_scene_instance, species), 7},
   };
   for (const Damage& damage : damages) {
@@ -228,15 +235,15 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
     std::memcpy(bad.data() + damage.at, &damage.value, sizeof damage.value);
     test::fix_scene_checksums(bad);
     const auto read = read_all(bad);
-    ASSERT_FALSE(read) << damage.reason;
-    EXPECT_STREQ(read.error().what, damage.reason);
-    EXPECT_EQ(read.error().status, Status::bad_file) << damage.reason;
-    EXPECT_NE(read.error().offset, Error::kNoOffset) << damage.reason;
+    ASSERT_FALSE(read) << damage.field;
+    EXPECT_EQ(field_of(read.error()), damage.field);
+    EXPECT_EQ(read.error().status, Status::bad_file) << damage.field;
+    EXPECT_EQ(read.error().offset, damage.at) << damage.field;
   }
   Bytes absolute = good;
   absolute[kSceneHeaderBytes + 2 * sizeof(coppice_scene_species)] = '/';
   test::fix_scene_checksums(absolute);
-  EXPECT_STREQ(read_all(absolute).error().what, "species path: not relative");
+  EXPECT_EQ(field_of(read_all(absolute).error()), "species path");
 }
 
 // Each is in range; their ratio is infinite, and an instance of scale 0 would stand at NaN.
@@ -256,7 +263,7 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
   for (const float scale_min : {1e-45f, 1e-38f, 1e-33f}) {
     const auto read = read_all(with_scales(scale_min, 1e6f));
     ASSERT_FALSE(read) << scale_min;
-    EXPECT_STREQ(read.error().what, "tile scale_min, scale_max: too far apart");
+    EXPECT_EQ(field_of(read.error()), "tile scale_min, scale_max");
     EXPECT_EQ(read.error().offset, tile + offsetof(coppice_scene_tile, scale_min));
   }
   for (const auto& [scale_min, scale_max] : {std::pair{1e-23f, 1e6f}, std::pair{1e-45f, 1e-44f}}) {
@@ -301,7 +308,7 @@ TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
 }
 
 TEST(SceneFile, Version1IsReadForEver) {
-  const std::filesystem::path path = std::filesystem::path(COPPICE_TEST_DATA) / "scene_v1" / "small.forest";
+  const std::filesystem::path path = std::filesystem::path(test::kTestData) / "scene_v1" / "small.forest";
   if (std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr && !std::filesystem::exists(path)) {
     const Bytes bytes = test::random_scene(60, 100, 7);
     std::filesystem::create_directories(path.parent_path());
@@ -319,5 +326,5 @@ TEST(SceneFile, Version1IsReadForEver) {
   EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
 }
 
-}  // namespace
+}  // namespace scene_format_test
 }  // namespace coppice

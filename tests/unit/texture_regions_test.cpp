@@ -10,7 +10,7 @@
 #include "texture_mips.h"
 
 namespace coppice::bake {
-namespace {
+namespace texture_regions_test {
 
 using Rgb = std::array<int, 3>;
 constexpr Rgb kWhite{255, 255, 255}, kGreen{0, 128, 0}, kBrown{96, 64, 32};
@@ -181,5 +181,5 @@ TEST(TextureRegions, MaterialsThatShowOtherColoursOfOneImageShareNone) {
   }
 }
 
-}  // namespace
+}  // namespace texture_regions_test
 }  // namespace coppice::bake

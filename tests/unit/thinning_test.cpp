@@ -10,7 +10,7 @@
 #include "tree.h"
 
 namespace coppice::gpu {
-namespace {
+namespace thinning_test {
 
 constexpr std::uint32_t kLeaves = 48;
 constexpr double kStep = 1.0 / 16;
@@ -111,5 +111,5 @@ TEST(Thinning, TheFixedPatternMovesWithTheLeaf) {
     }
 }
 
-}  // namespace
+}  // namespace thinning_test
 }  // namespace coppice::gpu

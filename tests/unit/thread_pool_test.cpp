@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace coppice {
-namespace {
+namespace thread_pool_test {
 
 TEST(ThreadPool, RunsEverythingBeforeItGoes) {
   std::atomic<int> ran = 0;
@@ -110,5 +110,5 @@ TEST(ThreadPool, RunsInlineWhatNoLongerFitsTheQueue) {
   EXPECT_EQ(gate.ran, static_cast<int>(ThreadPool::kQueueLength + 10));
 }
 
-}  // namespace
+}  // namespace thread_pool_test
 }  // namespace coppice

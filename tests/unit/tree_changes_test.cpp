@@ -11,7 +11,7 @@
 #include "tree_changes.h"
 
 namespace coppice {
-namespace {
+namespace tree_changes_test {
 
 constexpr coppice_scene kScene = 3;
 using Key = std::pair<std::uint32_t, std::uint32_t>;
@@ -55,5 +55,5 @@ TEST(TreeChanges, HoldWhatAMapHoldsInItsOrder) {
   }
 }
 
-}  // namespace
+}  // namespace tree_changes_test
 }  // namespace coppice

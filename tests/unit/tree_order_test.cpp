@@ -12,7 +12,7 @@
 #include "viewpoints.h"
 
 namespace coppice::bake {
-namespace {
+namespace tree_order_test {
 
 using Corners = std::array<std::uint8_t, 4>;
 
@@ -166,5 +166,5 @@ TEST(TreeOrder, OneLeafIsARootWithoutSplits) {
   EXPECT_EQ(cut_nodes(tree, 1), (std::vector<std::uint32_t>{0}));
 }
 
-}  // namespace
+}  // namespace tree_order_test
 }  // namespace coppice::bake

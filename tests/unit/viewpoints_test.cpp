@@ -10,7 +10,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace viewpoints_test {
 
 TEST(Viewpoints, TwentyAreTheVerticesOfADodecahedron) {
   const auto views = viewpoints(20);
@@ -83,5 +83,5 @@ TEST(BoundingSphere, IsAboutTheBoxCentreAndReachesTheFarthestVertex) {
   EXPECT_EQ(bounding_sphere(Foliage{}).radius, 0.0f);
 }
 
-}  // namespace
+}  // namespace viewpoints_test
 }  // namespace coppice::bake

@@ -10,7 +10,7 @@
 #include "test_foliage.h"
 
 namespace coppice::bake {
-namespace {
+namespace visibility_test {
 
 using Pixel = std::pair<std::int32_t, std::int32_t>;
 
@@ -256,5 +256,5 @@ TEST(ItemBuffers, BadInputIsRejected) {
   EXPECT_EQ(status(good, masked, views, 16), Status::invalid_argument);
 }
 
-}  // namespace
+}  // namespace visibility_test
 }  // namespace coppice::bake

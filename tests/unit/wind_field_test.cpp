@@ -13,7 +13,7 @@
 #include "still_wind.h"
 
 namespace coppice {
-namespace {
+namespace wind_field_test {
 
 using Point = std::array<float, 3>;
 
@@ -143,5 +143,5 @@ TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {
   EXPECT_FALSE(check_wind_head(flat, 0)) << "nodes too near to each other";
 }
 
-}  // namespace
+}  // namespace wind_field_test
 }  // namespace coppice

@@ -12,7 +12,7 @@
 #include "plants_folder.h"
 
 namespace coppice::test {
-namespace {
+namespace wind_figures_test {
 
 void expect_whole(const WindFigures& of) {
   EXPECT_LE(of.gap_99, 0.02) << "of a leaf's length";
@@ -47,5 +47,5 @@ TEST_P(ForeignInWind, LeavesStayOnTheirTwigs) {
 INSTANTIATE_TEST_SUITE_P(Plants, ForeignInWind, testing::Values("eztree_oak_medium", "eztree_pine_large", "scopia_poplar", "coffee"),
                          [](const auto& plant) { return std::string(plant.param); });
 
-}  // namespace
+}  // namespace wind_figures_test
 }  // namespace coppice::test

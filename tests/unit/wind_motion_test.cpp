@@ -11,7 +11,7 @@
 #include "still_wind.h"
 
 namespace coppice {
-namespace {
+namespace wind_motion_test {
 
 using namespace gpu;
 
@@ -286,5 +286,5 @@ TEST_F(WindMotion, HostsAreToldTheGustsThatPlantsBendBy) {
   }
 }
 
-}  // namespace
+}  // namespace wind_motion_test
 }  // namespace coppice

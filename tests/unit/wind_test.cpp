@@ -27,7 +27,7 @@
 #include "wood_skeleton.h"
 
 namespace coppice::bake {
-namespace {
+namespace wind_test {
 
 struct Tube {
   glm::vec3 foot{0.0f}, tip{0.0f, 1.0f, 0.0f};
@@ -460,5 +460,5 @@ TEST(Wind, GrownPlantsKeepTheLimitsAndTwigsMoveMost) {
   }
 }
 
-}  // namespace
+}  // namespace wind_test
 }  // namespace coppice::bake

@@ -12,7 +12,7 @@
 #include "wood_encode.h"
 
 namespace coppice {
-namespace {
+namespace wood_codec_test {
 
 bake::Mesh stem() {
   return test::random_plant({.leaf_count = 4}).wood.lods[0];
@@ -199,5 +199,5 @@ TEST(WoodCodec, ATruncatedOrFlippedStreamGivesAnErrorOrAValidMesh) {
     }
 }
 
-}  // namespace
+}  // namespace wood_codec_test
 }  // namespace coppice

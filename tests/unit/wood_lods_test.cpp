@@ -25,7 +25,7 @@
 #include "wood_stand_ins.h"
 
 namespace coppice::bake {
-namespace {
+namespace wood_lods_test {
 
 constexpr std::uint32_t kSides = 16, kRings = 60;
 
@@ -362,5 +362,5 @@ TEST(WoodLods, SameWoodSameLods) {
   }
 }
 
-}  // namespace
+}  // namespace wood_lods_test
 }  // namespace coppice::bake

@@ -8,7 +8,7 @@
 #include "reader.h"
 
 namespace coppice {
-namespace {
+namespace writer_test {
 
 /// Two pages, two wood LoDs, one texture; the bytes of pages and wood mean nothing to the writer.
 FileContents contents() {
@@ -85,5 +85,5 @@ TEST(Writer, RefusesWhatTheReaderWould) {
   EXPECT_STREQ(write_file(wrong).error().what, "error table error_px");
 }
 
-}  // namespace
+}  // namespace writer_test
 }  // namespace coppice

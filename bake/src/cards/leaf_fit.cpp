@@ -32,7 +32,7 @@ struct LeafShape {
   std::vector<std::uint32_t> materials;  ///< 1 per triangle
 };
 
-bool less(const glm::vec3& a, const glm::vec3& b) {
+bool less_corner(const glm::vec3& a, const glm::vec3& b) {
   if (a.x != b.x) return a.x < b.x;
   if (a.y != b.y) return a.y < b.y;
   return a.z < b.z;
@@ -44,12 +44,12 @@ LeafShape leaf_shape(const Plant& plant, const LeafRange& leaf) {
   LeafShape shape;
   std::vector<glm::vec3> sorted;
   for (std::size_t i = first; i < first + count; ++i) sorted.push_back(mesh.positions[mesh.indices[i]]);
-  std::sort(sorted.begin(), sorted.end(), less);
+  std::sort(sorted.begin(), sorted.end(), less_corner);
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
   for (const glm::vec3& position : sorted) shape.points.emplace_back(position);
   for (std::size_t i = first; i < first + count; ++i) {
     const std::uint32_t vertex = mesh.indices[i];
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), mesh.positions[vertex], less);
+    const auto found = std::lower_bound(sorted.begin(), sorted.end(), mesh.positions[vertex], less_corner);
     shape.corners.push_back({vertex, static_cast<std::uint32_t>(found - sorted.begin())});
   }
   for (std::size_t t = 0; t < leaf.triangle_count; ++t) shape.materials.push_back(mesh.triangle_materials[leaf.first_triangle + t]);

@@ -17,6 +17,8 @@
 namespace coppice::bake {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct InspectArguments {
   std::filesystem::path input;
   bool json = false;
@@ -104,7 +106,6 @@ void print_text(const FileSummary& file) {
 }
 
 void print_json(const FileSummary& file) {
-  using Json = nlohmann::ordered_json;
   Json chunks = Json::array(), wood = Json::array(), textures = Json::array(), leaf_meshes = Json::array();
   for (const auto& mesh : file.leaf_meshes)
     leaf_meshes.push_back({{"vertices", mesh.vertices}, {"triangles", mesh.triangles}, {"bytes", mesh.bytes}});
@@ -173,7 +174,6 @@ void print_scene_text(const InspectArguments& arguments, const SceneFile& scene)
 }
 
 void print_scene_json(const SceneFile& scene) {
-  using Json = nlohmann::ordered_json;
   Json species = Json::array();
   for (const SceneFileSpecies& one : scene.species)
     species.push_back({{"path", std::string(one.path)}, {"sphere_radius_m", one.sphere_radius_m}});

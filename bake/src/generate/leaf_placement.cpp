@@ -13,7 +13,6 @@
 namespace coppice::bake {
 namespace {
 
-constexpr glm::vec3 kUp{0.0f, 1.0f, 0.0f};
 /// Leaves at a stem's pointed end stand this far from its axis: a whorl there would share one point.
 constexpr float kMinStandOffM = 0.0015f;
 

@@ -15,8 +15,6 @@
 namespace coppice::bake {
 namespace {
 
-constexpr glm::vec3 kUp{0.0f, 1.0f, 0.0f};
-
 /// What grow_stem needs to know about one stem.
 struct StemStart {
   std::uint32_t level = 0;

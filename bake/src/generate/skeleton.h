@@ -10,6 +10,8 @@
 
 namespace coppice::bake {
 
+inline constexpr glm::vec3 kUp{0.0f, 1.0f, 0.0f};
+
 /// A trunk, branch or twig: a polyline with a radius at each point. Metres.
 struct Stem {
   std::vector<glm::vec3> points;  ///< at least three; the first lies inside the parent, or below the ground

@@ -198,13 +198,13 @@ const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::ui
 /// [class] some of its triangles.
 std::vector<std::vector<std::uint32_t>> sample_classes(const Pieces& pieces, const ClassedPieces& classed) {
   // Enough for a mean colour.
-  constexpr std::size_t kMostTriangles = 256;
+  constexpr std::size_t kMostSampled = 256;
   std::vector<std::vector<std::uint32_t>> samples(classed.classes.size());
   for (std::size_t i = 0; i < pieces.ranges.size(); ++i) {
     if (classed.class_of[i] == kNone) continue;
     std::vector<std::uint32_t>& sample = samples[classed.class_of[i]];
     const LeafRange& range = pieces.ranges[i];
-    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMostTriangles; ++k)
+    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMostSampled; ++k)
       sample.push_back(pieces.triangles[range.first_triangle + k]);
   }
   return samples;

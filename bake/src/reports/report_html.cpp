@@ -20,7 +20,7 @@ nlohmann::ordered_json picture_json(const std::vector<std::uint8_t>& png) {
   return data_url("image/png", png);
 }
 
-nlohmann::ordered_json level_json(const LevelMeasures& level, std::uint32_t size_px) {
+nlohmann::ordered_json level_data(const LevelMeasures& level, std::uint32_t size_px) {
   const std::array<std::string, 3> rmse = rmse_names(size_px);
   nlohmann::ordered_json json = {{"fraction", level.fraction},
                                  {"leaves", level.leaves},
@@ -51,12 +51,12 @@ nlohmann::ordered_json lit_json(const EvaluationReport& report) {
   return lit_names(report.size_px);
 }
 
-nlohmann::ordered_json report_json(const EvaluationReport& report) {
+nlohmann::ordered_json report_data(const EvaluationReport& report) {
   const std::array<std::string, 3> rmse = rmse_names(report.size_px);
   nlohmann::ordered_json methods = nlohmann::ordered_json::array();
   for (const MethodMeasures& method : report.methods) {
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
-    for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, report.size_px));
+    for (const LevelMeasures& level : method.levels) levels.push_back(level_data(level, report.size_px));
     methods.push_back({{"name", method.name}, {"seconds", method.seconds}, {"levels", std::move(levels)}});
   }
   return {{"plant", report.plant},
@@ -77,7 +77,7 @@ nlohmann::ordered_json report_json(const EvaluationReport& report) {
 }  // namespace
 
 std::string evaluation_html(const EvaluationReport& report) {
-  const std::string data = json_for_script(report_json(report).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  const std::string data = json_for_script(report_data(report).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::pair<std::string_view, std::string_view> parts[] = {{"{{library_licence}}", report_page::kLibraryLicence},
                                                                  {"{{library_style}}", report_page::kLibraryStyle},
                                                                  {"{{style}}", report_page::kStyle},

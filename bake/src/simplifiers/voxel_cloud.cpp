@@ -18,7 +18,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr int kSteps = 8;
+constexpr int kFlakeSteps = 8;
 constexpr std::uint32_t kMaxCells = 1024;  // ten bits
 
 struct Flake {
@@ -40,10 +40,10 @@ Result<std::vector<Flake>> flakes_of(const Foliage& foliage, const std::vector<M
   for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf) {
     const Quad& quad = foliage.quads[leaf];
     const Card& card = foliage.card_table[foliage.cards[leaf]];
-    Flake flake{{}, static_cast<float>(quad_area(quad) / (kSteps * kSteps)), nearest_normal(quad_normal(quad)), card.material};
-    for (int y = 0; y < kSteps; ++y)
-      for (int x = 0; x < kSteps; ++x) {
-        const double s = (x + 0.5) / kSteps, t = (y + 0.5) / kSteps;
+    Flake flake{{}, static_cast<float>(quad_area(quad) / (kFlakeSteps * kFlakeSteps)), nearest_normal(quad_normal(quad)), card.material};
+    for (int y = 0; y < kFlakeSteps; ++y)
+      for (int x = 0; x < kFlakeSteps; ++x) {
+        const double s = (x + 0.5) / kFlakeSteps, t = (y + 0.5) / kFlakeSteps;
         if (masks[card.material].is_hole(card_point(card, s, t))) continue;
         flake.point = quad_point(quad, s, t);
         flakes.push_back(flake);

@@ -14,8 +14,8 @@
 #include "bake_cache.h"
 #include "cache_courier.h"
 #include "cache_server.h"
-#include "process.h"
 #include "places.h"
+#include "process.h"
 
 namespace {
 

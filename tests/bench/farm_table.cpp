@@ -14,10 +14,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "places.h"
 #include "process.h"
 #include "slurm_cluster.h"
 #include "text_files.h"
-#include "places.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "process.h"
 #include "places.h"
+#include "process.h"
 
 namespace coppice::test {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "help_text.h"
-#include "process.h"
 #include "places.h"
+#include "process.h"
 
 namespace coppice::test {
 namespace completion_test {
@@ -27,9 +27,7 @@ struct Program {
 };
 
 const std::vector<Program>& programs() {
-  static const std::vector<Program> all = {{"coppice", test::kTool, "completion"},
-                                           {"coppice-forest", test::kForest, "--completion"}
-  };
+  static const std::vector<Program> all = {{"coppice", test::kTool, "completion"}, {"coppice-forest", test::kForest, "--completion"}};
   return all;
 }
 

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include "places.h"
 #include "process.h"
 #include "text_files.h"
-#include "places.h"
 
 namespace same_bytes_test {
 

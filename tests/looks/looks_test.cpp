@@ -11,8 +11,8 @@
 #include "atomic_file.h"
 #include "golden.h"
 #include "looks_case.h"
-#include "process.h"
 #include "places.h"
+#include "process.h"
 
 namespace coppice::test {
 

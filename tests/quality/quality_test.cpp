@@ -19,8 +19,8 @@
 #include "evaluate.h"
 #include "generate_plant.h"
 #include "leaf_cards.h"
-#include "plants_folder.h"
 #include "places.h"
+#include "plants_folder.h"
 
 namespace coppice::bake {
 namespace quality_test {

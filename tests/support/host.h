@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "coppice/coppice.h"
-#include "vectors.h"
 #include "places.h"
+#include "vectors.h"
 
 namespace coppice::test {
 

@@ -14,7 +14,6 @@
 #include "mentions.h"
 #include "options.h"
 #include "placement.h"
-#include "places.h"
 #include "terrain.h"
 #include "tufts.h"
 #include "watch.h"

@@ -17,11 +17,11 @@
 #include "inspect.h"
 #include "naive_reader.h"
 #include "pack.h"
+#include "places.h"
 #include "random_tree.h"
 #include "reader.h"
 #include "unpack.h"
 #include "wood_codec.h"
-#include "places.h"
 
 namespace coppice {
 namespace naive_reader_test {

@@ -11,9 +11,9 @@
 #include "decoded_pages.h"
 #include "page_encode.h"
 #include "page_shapes.h"
+#include "places.h"
 #include "quantised_tree.h"
 #include "random_tree.h"
-#include "places.h"
 
 namespace coppice {
 namespace page_codec_test {

@@ -13,9 +13,9 @@
 #include "coppice_file.h"
 #include "layout.h"
 #include "pack.h"
+#include "places.h"
 #include "random_tree.h"
 #include "unpack.h"
-#include "places.h"
 
 namespace coppice {
 namespace reader_test {

@@ -11,7 +11,7 @@
 namespace coppice::bake {
 namespace {
 
-Error bad_accessor(const char* what, int accessor) {
+Error bad(const char* what, int accessor) {
   return Error{Status::bad_file, what, Error::kNoOffset, accessor_place(accessor)};
 }
 
@@ -77,7 +77,7 @@ Result<void> visit_elements(const tinygltf::Model& model, int accessor_index, st
   const std::size_t index_bytes = component_bytes(sparse.indices.componentType);
   for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
     const std::uint32_t element = load_index(indices.data() + i * index_bytes, sparse.indices.componentType);
-    if (element >= accessor.count) return bad_accessor("sparse index beyond the accessor", accessor_index);
+    if (element >= accessor.count) return bad("sparse index beyond the accessor", accessor_index);
     store(element, values.data() + i * element_bytes);
   }
   return {};
@@ -87,7 +87,7 @@ template <class Vector>
 Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index, int type) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
   if (accessor.type != type)
-    return bad_accessor(type == TINYGLTF_TYPE_VEC2 ? "not a VEC2" : type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC4", accessor_index);
+    return bad(type == TINYGLTF_TYPE_VEC2 ? "not a VEC2" : type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC4", accessor_index);
   if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
     return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
   const std::size_t scalar_bytes = component_bytes(accessor.componentType);
@@ -131,7 +131,7 @@ Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int acc
 Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor_index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
   const bool is_vector = accessor.type >= TINYGLTF_TYPE_VEC2 && accessor.type <= TINYGLTF_TYPE_VEC4;
-  if (accessor.type != TINYGLTF_TYPE_SCALAR && !is_vector) return bad_accessor("neither a SCALAR nor a vector", accessor_index);
+  if (accessor.type != TINYGLTF_TYPE_SCALAR && !is_vector) return bad("neither a SCALAR nor a vector", accessor_index);
   const int type = accessor.componentType;
   if (type != TINYGLTF_COMPONENT_TYPE_FLOAT && (type < TINYGLTF_COMPONENT_TYPE_BYTE || type > TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT))
     return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
@@ -145,11 +145,11 @@ Result<std::vector<float>> read_first_components(const tinygltf::Model& model, i
 
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor_index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
-  if (accessor.type != TINYGLTF_TYPE_SCALAR) return bad_accessor("indices are not a SCALAR", accessor_index);
+  if (accessor.type != TINYGLTF_TYPE_SCALAR) return bad("indices are not a SCALAR", accessor_index);
   const int type = accessor.componentType;
   if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
       type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
-    return bad_accessor("indices are not unsigned integers", accessor_index);
+    return bad("indices are not unsigned integers", accessor_index);
   std::vector<std::uint32_t> indices(accessor.count, 0);
   COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type),
                                [&](std::size_t i, const unsigned char* bytes) { indices[i] = load_index(bytes, type); }));

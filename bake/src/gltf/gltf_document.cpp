@@ -30,7 +30,7 @@ constexpr std::uint64_t kMaxFileBytes = 0xffffffff;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
 constexpr std::uint32_t kBinChunk = 0x004e4942;
 
-Error bad(const char* what, std::uint64_t offset = Error::kNoOffset) {
+Error damaged(const char* what, std::uint64_t offset = Error::kNoOffset) {
   return Error{Status::bad_file, what, offset};
 }
 
@@ -47,24 +47,24 @@ std::uint32_t read_u32(std::span<const std::uint8_t> bytes, std::size_t offset) 
 }
 
 Result<Parts> split_glb(std::span<const std::uint8_t> file) {
-  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return bad("truncated GLB: shorter than its header", file.size());
+  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return damaged("truncated GLB: shorter than its header", file.size());
   if (read_u32(file, 4) != 2) return Error{Status::unsupported, "GLB version other than 2", 4};
   const std::uint32_t length = read_u32(file, 8);
   if (length > file.size()) {
-    Error error = bad("truncated GLB: its header promises more bytes", 8);
+    Error error = damaged("truncated GLB: its header promises more bytes", 8);
     error.detail = std::to_string(length) + " promised, " + std::to_string(file.size()) + " there";
     return error;
   }
   file = file.first(length);
-  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return bad("GLB length shorter than its header", 8);
+  if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return damaged("GLB length shorter than its header", 8);
   Parts parts;
   std::size_t at = kGlbHeaderBytes;
   for (int chunk = 0; chunk < 2 && file.size() - at >= kChunkHeaderBytes; ++chunk) {
     const std::uint32_t bytes = read_u32(file, at);
     const std::uint32_t type = read_u32(file, at + 4);
-    if (bytes > file.size() - at - kChunkHeaderBytes) return bad("GLB chunk runs past the end of the file", at);
+    if (bytes > file.size() - at - kChunkHeaderBytes) return damaged("GLB chunk runs past the end of the file", at);
     const auto content = file.subspan(at + kChunkHeaderBytes, bytes);
-    if (chunk == 0 && type != kJsonChunk) return bad("the first GLB chunk is not JSON", at + 4);
+    if (chunk == 0 && type != kJsonChunk) return damaged("the first GLB chunk is not JSON", at + 4);
     if (chunk == 0) parts.json = as_text(content);
     if (chunk == 1 && type == kBinChunk && bytes > 0) parts.bin = content;
     at += kChunkHeaderBytes + bytes;
@@ -73,14 +73,14 @@ Result<Parts> split_glb(std::span<const std::uint8_t> file) {
 }
 
 Result<Parts> split(std::span<const std::uint8_t> file) {
-  if (file.empty()) return bad("the file is empty");
+  if (file.empty()) return damaged("the file is empty");
   const std::string_view text = as_text(file);
   if (text.starts_with("glTF")) return split_glb(file);
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   Parts parts;
   parts.json = text.substr(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
   const std::size_t first = parts.json.find_first_not_of(" \t\r\n");
-  if (first == std::string_view::npos || parts.json[first] != '{') return bad("not a glTF: neither a GLB header nor a JSON object");
+  if (first == std::string_view::npos || parts.json[first] != '{') return damaged("not a glTF: neither a GLB header nor a JSON object");
   return parts;
 }
 
@@ -195,10 +195,10 @@ Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, con
   try {
     if (parts.bin) {
       const std::vector<std::uint8_t> glb = assemble_glb(screened.json, *parts.bin);
-      if (glb.size() > kMaxFileBytes) return bad("GLB over 4 GiB");
+      if (glb.size() > kMaxFileBytes) return damaged("GLB over 4 GiB");
       loaded = loader.LoadBinaryFromMemory(model.get(), &message, &warning, glb.data(), static_cast<unsigned>(glb.size()), folder.string());
     } else {
-      if (screened.json.size() > kMaxFileBytes) return bad("JSON over 4 GiB");
+      if (screened.json.size() > kMaxFileBytes) return damaged("JSON over 4 GiB");
       loaded = loader.LoadASCIIFromString(model.get(), &message, &warning, screened.json.data(),
                                           static_cast<unsigned>(screened.json.size()), folder.string());
     }
@@ -209,7 +209,7 @@ Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, con
   }
   if (!loaded) return load_error(*model, screened, message);
   for (std::size_t i = 0; i < screened.buffer_bytes.size(); ++i)
-    if (model->buffers.at(i).data.size() < screened.buffer_bytes[i]) return bad("buffer shorter than its byteLength");
+    if (model->buffers.at(i).data.size() < screened.buffer_bytes[i]) return damaged("buffer shorter than its byteLength");
   return model;
 }
 

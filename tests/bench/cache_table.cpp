@@ -90,7 +90,7 @@ class Batches {
   Batches() {
     for (int seed = 1; seed <= 6; ++seed) {
       const std::string name = "hazel" + std::to_string(seed) + ".glb";
-      coppice::test::run_process(test::kTool, {"plant", "corylus", "--seed", std::to_string(seed), "-o", plants_ / name});
+      coppice::test::run_process(coppice::test::kTool, {"plant", "corylus", "--seed", std::to_string(seed), "-o", plants_ / name});
     }
   }
   /// Bakes everything. lost_s: of the batch's report  returns  the first line on stderr
@@ -99,7 +99,7 @@ class Batches {
     const fs::path report = folder_ / "report.json";
     std::vector<std::string> arguments{"bake-all", plants_, "-o", out, "--views", "2", "--resolution", "64", "--report", report};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = coppice::test::run_process(test::kTool, arguments);
+    const auto result = coppice::test::run_process(coppice::test::kTool, arguments);
     std::ifstream file(report);
     const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
     lost_s = json.is_object() ? json["cache"]["lost_seconds"].get<double>() : -1.0;

@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "coppice/coppice.h"
@@ -77,7 +78,8 @@ bool open(benchmark::State& state, bool all_in_view, Forest& forest) {
   const std::vector<coppice_placement> placed = placements(all_in_view);
   if (coppice_context_create(&desc, &forest.context) != COPPICE_OK ||
       coppice_view_create(forest.context, &view_desc, &forest.view) != COPPICE_OK ||
-      coppice_plant_open(forest.context, (std::string(test::kTestData) + "/plants/two_pages.coppice"), &plant) != COPPICE_OK ||
+      coppice_plant_open(forest.context, (std::string(coppice::test::kTestData) + "/plants/two_pages.coppice").c_str(), &plant) !=
+          COPPICE_OK ||
       coppice_instances_add(forest.context, plant, placed.data(), sizeof(coppice_placement), kInstances, nullptr) != COPPICE_OK) {
     state.SkipWithError(coppice_last_error(forest.context));
     return false;

@@ -51,7 +51,7 @@ void measure(const std::string& count, const std::string& views, const std::stri
   const char* const species[] = {"corylus", "juniper", "willow"};
   for (int i = 0; i < std::stoi(count); ++i) {
     const std::string name = species[i % 3] + std::to_string(i) + ".glb";
-    if (run_process(test::kTool, {"plant", species[i % 3], "-o", plants / name, "--seed", std::to_string(i)}).exit_code != 0)
+    if (run_process(coppice::test::kTool, {"plant", species[i % 3], "-o", plants / name, "--seed", std::to_string(i)}).exit_code != 0)
       throw std::runtime_error("cannot grow " + name);
   }
   const std::vector<std::string> bake{"bake-all", plants, "--views", views, "--resolution", resolution, "--candidates", "4", "-o"};
@@ -61,8 +61,8 @@ void measure(const std::string& count, const std::string& views, const std::stri
     return words;
   };
   const auto shard = [&](const char* processor, const char* folder_name, const char* part) {
-    return seconds_of(program_on_path("taskset"), with({"--cpu-list", processor, test::kTool}, {folder / folder_name, "--shard", part}),
-                      {});
+    return seconds_of(program_on_path("taskset"),
+                      with({"--cpu-list", processor, coppice::test::kTool}, {folder / folder_name, "--shard", part}), {});
   };
   // Machines are faster at some times than at others: one half of it before the rest and one after.
   const double before = shard("0", "one", "1/2");
@@ -74,8 +74,8 @@ void measure(const std::string& count, const std::string& views, const std::stri
   double two = 0.0, warm = 0.0;
   {
     const SlurmCluster cluster(2);
-    two = seconds_of(test::kTool, with({}, {folder / "two", "--slurm", "--report", folder / "two.json"}), cluster.environment());
-    warm = seconds_of(test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
+    two = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm", "--report", folder / "two.json"}), cluster.environment());
+    warm = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
   }
   const double one = before + shard("0", "one", "2/2");
   const auto files = [&](const char* name) { return outputs(folder / name, ".coppice-"); };

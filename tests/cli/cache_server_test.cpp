@@ -438,8 +438,9 @@ TEST_F(CacheServer, AFolderIsSharedOrOnlyRead) {
 }
 
 TEST_F(CacheServer, ExplainSaysWhatDiffers) {
-  EXPECT_EQ(lines_that_name(bake_all("out", {"--explain"}).out, "plant1"), 1u);
-  EXPECT_EQ(report("out")["plants"][0]["because"].size(), 1u);
+  const std::string told = bake_all("out", {"--explain"}).out;
+  ASSERT_EQ(report("out")["plants"][0]["because"].size(), 1u);
+  EXPECT_NE(told.find(report("out")["plants"][0]["because"][0].get<std::string>()), std::string::npos) << told;
   coppice::test::GltfBuilder builder = coppice::test::small_plant();
   builder.json["nodes"][0]["scale"] = {7, 7, 7};
   coppice::test::write_file(plants_ / "plant2.glb", builder.glb());

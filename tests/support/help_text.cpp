@@ -39,22 +39,4 @@ std::vector<std::string> listed_options(const std::string& help) {
   return options;
 }
 
-std::map<std::string, std::string> option_texts(const std::string& help) {
-  std::map<std::string, std::string> texts;
-  std::vector<std::string> entry;  // the names whose lines these are
-  std::istringstream lines(help);
-  std::smatch found;
-  for (std::string line; std::getline(lines, line);) {
-    if (std::regex_match(line, found, kOption)) {
-      entry = names_in(found[1]);
-      for (const std::string& name : entry) texts[name] = found[4].str();
-    } else if (line.starts_with(std::string(34, ' '))) {
-      for (const std::string& name : entry) texts[name] += " " + line.substr(34);
-    } else {
-      entry.clear();
-    }
-  }
-  return texts;
-}
-
 }  // namespace coppice::test

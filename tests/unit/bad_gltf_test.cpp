@@ -40,13 +40,16 @@ INSTANTIATE_TEST_SUITE_P(Files, BadGltfTest, testing::ValuesIn(test::read_bad_gl
                            return name;
                          });
 
-TEST(BadGltf, ListAndGeneratorAgree) {
-  std::set<std::string> listed, generated;
+TEST(BadGltf, FolderListAndGeneratorAgree) {
+  std::set<std::string> there, listed, generated;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder)) there.insert(entry.path().filename());
   for (const test::BadGltf& bad : test::read_bad_gltf_list(kFolder / "expected.txt")) listed.insert(bad.file);
   for (const test::BadGltf& bad : test::bad_gltf_files()) {
     EXPECT_TRUE(generated.insert(bad.file).second) << bad.file << " twice";
     EXPECT_FALSE(import_gltf_bytes(bad.bytes, kFolder / bad.file, {})) << bad.file;
   }
+  there.erase("expected.txt");
+  EXPECT_EQ(there, listed) << "a file that no list names is never tried";
   EXPECT_EQ(listed, generated);
   EXPECT_GE(listed.size(), 25u);
 }

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-// The numbers by which a glTF 2.0 document says what it holds: `componentType` of accessors and `mode` of primitives.
+// The numbers by which a glTF 2.0 document says what it holds: `componentType` of accessors and `mode` of primitives; and its largest size.
 
 namespace coppice::bake::gltf_code {
 
@@ -16,5 +16,8 @@ enum ComponentType : std::uint64_t {
 };
 
 enum PrimitiveMode : std::uint64_t { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
+
+/// The header of a .glb holds 32 bits.
+inline constexpr std::uint64_t kMaxFileBytes = 0xffffffff;
 
 }  // namespace coppice::bake::gltf_code

@@ -15,6 +15,7 @@
 #include <tiny_gltf.h>
 
 #include "atomic_file.h"
+#include "gltf_codes.h"
 #include "gltf_draco.h"
 #include "gltf_meshopt.h"
 #include "gltf_screen.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr std::size_t kGlbHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
 // What the header of a .glb can say of itself.
-constexpr std::uint64_t kMaxFileBytes = 0xffffffff;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
 constexpr std::uint32_t kBinChunk = 0x004e4942;
 
@@ -195,10 +195,10 @@ Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, con
   try {
     if (parts.bin) {
       const std::vector<std::uint8_t> glb = assemble_glb(screened.json, *parts.bin);
-      if (glb.size() > kMaxFileBytes) return damaged("GLB over 4 GiB");
+      if (glb.size() > gltf_code::kMaxFileBytes) return damaged("GLB over 4 GiB");
       loaded = loader.LoadBinaryFromMemory(model.get(), &message, &warning, glb.data(), static_cast<unsigned>(glb.size()), folder.string());
     } else {
-      if (screened.json.size() > kMaxFileBytes) return damaged("JSON over 4 GiB");
+      if (screened.json.size() > gltf_code::kMaxFileBytes) return damaged("JSON over 4 GiB");
       loaded = loader.LoadASCIIFromString(model.get(), &message, &warning, screened.json.data(),
                                           static_cast<unsigned>(screened.json.size()), folder.string());
     }
@@ -258,7 +258,7 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
 
 Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
   std::error_code error;
-  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxFileBytes)
+  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > gltf_code::kMaxFileBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
   if (const std::string how = conversion_advice(path); !how.empty())

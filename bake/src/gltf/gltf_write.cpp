@@ -13,14 +13,13 @@
 
 #include "atomic_file.h"
 #include "check.h"
+#include "gltf_codes.h"
 
 namespace coppice::bake {
 namespace {
 
 // A .glb is one JSON chunk and one binary chunk. Attribute arrays go to the binary chunk once per mesh and are shared by its primitives,
 // one for each material in use; images follow as PNG files.
-
-constexpr std::size_t kMaxGlbBytes = 0xffffffffu;  // the .glb header holds 32 bits
 
 /// Appends `bytes` to the binary chunk, four-byte aligned as accessors need; returns the buffer view's index.
 int add_view(tinygltf::Model& model, const void* bytes, std::size_t byte_count, int target) {
@@ -240,7 +239,8 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
     if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
   for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
   // A mebibyte is left for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
-  if (model.buffers.front().data.size() > kMaxGlbBytes - (1u << 20)) return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
+  if (model.buffers.front().data.size() > gltf_code::kMaxFileBytes - (1u << 20))
+    return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
   if (model.buffers.front().data.empty()) model.buffers.clear();
   return serialise(model);
 }

@@ -285,8 +285,6 @@ constexpr MaterialWord kWords[]{
     {"neve", other, true},
 };
 
-constexpr std::size_t kMaxNameBytes = 256;
-
 double worth(WordKind kind) {
   switch (kind) {
     case leaf:

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace coppice::bake {
+
+/// Only so much of a name counts.
+inline constexpr std::size_t kMaxNameBytes = 256;
 
 /// What a word in a material's name speaks for.
 enum class WordKind {
@@ -29,7 +33,7 @@ std::span<const MaterialWord> material_words();
 
 /// The sum over the kinds of words that are in the name of what each is worth; a kind counts once, a plant's only
 /// where the others come to nothing. In any case of Latin, Greek and Cyrillic
-/// letters. Of a long name the first 256 bytes count.
+/// letters.
 /// returns  0 for a name that says nothing; above 0 speaks for leaves, below for wood; in [-4, 4]
 double name_evidence(std::string_view name);
 

@@ -11,8 +11,6 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMaxNodeNameBytes = 256;
-
 // Unreal's prefixes of collision shapes: convex, box, sphere, capsule.
 constexpr std::array<std::string_view, 4> kUnrealShapes{"ucx", "ubx", "usp", "ucp"};
 constexpr std::array<std::string_view, 8> kCollisionWords{"collision",   "collisions", "collider",      "colliders",
@@ -91,7 +89,7 @@ std::vector<std::string> name_words(std::string_view name) {
   };
   std::vector<std::string> words;
   Kind before = Kind::none;
-  for (const char c : name.substr(0, kMaxNodeNameBytes)) {
+  for (const char c : name.substr(0, kMaxNameBytes)) {
     const Kind kind = kind_of(c);
     const bool goes_on = kind == before || (kind == Kind::small && before == Kind::capital);
     if (kind != Kind::none && !goes_on) words.emplace_back();

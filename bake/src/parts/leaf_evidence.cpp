@@ -21,8 +21,8 @@
 namespace coppice::bake {
 namespace {
 
-// A leaf is at least so flat, and a tube at most so; between them nothing is said.
-constexpr double kFlat = 0.75, kRound = 0.65;
+// A leaf is at least so flat; between it and a tube (kTubeFlatness) nothing is said.
+constexpr double kFlat = 0.75;
 // Half way between a tube and a ball.
 constexpr double kBall = 0.45;
 // Of this bulk (piece_shape.h) a piece is a body: a blob of a crown, a cone, a cactus.
@@ -146,7 +146,7 @@ std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
   std::optional<std::size_t> first;
   for (std::size_t i = 0; i < of_material.size(); ++i) {
     const PieceClass& each = of_material[i];
-    if (each.piece_count < kLeastCompany || each.flatness < kRound) continue;
+    if (each.piece_count < kLeastCompany || each.flatness < kTubeFlatness) continue;
     if (!first) first = i;
     if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
   }
@@ -160,7 +160,7 @@ double company_evidence(const PieceClass& of, const PieceClass& leaves) {
   if (of.piece_count >= leaves.piece_count) return 0.0;
   const bool is_slender = of.length_m >= 1.5 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
   if (is_slender) return kSlender;
-  const bool is_tube = of.flatness < kRound && of.elongation >= 3.0, is_ball = of.flatness < kBall;
+  const bool is_tube = of.flatness < kTubeFlatness && of.elongation >= 3.0, is_ball = of.flatness < kBall;
   const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&
                          (of.triangle_count >= 2 * leaves.triangle_count || of.elongation >= 3.0 * leaves.elongation);
   const bool is_bulky = of.flatness < kFlat && of.triangle_count >= 8 * leaves.triangle_count && of.length_m >= 2.0 * leaves.length_m;

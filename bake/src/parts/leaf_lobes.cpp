@@ -19,6 +19,7 @@
 #include <glm/geometric.hpp>
 
 #include "piece_kinds.h"
+#include "piece_shape.h"
 #include "union_find.h"
 
 namespace coppice::bake {
@@ -288,9 +289,9 @@ class LobeJoiner {
 
   /// A sheet is no part of a tube, nor a blade of its stalk; two that are alike stand beside a third of their size.
   [[nodiscard]] bool may_be_one(std::uint32_t a, std::uint32_t b, std::uint32_t each) const {
-    constexpr double kRoundPiece = 0.65, kSlender = 2.5, kAboutAsLong = 3.0;
+    constexpr double kSlender = 2.5, kAboutAsLong = 3.0;
     const PieceKind &first = kind_of(a), &second = kind_of(b);
-    if ((first.flatness < kRoundPiece) != (second.flatness < kRoundPiece)) return false;
+    if ((first.flatness < kTubeFlatness) != (second.flatness < kTubeFlatness)) return false;
     if (std::max(first.elongation, second.elongation) > kSlender * std::min(first.elongation, second.elongation)) return false;
     return each == 1 || std::max(first.length_m, second.length_m) <= kAboutAsLong * std::min(first.length_m, second.length_m);
   }
@@ -379,7 +380,7 @@ class LobeJoiner {
 
   /// All points in one plane, and the directions from the common point open by at most a right angle each, but for one gap.
   [[nodiscard]] bool is_flat_fan(const std::vector<std::uint32_t>& fan, std::uint32_t number) const {
-    constexpr double kFlatStep = 0.01, kWidestStep = 0.5 * std::numbers::pi;
+    constexpr double kOffPlane = 0.01, kWidestStep = 0.5 * std::numbers::pi;
     const glm::dvec3 center = position(fan[0], number);
     std::vector<glm::dvec3> directions;
     glm::dvec3 normal(0.0);
@@ -398,7 +399,7 @@ class LobeJoiner {
     normal = glm::normalize(normal);
     for (const std::uint32_t piece : fan)
       for (std::uint32_t i = 0; i < pieces_[piece].points.size(); ++i)
-        if (std::abs(glm::dot(position(piece, i) - center, normal)) > kFlatStep * radius_m) return false;
+        if (std::abs(glm::dot(position(piece, i) - center, normal)) > kOffPlane * radius_m) return false;
     std::vector<double> angles;
     const glm::dvec3 x = glm::normalize(directions[0]), y = glm::cross(normal, x);
     for (const glm::dvec3& direction : directions) angles.push_back(std::atan2(glm::dot(direction, y), glm::dot(direction, x)));

@@ -24,6 +24,9 @@ struct PieceShape {
   double bulk = 0.0;
 };
 
+/// A tube is at most so flat.
+inline constexpr double kTubeFlatness = 0.65;
+
 /// positions, indices  as in Mesh; welded positions must be equal. triangles  numbers of the piece's triangles, at least one
 PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triangles);
 

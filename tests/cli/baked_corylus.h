@@ -1,26 +1,28 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "made_once.h"
 #include "places.h"
 #include "process.h"
 
 namespace coppice::test {
 
-/// Corylus, baked small: quick, and looks are judged elsewhere.
+/// A copy of corylus, baked small: quick, and looks are judged elsewhere.
 inline std::filesystem::path bake_corylus(const TemporaryFolder& folder, const std::vector<std::string>& options = {}) {
-  const std::string glb = folder / "corylus.glb", coppice = folder / "corylus.coppice";
-  const ProcessResult grown = run_process(test::kTool, {"plant", "corylus", "-o", glb});
-  EXPECT_EQ(grown.exit_code, 0) << grown.err;
-  std::vector<std::string> arguments{"bake", glb, "-o", coppice, "--resolution", "64", "--quiet"};
-  arguments.insert(arguments.end(), options.begin(), options.end());
-  const ProcessResult baked = run_process(test::kTool, arguments);
-  EXPECT_EQ(baked.exit_code, 0) << baked.err;
-  return coppice;
+  std::string name = "corylus_small";
+  for (const std::string& option : options) name += option;
+  const std::filesystem::path made = made_once(name, [&](const std::filesystem::path& kept) {
+    std::vector<std::string> arguments{"bake", corylus_glb(), "-o", kept / "corylus.coppice", "--resolution", "64", "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProcessResult baked = run_process(kTool, arguments);
+    if (baked.exit_code != 0) throw std::runtime_error("coppice bake: " + baked.err);
+  });
+  std::filesystem::copy_file(made / "corylus.coppice", folder / "corylus.coppice", std::filesystem::copy_options::overwrite_existing);
+  return folder / "corylus.coppice";
 }
 
 }  // namespace coppice::test

@@ -1,7 +1,5 @@
 // The coppice program from outside: help, exit codes, what it leaves on disk. The keys of reports are those of bake/README.md.
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,6 +26,7 @@
 #include "generate_plant.h"
 #include "import_gltf.h"
 #include "leaf_cards.h"
+#include "made_once.h"
 #include "mentions.h"
 #include "places.h"
 #include "process.h"
@@ -65,35 +64,19 @@ void expect_one_line_error(const ProcessResult& result, const fs::path& file, co
   EXPECT_TRUE(mentions(result.err, {file.filename().string()})) << about;
 }
 
-/// The corylus plant and its bake. Each test is a process of its own, so they are kept in the build folder until the program changes.
+/// The corylus plant and its bake.
 struct Baked {
-  fs::path folder = fs::path(coppice::test::kOutputFolder) / "cli_files";
-  fs::path glb = folder / "corylus.glb";
-  fs::path coppice = folder / "corylus.coppice";
-  fs::path report = folder / "corylus.json";
+  fs::path glb, coppice, report;
 };
 
-bool newer_than_program(const fs::path& file) {
-  std::error_code missing;
-  const auto written = fs::last_write_time(file, missing);
-  return !missing && written > fs::last_write_time(coppice::test::kTool);
-}
-
 Baked make_baked() {
-  Baked files;
-  fs::create_directories(files.folder);
-  const int lock = ::open((files.folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock < 0 || ::flock(lock, LOCK_EX) != 0) throw std::runtime_error("cannot lock " + files.folder.string());
-  // The report is written last.
-  if (!newer_than_program(files.report)) {
-    const ProcessResult plant = coppice_tool({"plant", "corylus", "-o", files.glb});
-    if (plant.exit_code != 0) throw std::runtime_error("coppice plant failed: " + plant.err);
+  const fs::path glb = coppice::test::corylus_glb();
+  const fs::path folder = coppice::test::made_once("corylus_mi", [&](const fs::path& kept) {
     const ProcessResult bake =
-        coppice_tool({"bake", files.glb, "-o", files.coppice, "--metric", "mi", "--threads", "1", "--report", files.report});
+        coppice_tool({"bake", glb, "-o", kept / "corylus.coppice", "--metric", "mi", "--threads", "1", "--report", kept / "corylus.json"});
     if (bake.exit_code != 0) throw std::runtime_error("coppice bake failed: " + bake.err);
-  }
-  ::close(lock);
-  return files;
+  });
+  return {glb, folder / "corylus.coppice", folder / "corylus.json"};
 }
 
 const Baked& baked() {

@@ -3,12 +3,14 @@
 
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "browser.h"
+#include "made_once.h"
 #include "mentions.h"
 #include "places.h"
 #include "process.h"
@@ -83,12 +85,14 @@ class Report : public testing::Test {
   void SetUp() override {
     if (program_on_path("chromium").empty())
       GTEST_SKIP() << "chromium is not installed (third_party/install does that): the report is not opened";
-    const fs::path plant = folder_ / "hazel.glb", html = folder_ / "hazel.html";
-    ASSERT_EQ(run_process(coppice::test::kTool, {"plant", "corylus", "-o", plant}).exit_code, 0);
-    const ProcessResult result = run_process(
-        coppice::test::kTool, {"evaluate", plant, "--methods", "geometric,stochastic", "--levels", ".4,.1,.05", "--html", html});
-    ASSERT_EQ(result.exit_code, 0) << result.err;
-    std::ifstream file(html, std::ios::binary);
+    const fs::path made = coppice::test::made_once("hazel_report", [](const fs::path& kept) {
+      const fs::path plant = kept / "hazel.glb", html = kept / "hazel.html";
+      fs::copy_file(coppice::test::corylus_glb(), plant);
+      const ProcessResult result = run_process(
+          coppice::test::kTool, {"evaluate", plant, "--methods", "geometric,stochastic", "--levels", ".4,.1,.05", "--html", html});
+      if (result.exit_code != 0) throw std::runtime_error("coppice evaluate: " + result.err);
+    });
+    std::ifstream file(made / "hazel.html", std::ios::binary);
     page_.assign(std::istreambuf_iterator<char>(file), {});
   }
 

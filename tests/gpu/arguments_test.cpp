@@ -344,7 +344,9 @@ class ArgumentsTest : public ContextTest {
     EXPECT_EQ(std::count(log_.begin(), log_.end(), '\n'), 1) << log_;
     log_.clear();
   }
-  void expect_refused(coppice_status status, const std::string& name) { expect_refused(status, {name}); }
+  void expect_refused(coppice_status status, const std::string& name) {
+    expect_refused(status, std::initializer_list<std::string_view>{name});
+  }
 
   std::string plant_path_;
 };

@@ -96,6 +96,26 @@ TEST_F(LeafMeshTest, EveryInstanceGetsWhatItsSizeAsksFor) {
   EXPECT_GT(count(frame.picture, kSidePx / 2 + 20, kSidePx).green, 10u);
 }
 
+TEST_F(LeafMeshTest, PlantsSideBySideAreDrawnAsEachAlone) {
+  const DecodedPlant left = two_coloured_plant(1), right = two_coloured_plant(2);
+  const std::vector<coppice_placement> on_the_left{at(-2.2f, 0.0f), at(-2.2f, -1.0f)}, on_the_right{at(2.2f, 0.0f), at(2.2f, -1.0f)};
+  Shot view = make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  view.error_px = 0.1f;
+  RendererScene both(gpu(), 64), alone_left(gpu(), 64), alone_right(gpu(), 64);
+  both.place(both.add_plant(left), on_the_left);
+  both.place(both.add_plant(right), on_the_right);
+  alone_left.place(alone_left.add_plant(left), on_the_left);
+  alone_right.place(alone_right.add_plant(right), on_the_right);
+  const RendererScene::Frame frame = both.draw(view);
+  EXPECT_EQ(frame.counts.leaf_mesh_instances, 4u);
+  const Picture expected_left = alone_left.draw(view).picture, expected_right = alone_right.draw(view).picture;
+  for (std::uint32_t y = 0; y < kSidePx; ++y)
+    for (std::uint32_t x = 0; x < kSidePx; ++x) {
+      const Picture& expected = x < kSidePx / 2 ? expected_left : expected_right;
+      ASSERT_TRUE(std::equal(frame.picture.at(x, y), frame.picture.at(x, y) + 3, expected.at(x, y))) << x << ", " << y;
+    }
+}
+
 TEST_F(LeafMeshTest, FullDetailDrawsMeshesAtAnySize) {
   RendererScene scene(gpu(), 64);
   scene.place(scene.add_plant(two_coloured_plant(2)), {at(0.0f, -40.0f)});

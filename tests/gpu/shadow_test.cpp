@@ -134,6 +134,35 @@ TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
       << "the rasteriser takes leaves this small";
 }
 
+// A descriptor set that is written while a command buffer holds it makes that invalid.
+TEST_P(ShadowTest, AFrameOnItsWayKeepsItsImages) {
+  for (const glm::vec3& at : kPlaces) place(at);
+  Shot camera = view_of(kPlaces[1]);
+  settle(camera);
+  const Picture expected = frame_with_map(camera, {.radius_m = kRadius_m});
+  const Shot sun = sun_view(camera);
+  const coppice_shadow_map map = map_of(sun);
+  camera.light.shadow_maps = &map;
+  camera.light.shadow_map_count = 1;
+  const std::array shots{sun, camera};
+  const auto before = [&](VkCommandBuffer cmd) {
+    record_upload(cmd);
+    record_map(cmd, sun);
+    record_cull(cmd, camera);
+  };
+  Picture next;
+  begin(shots);
+  const Picture picture = draw_on_white(gpu(), camera, before, [&](VkCommandBuffer cmd) {
+    record_draw(cmd, camera);
+    frames_behind_ = 1;  // the next frame is recorded before this one is submitted
+    begin(shots);
+    next = draw_on_white(gpu(), camera, before, [&](VkCommandBuffer of_next) { record_draw(of_next, camera); });
+    frames_behind_ = 0;
+  });
+  EXPECT_EQ(picture.rgba, expected.rgba);
+  EXPECT_EQ(next.rgba, expected.rgba);
+}
+
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
 }  // namespace shadow_test

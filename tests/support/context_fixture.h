@@ -6,6 +6,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -98,7 +99,7 @@ class ContextTest : public VulkanTest {
     coppice_frame frame;
     coppice_frame_init(&frame);
     frame.frame_number = ++frame_number_;
-    frame.completed_number = frame_number_ - 1;
+    frame.completed_number = frame_number_ - 1 - std::min(frames_behind_, frame_number_ - 1);
     frame.cameras = cameras.data();
     frame.camera_count = static_cast<std::uint32_t>(cameras.size());
     frame.wind = wind_;
@@ -183,6 +184,7 @@ class ContextTest : public VulkanTest {
   coppice_view view_ = 0;
   const coppice_wind* wind_ = nullptr;  ///< of the frames that begin
   std::uint64_t frame_number_ = 0;
+  std::uint64_t frames_behind_ = 0;  ///< how many frames the GPU has not finished when one begins
   std::string log_;
 };
 

@@ -48,14 +48,20 @@ class ContextWithMapTest : public ContextTest {
     change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   }
 
+  [[nodiscard]] coppice_shadow_map map_of(const Shot& sun) const {
+    coppice_shadow_map map{};
+    map.image = map_.view();
+    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
+    std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
+    return map;
+  }
+
   /// The camera's picture, the map drawn before it and lit by it. others: maps before it in the list, which hold nothing in view
   Picture frame_with_map(Shot camera, const SunSphere& sphere, std::uint32_t others = 0) {
     const Shot sun = sun_of(camera, sphere);
-    const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
     std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS> maps{};
     for (std::uint32_t i = 0; i <= others; ++i) {
-      maps[i].image = map_.view();
-      std::copy_n(glm::value_ptr(clip_from_world), 16, maps[i].clip_from_world);
+      maps[i] = map_of(sun);
       if (i < others) maps[i].clip_from_world[12] += 10.0;
     }
     camera.light.shadow_maps = maps.data();

@@ -337,6 +337,13 @@ TEST(InstanceBounds, HoldEveryInstanceAndSkipHoles) {
   EXPECT_LT(instance_bounds(std::vector<InstanceSphere>(5)).radius_m, 0.0f);
 }
 
+TEST(InstanceBounds, KnowLayersThatAllHaveAndThatSomeHave) {
+  const auto in_layers = [](std::uint32_t mask) { return InstanceSphere{.radius_m = 1.0f, .plant = 3, .layer_mask = mask}; };
+  const InstanceBounds bounds = instance_bounds(std::vector{in_layers(0b0111), InstanceSphere{}, in_layers(0b1101)});
+  EXPECT_EQ(bounds.all_layers, 0b0101u);
+  EXPECT_EQ(bounds.any_layer, 0b1111u);
+}
+
 /// One level table and two wood LoDs of 1600 and 100 triangles: errors size / 80 and size / 20.
 struct Plant {
   HookArray<std::uint32_t> words;

@@ -241,7 +241,7 @@ std::vector<BadJson> bad_json() {
          j["images"] = {{{"bufferView", 40}}};
        },
        {"images[0].bufferView"}},
-      {"ImageOfNothing", [](json& j) { j["images"] = {json::object()}; }, {"images[0]"}},
+      {"ImageOfNothing", [](json& j) { j["images"] = json::array({json::object()}); }, {"images[0]"}},
   };
 }
 

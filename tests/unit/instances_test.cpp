@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "fake_hooks.h"
@@ -98,6 +99,21 @@ TEST(Instances, AFailedUploadIsTakenAgain) {
   const SlotRange first = table.take_dirty();
   table.mark_dirty(first);
   EXPECT_EQ(take_all_dirty(table), (Ranges{{0, 64}, {256, 44}}));
+}
+
+TEST(Instances, WhatMovesOrTurnsOrGrowsHasAPlaceBefore) {
+  InstanceTable table = make_table(100);
+  const auto handles = add_row(table, 0, 5);
+  table.forget_moves();
+  coppice_placement moved = placed_at(-3), turned = placed_at(1), grown = placed_at(2), tinted = placed_at(3);
+  turned.rotation[1] = std::exchange(turned.rotation[3], 0.0f);
+  grown.scale = 2.0f;
+  tinted.tint[0] = 0.5f;
+  const std::array placements{moved, turned, grown, tinted};
+  for (std::size_t i = 0; i < placements.size(); ++i) table.move(handles[i], placements[i]);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NE(table.slots()[i].before, 0u) << i;
+  EXPECT_EQ(table.slots()[3].before, 0u) << "stands where it stood";
+  EXPECT_EQ(table.slots()[4].before, 0u);
 }
 
 TEST(Instances, BoundsFollowWhatMovesAndWhatGoes) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -212,6 +214,13 @@ TEST(HostileFile, AnExtraByteIsRefused) {
   Bytes file = small_file();
   file.push_back(0);
   ASSERT_FALSE(unpack_exact(file));
+  // Also where the header counts it: chunks tile the file.
+  const std::uint64_t file_bytes = file.size();
+  std::memcpy(file.data() + offsetof(coppice_file_header, file_bytes), &file_bytes, sizeof file_bytes);
+  test::fix_checksums(file);
+  const auto plant = unpack_exact(file);
+  ASSERT_FALSE(plant);
+  EXPECT_STREQ(plant.error().what, "chunk table");
 }
 
 TEST(HostileFile, EveryFlippedBitIsRefused) {

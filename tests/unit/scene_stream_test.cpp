@@ -204,6 +204,17 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   EXPECT_LE(owner.blocks, kFew / 2) << "less room: it gives way";
 }
 
+TEST(SceneStream, WhereSomeGoTheOthersAreRemembered) {
+  for (const std::uint32_t block_count : {600u, 400u, 250u, 150u}) {
+    Owner owner;
+    owner.settle(eye_at(200, 300), kPlenty);
+    owner.settle(eye_at(200, 300), block_count);
+    EXPECT_GT(owner.placed.size(), 1u);
+    owner.frame(eye_at(60000, 0), block_count);
+    EXPECT_TRUE(owner.placed.empty()) << block_count;
+  }
+}
+
 TEST(SceneStream, SeveralEyesHaveWhatEachWouldHave) {
   const std::array eyes{eye_at(-1900, 0), eye_at(1900, 300)};
   std::set<std::uint32_t> each;

@@ -477,6 +477,30 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   EXPECT_LT(streamer->threshold_px(0), 20.0f) << "the others stay fine";
 }
 
+TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
+  constexpr std::uint32_t kPosters = 8;
+  bake::PackSizes sizes;
+  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 256}), sizes,
+                                   bake::TextureCoding::rgba8);
+  start();
+  std::vector<PlantDemand> demands;
+  for (std::uint32_t i = 0; i < kPosters; ++i) {
+    open("poster");
+    demands.push_back(demand_of(500.0f, static_cast<float>(i + 1)));
+  }
+  frames(1, {});
+  const std::uint64_t texture_bytes = find_chunk(streamer->file(0), COPPICE_CHUNK_TEXTURE, 0)->bytes;
+  ledger.set_budget(ledger.taken() + 4 * texture_bytes);
+  frames(100, demands);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u) << "each alone would fit";
+  EXPECT_EQ(streamer->stats().all().evicted, 0u);
+  std::uint64_t resident = 0;
+  for (std::uint32_t i = 0; i < kPosters; ++i) resident += streamer->state(i).resident_texture_count;
+  EXPECT_GE(resident, 2u);
+  EXPECT_LE(resident, 4u);
+  EXPECT_EQ(streamer->state(kPosters - 1).resident_texture_count, 1u) << "most see this one";
+}
+
 TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
   bake::PackSizes sizes;
   io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes,
@@ -648,6 +672,22 @@ TEST_F(StreamerTest, HandsOutFirstWhatIsWorthMost) {
     gpu->upload(chunks[0]);
   }
   EXPECT_EQ(pages, (std::vector<std::uint32_t>{0, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0})) << "first what is pinned, then what more see";
+}
+
+TEST_F(StreamerTest, AClosedPlantIsThereUntilTheGpuIsDoneWithIt) {
+  start();
+  const std::uint32_t plant = open("a");
+  gpu->uploads = false;  // it has no chunk whose memory would be waited for
+  gpu->frames_behind = 4;
+  frames(8, {demand_of(700.0f)});
+  streamer->close_plant(plant);
+  const std::uint64_t last_frame = gpu->frame_number;
+  while (gpu->closed.empty() && gpu->frame_number < 100) {
+    EXPECT_LE(gpu->frame_number, last_frame + gpu->frames_behind);
+    frames(1, {});
+  }
+  EXPECT_EQ(gpu->closed, (std::vector<std::uint32_t>{plant}));
+  EXPECT_GT(gpu->frame_number, last_frame + gpu->frames_behind);
 }
 
 TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {

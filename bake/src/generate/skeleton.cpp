@@ -62,7 +62,10 @@ Stem grow_stem(const Species& species, const StemStart& start, PlantRandom& rand
   for (std::uint32_t segment = 0; segment < level.segment_count; ++segment) {
     const float fraction = static_cast<float>(segment) / static_cast<float>(level.segment_count);
     const float lift = glm::mix(level.lift_first_per_m, level.lift_last_per_m, fraction) * step_m;
-    direction = turned(glm::normalize(direction + lift * kUp), random.around(level.wander_deg), 360.0f * random.unit());
+    // Not as arguments, which have no order: compilers differ.
+    const float about_deg = 360.0f * random.unit();
+    const float wander_deg = random.around(level.wander_deg);
+    direction = turned(glm::normalize(direction + lift * kUp), wander_deg, about_deg);
     const glm::vec3 next = stem.points.back() + step_m * direction;
     if (next.y < species.min_height_m && direction.y < 0.0f) break;
     stem.points.push_back(next);

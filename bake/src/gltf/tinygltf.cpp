@@ -15,9 +15,13 @@ static void* resized(void* block, std::size_t old_bytes, std::size_t new_bytes) 
   ::operator delete(block);
   return larger;
 }
+// A function, since clang 14 takes `array ? ::operator delete(...), 0 : 0`, as stb's macro would read, for a call in either case.
+static void freed(void* block) {
+  ::operator delete(block);
+}
 #define STBIW_MALLOC(bytes) ::operator new(bytes)
 #define STBIW_REALLOC_SIZED(block, old_bytes, new_bytes) resized(block, old_bytes, new_bytes)
-#define STBIW_FREE(block) ::operator delete(block)
+#define STBIW_FREE(block) freed(block)
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define TINYGLTF_IMPLEMENTATION
 // The casts round its allocations are stb's.

@@ -255,7 +255,6 @@ Planting plant_one(const Species& species, std::uint32_t seed) {
   PlacedPlant plant;
   plant.scale = fitting_scale(species.radius_m);
   plant.crown_radius_m = kCrownShare * species.radius_m * plant.scale;
-  plant.tint = glm::vec3(1);
   Planting planting;
   planting.half_extent_m = 30;
   planting.trail = make_trail(planting.half_extent_m, seed);

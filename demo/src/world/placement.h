@@ -19,14 +19,14 @@ struct Species {
 
 struct PlacedPlant {
   std::uint32_t species = 0;
-  glm::vec2 position;  ///< plan (x, z), metres
+  glm::vec2 position = glm::vec2(0);  ///< plan (x, z), metres
   float scale = 1;
   float yaw_rad = 0;
   bool mirrored = false;        ///< left and right, before it is turned
   glm::vec2 lean_rad = {0, 0};  ///< out of the vertical, towards x and z
   float slope_share = 0;        ///< of the ground's slope that it leans by, downhill
   float crown_radius_m = 1;     ///< of the scaled plant, in plan
-  glm::vec3 tint;
+  glm::vec3 tint = glm::vec3(1);
 };
 
 struct Planting {

@@ -1,7 +1,9 @@
 // choose_tiers FOLDER DEEP_CASES KEEP SECONDS: the list of deep cases, from what tests/tiers/run recorded in FOLDER.
-// Quick are: cases of a tenth of a second or less; those that KEEP names; then those that cover most new lines of the product for their
+// Quick are: cases of half a second or less; those that KEEP names; then those that cover most new lines of the product for their
 // time, until nothing is new or the quick tier takes SECONDS of one core. Lines of DEEP_CASES whose program was not measured stay as they
 // are. FOLDER/cases.txt gets a line for each case: tier, seconds, lines, lines that it alone covers, program, case.
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -30,7 +32,7 @@ struct Case {
   bool quick;
 };
 
-constexpr double cheap_seconds = 0.1;
+constexpr double cheap_seconds = 0.5;
 
 // The line of each place of a module, as llvm-symbolizer names it: "FILE:LINE:COLUMN".
 std::vector<Line> lines_of_places(const std::filesystem::path& places, std::unordered_map<std::string, Line>& numbers) {
@@ -69,14 +71,18 @@ void read_program(const std::filesystem::path& folder, std::unordered_map<std::s
     words >> one.name >> one.seconds;
     for (std::string word; words >> word;) {
       const std::size_t colon = word.rfind(':');
-      one.lines.push_back(modules.at(word.substr(0, colon)).at(std::stoul(word.substr(colon + 1))));
+      // A program that a test killed, or let run out of memory, may have ended in the middle of a word.
+      const auto module = modules.find(word.substr(0, colon));
+      if (colon == std::string::npos || module == modules.end()) continue;
+      const std::size_t place = std::strtoull(word.c_str() + colon + 1, nullptr, 10);
+      if (place < module->second.size()) one.lines.push_back(module->second[place]);
     }
     std::ranges::sort(one.lines);
     one.lines.erase(std::unique(one.lines.begin(), one.lines.end()), one.lines.end());
   }
 }
 
-// Suites and cases that guard a promise, by the start of their names: "program start  why".
+// Cases that guard a promise: programs and patterns.
 std::set<std::pair<std::string, std::string>> read_keep(const char* path) {
   std::set<std::pair<std::string, std::string>> keep;
   std::ifstream in(path);
@@ -85,11 +91,11 @@ std::set<std::pair<std::string, std::string>> read_keep(const char* path) {
   }
   for (std::string text; std::getline(in, text);) {
     std::istringstream words(text);
-    std::string program, start;
-    if (text.starts_with('#') || !(words >> program >> start)) {
+    std::string program, pattern;
+    if (text.starts_with('#') || !(words >> program >> pattern)) {
       continue;
     }
-    keep.emplace(program, start);
+    keep.emplace(program, pattern);
   }
   return keep;
 }
@@ -123,7 +129,8 @@ int run(char** arguments) {
     for (const Line line : one.lines) {
       ++times_covered[line];
     }
-    const bool kept = std::ranges::any_of(keep, [&](const auto& k) { return k.first == one.program && one.name.starts_with(k.second); });
+    const bool kept = std::ranges::any_of(
+        keep, [&](const auto& k) { return k.first == one.program && fnmatch(k.second.c_str(), one.name.c_str(), 0) == 0; });
     if (kept || one.seconds <= cheap_seconds) {
       make_quick(one);
     }

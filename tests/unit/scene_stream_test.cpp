@@ -207,8 +207,7 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
 TEST(SceneStream, WhereSomeGoTheOthersAreRemembered) {
   for (const std::uint32_t block_count : {600u, 400u, 250u, 150u}) {
     Owner owner;
-    owner.settle(eye_at(200, 300), kPlenty);
-    owner.settle(eye_at(200, 300), block_count);
+    for (const float x : {-1500.0f, 1500.0f, -800.0f, 600.0f}) owner.settle(eye_at(x, 300), block_count);
     EXPECT_GT(owner.placed.size(), 1u);
     owner.frame(eye_at(60000, 0), block_count);
     EXPECT_TRUE(owner.placed.empty()) << block_count;

@@ -247,6 +247,34 @@ TEST_P(OccluderTest, ThePictureIsTheOneWithout) {
   }
 }
 
+/// Fences with slits of a pixel, also in a wide view, towards whose edges a sphere is an ellipse.
+TEST_P(OccluderTest, WhatASlitShowsIsDrawn) {
+  place_rows();
+  const Depth& depth = kDepths[0];
+  const coppice_view view = create_depth_view(depth);
+  for (const float fov : {0.8f, 2.2f}) {
+    Shot shot = make_view({.eye_m = {0.0f, 1.0f, 8.0f},
+                           .target_m = {0.0f, 0.5f, 0.0f},
+                           .vertical_fov_radians = fov,
+                           .width_px = kSidePx,
+                           .height_px = kSidePx});
+    shot.view = view;
+    shot.error_px = 0.3f;
+    settle_view(shot);
+    // The last column or row of a tile is a slit.
+    std::vector<Wall> upright, level;
+    for (std::int32_t at = 0; at < static_cast<std::int32_t>(kSidePx); at += 16) {
+      upright.push_back({{{at, 0}, {15, kSidePx}}, 2.0f});
+      level.push_back({{{0, at}, {kSidePx, 15}}, 2.0f});
+    }
+    const auto [with, without] = expect_same(shot, depth, upright, "upright pickets");
+    expect_same(shot, depth, level, "level pickets");
+    if (is_used() && fov > 2.0f) {
+      EXPECT_LT(with, without);
+    }
+  }
+}
+
 TEST_P(OccluderTest, TheImageMayBeOfTheViewAlone) {
   place_rows();
   const Depth& depth = kDepths[0];

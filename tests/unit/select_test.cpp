@@ -15,15 +15,15 @@ namespace select_test {
 
 using test::hook_array;
 
-/// Levels 1, 10, 100; sizes 8, 32 px; errors proportional to size. Wood of four LoDs.
+/// Levels 1, N / 10, N; sizes 8, 32 px; errors proportional to size. Wood of four LoDs.
 struct Table {
   PlantFile file;
   HookArray<std::uint32_t> words;
   lod::CoppiceTable table{};
 
-  Table() {
-    file.plant.leaf_count = 100;
-    file.error_leaf_counts = hook_array<std::uint32_t>({1, 10, 100});
+  explicit Table(std::uint32_t leaf_count = 100) {
+    file.plant.leaf_count = leaf_count;
+    file.error_leaf_counts = hook_array<std::uint32_t>({1, leaf_count / 10, leaf_count});
     file.error_sizes_px = hook_array<float>({8.0f, 32.0f});
     file.error_px = hook_array<float>({4.0f, 16.0f, 2.0f, 8.0f, 0.5f, 2.0f});
     file.plant.wood_lod_count = 4;
@@ -230,6 +230,8 @@ TEST(DrawnLeafCount, KeepsSomeLeavesOfSmallPlantsAndIsTheTablesElsewhere) {
                     std::max(t.leaves(size_px, 0.8f), std::min(2.5f * size_px, 32.0f)));
   EXPECT_LE(lod::coppice_drawn_leaf_count(t.table, t.column(1e6f), 1e6f), 100.0f);
   EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(t.table, t.column(8.0f), 0.0f), 100.0f);
+  const Table few(20);
+  EXPECT_FLOAT_EQ(lod::coppice_drawn_leaf_count(few.table, few.column(1000.0f), 10.0f), 20.0f) << "no more than it has";
 }
 
 TEST(WoodLod, IsTheCoarsestWithinTheThreshold) {

@@ -130,6 +130,17 @@ TEST_F(WindMotion, StillAirMovesNothingAtAll) {
   }
 }
 
+TEST_F(WindMotion, PlantsBendWithTheWindHoweverTheyAreTurned) {
+  for (int i = 0; i < 100; ++i) {
+    const vec4 turn = rotation();
+    const Sway sway = sway_of(wind_now({blowing(8, double{between(0.0f, 1e5f)})}, {0, 0, 0}), plant(), turn, place(), place());
+    for (const vec3& moved : {sway.bend, sway.lean}) {
+      EXPECT_GT(length(moved), 0.0f);
+      EXPECT_NEAR(dot(oriented(turn, moved), vec3{0.6f, 0.0f, 0.8f}), length(moved), 1e-4f * length(moved));
+    }
+  }
+}
+
 /// A plant stands in the same gust whoever looks; and in the one that was a second before where the wind was then.
 TEST_F(WindMotion, GustsAreOfTheWorldAndTravel) {
   double worst = 0, most = 0;

@@ -72,8 +72,12 @@ class OccluderTest : public PathTest<ContextTest> {
     return create_view(formats);
   }
 
-  static Shot shot_of(coppice_view view, const Depth& depth) {
-    Shot shot = make_view({.eye_m = {0.0f, 1.0f, 8.0f}, .target_m = {0.0f, 0.5f, 0.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  static Shot shot_of(coppice_view view, const Depth& depth, float vertical_fov_radians = 0.8f) {
+    Shot shot = make_view({.eye_m = {0.0f, 1.0f, 8.0f},
+                           .target_m = {0.0f, 0.5f, 0.0f},
+                           .vertical_fov_radians = vertical_fov_radians,
+                           .width_px = kSidePx,
+                           .height_px = kSidePx});
     shot.view = view;
     shot.error_px = 0.3f;
     // z of clip space becomes w - z.
@@ -252,21 +256,15 @@ TEST_P(OccluderTest, WhatASlitShowsIsDrawn) {
   place_rows();
   const Depth& depth = kDepths[0];
   const coppice_view view = create_depth_view(depth);
+  // The last column or row of a tile is a slit.
+  std::vector<Wall> upright, level;
+  for (std::int32_t at = 0; at < static_cast<std::int32_t>(kSidePx); at += 16) {
+    upright.push_back({{{at, 0}, {15, kSidePx}}, 2.0f});
+    level.push_back({{{0, at}, {kSidePx, 15}}, 2.0f});
+  }
   for (const float fov : {0.8f, 2.2f}) {
-    Shot shot = make_view({.eye_m = {0.0f, 1.0f, 8.0f},
-                           .target_m = {0.0f, 0.5f, 0.0f},
-                           .vertical_fov_radians = fov,
-                           .width_px = kSidePx,
-                           .height_px = kSidePx});
-    shot.view = view;
-    shot.error_px = 0.3f;
+    const Shot shot = shot_of(view, depth, fov);
     settle_view(shot);
-    // The last column or row of a tile is a slit.
-    std::vector<Wall> upright, level;
-    for (std::int32_t at = 0; at < static_cast<std::int32_t>(kSidePx); at += 16) {
-      upright.push_back({{{at, 0}, {15, kSidePx}}, 2.0f});
-      level.push_back({{{0, at}, {kSidePx, 15}}, 2.0f});
-    }
     const auto [with, without] = expect_same(shot, depth, upright, "upright pickets");
     expect_same(shot, depth, level, "level pickets");
     if (is_used() && fov > 2.0f) {

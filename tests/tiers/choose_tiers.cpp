@@ -32,7 +32,7 @@ struct Case {
   bool quick;
 };
 
-constexpr double cheap_seconds = 0.5;
+constexpr double kCheapSeconds = 0.5;
 
 // The line of each place of a module, as llvm-symbolizer names it: "FILE:LINE:COLUMN".
 std::vector<Line> lines_of_places(const std::filesystem::path& places, std::unordered_map<std::string, Line>& numbers) {
@@ -83,8 +83,8 @@ void read_program(const std::filesystem::path& folder, std::unordered_map<std::s
 }
 
 // Cases that guard a promise: programs and patterns.
-std::set<std::pair<std::string, std::string>> read_keep(const char* path) {
-  std::set<std::pair<std::string, std::string>> keep;
+std::vector<std::pair<std::string, std::string>> read_keep(const char* path) {
+  std::vector<std::pair<std::string, std::string>> keep;
   std::ifstream in(path);
   if (!in) {
     throw std::runtime_error(std::string("cannot read ") + path);
@@ -95,7 +95,7 @@ std::set<std::pair<std::string, std::string>> read_keep(const char* path) {
     if (text.starts_with('#') || !(words >> program >> pattern)) {
       continue;
     }
-    keep.emplace(program, pattern);
+    keep.emplace_back(program, pattern);
   }
   return keep;
 }
@@ -131,7 +131,7 @@ int run(char** arguments) {
     }
     const bool kept = std::ranges::any_of(
         keep, [&](const auto& k) { return k.first == one.program && fnmatch(k.second.c_str(), one.name.c_str(), 0) == 0; });
-    if (kept || one.seconds <= cheap_seconds) {
+    if (kept || one.seconds <= kCheapSeconds) {
       make_quick(one);
     }
   }

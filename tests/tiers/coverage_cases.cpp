@@ -1,4 +1,4 @@
-// Writes what each case ran, itself and in the programs that it started: a line "CASE SECONDS MODULE:INDEX ..." in PROGRAM.cases.
+// Writes what each case ran, itself and in the programs that it started: a line "CASE SECONDS MODULE:INDEX ..." in the file `cases`.
 // The first case of a suite has what the suite made for all.
 #include "coverage_flags.h"
 

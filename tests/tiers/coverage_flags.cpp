@@ -4,9 +4,11 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <span>
 #include <vector>
 
 extern "C" {
@@ -19,21 +21,31 @@ void __sanitizer_cov_pcs_init(const std::uintptr_t* begin, const std::uintptr_t*
 namespace coppice::test {
 namespace {
 
-std::vector<CoverageModule>& modules() {
-  static auto* made = new std::vector<CoverageModule>;  // outlives every destructor
+// A program or a shared library. `flags[i]` is for the piece at `places[2 * i]`, an address; `places[2 * i + 1]` says what clang knows of
+// it.
+struct Module {
+  std::string path;
+  std::uintptr_t base;  // where it is in memory
+  std::span<bool> flags;
+  std::span<const std::uintptr_t> places;
+};
+
+// Each file of a module adds it when it starts: whole once main() has begun.
+std::vector<Module>& modules() {
+  static auto* made = new std::vector<Module>;  // outlives every destructor
   return *made;
 }
 
-CoverageModule& module_of(const void* address) {
+Module& module_of(const void* address) {
   Dl_info info{};
   dladdr(address, &info);
   const auto base = reinterpret_cast<std::uintptr_t>(info.dli_fbase);
-  for (CoverageModule& module : modules()) {
+  for (Module& module : modules()) {
     if (module.base == base) {
       return module;
     }
   }
-  return modules().emplace_back(CoverageModule{std::filesystem::canonical(info.dli_fname), base, {}, {}});
+  return modules().emplace_back(Module{std::filesystem::canonical(info.dli_fname), base, {}, {}});
 }
 
 // A test's own program has a listener that writes after each case.
@@ -52,10 +64,6 @@ struct AtExit {
 
 }  // namespace
 
-std::span<const CoverageModule> coverage_modules() {
-  return modules();
-}
-
 std::filesystem::path coverage_folder() {
   const char* folder = std::getenv("COPPICE_COVERAGE");
   return folder ? folder : "";
@@ -63,7 +71,7 @@ std::filesystem::path coverage_folder() {
 
 std::string take_coverage() {
   std::string text;
-  for (const CoverageModule& module : modules()) {
+  for (const Module& module : modules()) {
     const std::string name = std::filesystem::path(module.path).filename();
     // The addresses are those of every process that runs the module: written once.
     const std::filesystem::path places = coverage_folder() / (name + ".places");

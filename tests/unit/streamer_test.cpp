@@ -44,6 +44,13 @@ const std::vector<std::uint8_t>& small_plant_file() {
   return file;
 }
 
+/// Few leaves and a large texture.
+std::vector<std::uint8_t> poster_file(std::uint32_t texture_side) {
+  bake::PackSizes sizes;
+  return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = texture_side}), sizes,
+                     bake::TextureCoding::rgba8);
+}
+
 constexpr GpuSizes kGpuSizes = {.plant_bytes = 1000, .block_textures = true};
 
 class StreamerTest : public test::StreamerFixture {
@@ -455,9 +462,7 @@ TEST_F(StreamerTest, WhatOthersTakeEvicts) {
 }
 
 TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
-  bake::PackSizes sizes;
-  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes,
-                                   bake::TextureCoding::rgba8);
+  io.files["poster"] = poster_file(1024);
   start();
   std::vector<PlantDemand> demands;
   for (int i = 0; i < 10; ++i) {
@@ -479,9 +484,7 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
 
 TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
   constexpr std::uint32_t kPosters = 8;
-  bake::PackSizes sizes;
-  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 256}), sizes,
-                                   bake::TextureCoding::rgba8);
+  io.files["poster"] = poster_file(256);
   start();
   std::vector<PlantDemand> demands;
   for (std::uint32_t i = 0; i < kPosters; ++i) {
@@ -502,9 +505,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
 }
 
 TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
-  bake::PackSizes sizes;
-  io.files["poster"] = *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = 1024}), sizes,
-                                   bake::TextureCoding::rgba8);
+  io.files["poster"] = poster_file(1024);
   start();
   std::vector<PlantDemand> demands;
   for (int i = 0; i < 40; ++i) {

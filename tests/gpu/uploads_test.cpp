@@ -51,12 +51,8 @@ class UploadsTest : public test::VulkanTest {
     });
   }
 
-  struct CloseMemory {
-    Device& device;
-    ~CloseMemory() { close_memory(device); }
-  };
   Device device_ = open();
-  CloseMemory close_{device_};
+  OpenMemory memory_{device_};
   Garbage garbage_{device_};
   Uploads uploads_{device_, garbage_, default_allocator()};
   Buffer target_;

@@ -80,9 +80,9 @@ std::vector<Outline> leaf_outlines(const LobedPlant& plant) {
   return lobes;
 }
 
-class Grower {
+class LobeGrower {
  public:
-  explicit Grower(const LobedPlant& plant) : plant_(plant), random_(plant.seed) {}
+  explicit LobeGrower(const LobedPlant& plant) : plant_(plant), random_(plant.seed) {}
 
   GrownPlant grow() {
     const std::uint32_t leaves_a_twig = 6;
@@ -338,7 +338,7 @@ class Grower {
 }  // namespace
 
 GrownPlant grow(const LobedPlant& plant) {
-  return Grower(plant).grow();
+  return LobeGrower(plant).grow();
 }
 
 std::vector<LobedPlant> lobed_plants() {

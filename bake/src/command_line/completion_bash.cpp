@@ -5,7 +5,7 @@
 namespace coppice::command_line {
 namespace {
 
-constexpr const char* kHead = R"(# Completion of PROGRAM in bash, made by PROGRAM of what its --help lists.
+constexpr const char* kBashHead = R"(# Completion of PROGRAM in bash, made by PROGRAM of what its --help lists.
 )";
 
 constexpr const char* kTail = R"(
@@ -91,7 +91,7 @@ _FUNCTION() {
 complete -F _FUNCTION PROGRAM
 )";
 
-std::string quoted(const std::string& text) {
+std::string quoted_for_bash(const std::string& text) {
   return "'" + replaced(text, "'", R"('\'')") + "'";
 }
 
@@ -99,12 +99,12 @@ std::string quoted(const std::string& text) {
 std::string value_line(const std::vector<std::string>& keys, const ValueWords& value) {
   std::string text;
   std::vector<std::string> patterns, endings;
-  for (const std::string& key : keys) patterns.push_back(quoted(key));
-  for (const std::string& ending : value.endings) endings.push_back(quoted(ending));
-  if (!value.words.empty()) text += " words=" + quoted(joined(value.words, " "));
+  for (const std::string& key : keys) patterns.push_back(quoted_for_bash(key));
+  for (const std::string& ending : value.endings) endings.push_back(quoted_for_bash(ending));
+  if (!value.words.empty()) text += " words=" + quoted_for_bash(joined(value.words, " "));
   if (!endings.empty()) text += " endings=(" + joined(endings, " ") + ")";
   if (value.is_folder || !endings.empty()) text += " folders=1";
-  if (value.separator != 0) text += " separator=" + quoted(std::string(1, value.separator));
+  if (value.separator != 0) text += " separator=" + quoted_for_bash(std::string(1, value.separator));
   if (value.is_named) text += " named=1";
   return "    " + joined(patterns, " | ") + ")" + text + " ;;\n";
 }
@@ -126,8 +126,8 @@ std::string words_line(const CommandWords& command, const std::string& name) {
   std::vector<std::string> options, commands;
   for (const OptionWords& option : command.options) options.insert(options.end(), option.names.begin(), option.names.end());
   for (const CommandWords& sub_command : command.commands) commands.push_back(sub_command.name);
-  std::string text = "    " + quoted(name) + ") options=" + quoted(joined(options, " "));
-  if (!commands.empty()) text += " commands=" + quoted(joined(commands, " "));
+  std::string text = "    " + quoted_for_bash(name) + ") options=" + quoted_for_bash(joined(options, " "));
+  if (!commands.empty()) text += " commands=" + quoted_for_bash(joined(commands, " "));
   return text + " ;;\n";
 }
 
@@ -140,7 +140,7 @@ std::string bash_completion(const CommandWords& program) {
     values += value_lines(command, command.name);
   }
   const std::string text =
-      std::string(kHead) +
+      std::string(kBashHead) +
       "\n# Sets the options of a command, of the program where that is empty.\n"
       "_FUNCTION_words() {\n  case \"$1\" in\n" +
       words +

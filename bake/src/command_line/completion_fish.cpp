@@ -4,7 +4,7 @@
 namespace coppice::command_line {
 namespace {
 
-constexpr const char* kHead = R"(# Completion of PROGRAM in fish, made by PROGRAM of what its --help lists.
+constexpr const char* kFishHead = R"(# Completion of PROGRAM in fish, made by PROGRAM of what its --help lists.
 
 # What stands before the value that is being written: --option= goes, names and earlier values of a list stay.
 function __FUNCTION_before
@@ -29,7 +29,7 @@ end
 complete --command PROGRAM --no-files
 )";
 
-std::string quoted(const std::string& text) {
+std::string quoted_for_fish(const std::string& text) {
   return "'" + replaced(replaced(text, R"(\)", R"(\\)"), "'", R"(\')") + "'";
 }
 
@@ -50,8 +50,8 @@ std::string option_line(const OptionWords& option, const std::string& begin) {
     text += name.starts_with("--") ? " --long-option " + name.substr(2) : " --short-option " + name.substr(1);
   if (option.takes_value) text += " --exclusive";
   const std::string arguments = option.takes_value ? arguments_of(option.value) : "";
-  if (!arguments.empty()) text += " --arguments " + quoted(arguments);
-  return begin + text + " --description " + quoted(option.about) + "\n";
+  if (!arguments.empty()) text += " --arguments " + quoted_for_fish(arguments);
+  return begin + text + " --description " + quoted_for_fish(option.about) + "\n";
 }
 
 std::string lines(const CommandWords& command, const std::string& begin) {
@@ -59,7 +59,7 @@ std::string lines(const CommandWords& command, const std::string& begin) {
   for (const OptionWords& option : command.options) text += option_line(option, begin);
   for (const PlaceWords& place : command.places)
     if (const std::string arguments = arguments_of(place.value); !arguments.empty())
-      text += begin + " --arguments " + quoted(arguments) + "\n";
+      text += begin + " --arguments " + quoted_for_fish(arguments) + "\n";
   return text;
 }
 
@@ -67,11 +67,11 @@ std::string lines(const CommandWords& command, const std::string& begin) {
 
 std::string fish_completion(const CommandWords& program) {
   const std::string begin = "complete --command " + program.name;
-  std::string text = kHead + lines(program, begin + (program.commands.empty() ? "" : " --condition __fish_use_subcommand"));
+  std::string text = kFishHead + lines(program, begin + (program.commands.empty() ? "" : " --condition __fish_use_subcommand"));
   for (const CommandWords& command : program.commands) {
-    text +=
-        "\n" + begin + " --condition __fish_use_subcommand --arguments " + command.name + " --description " + quoted(command.about) + "\n";
-    text += lines(command, begin + " --condition " + quoted("__fish_seen_subcommand_from " + command.name));
+    text += "\n" + begin + " --condition __fish_use_subcommand --arguments " + command.name + " --description " +
+            quoted_for_fish(command.about) + "\n";
+    text += lines(command, begin + " --condition " + quoted_for_fish("__fish_seen_subcommand_from " + command.name));
   }
   return replaced(replaced(text, "FUNCTION", function_name(program)), "PROGRAM", program.name);
 }

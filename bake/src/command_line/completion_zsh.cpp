@@ -4,7 +4,7 @@
 namespace coppice::command_line {
 namespace {
 
-std::string quoted(const std::string& text) {
+std::string quoted_for_zsh(const std::string& text) {
   return "'" + replaced(text, "'", R"('\'')") + "'";
 }
 
@@ -52,7 +52,7 @@ std::string option_lines(const OptionWords& option, const std::string& indent) {
     argument += !option.takes_value ? "" : name.starts_with("--") ? "=" : "+";
     argument += about;
     text += indent;
-    text += quoted(argument);
+    text += quoted_for_zsh(argument);
     text += " \\\n";
   }
   return text;
@@ -62,7 +62,8 @@ std::string arguments(const CommandWords& command, const std::string& indent) {
   std::string text;
   for (const OptionWords& option : command.options) text += option_lines(option, indent);
   for (std::size_t i = 0; i < command.places.size(); ++i)
-    text += indent + quoted((command.places[i].repeats ? "*" : std::to_string(i + 1)) + value_text(command.places[i].value)) + " \\\n";
+    text +=
+        indent + quoted_for_zsh((command.places[i].repeats ? "*" : std::to_string(i + 1)) + value_text(command.places[i].value)) + " \\\n";
   return text;
 }
 
@@ -70,7 +71,7 @@ std::string arguments(const CommandWords& command, const std::string& indent) {
 std::string command_texts(const CommandWords& program) {
   std::string names, cases;
   for (const CommandWords& command : program.commands) {
-    names += "        " + quoted(escaped(command.name, ":") + ":" + command.about) + "\n";
+    names += "        " + quoted_for_zsh(escaped(command.name, ":") + ":" + command.about) + "\n";
     cases += "        " + command.name + ")\n          _arguments -S \\\n" + arguments(command, "            ") +
              "            && ret=0\n          ;;\n";
   }
@@ -83,9 +84,9 @@ std::string command_texts(const CommandWords& program) {
 
 std::string zsh_completion(const CommandWords& program) {
   const std::string name = function_name(program), indent = "    ";
-  const std::string states = program.commands.empty()
-                                 ? ""
-                                 : indent + quoted("1:command:->command") + " \\\n" + indent + quoted("*::argument:->argument") + " \\\n";
+  const std::string states = program.commands.empty() ? ""
+                                                      : indent + quoted_for_zsh("1:command:->command") + " \\\n" + indent +
+                                                            quoted_for_zsh("*::argument:->argument") + " \\\n";
   return "#compdef " + program.name + "\n# Completion of " + program.name + " in zsh, made by " + program.name +
          " of what its --help lists.\n\n_" + name +
          "() {\n  local context state state_descr line ret=1\n  typeset -A opt_args\n  _arguments -S -C \\\n" + arguments(program, indent) +

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint32_t kCells = 128;
 constexpr std::uint32_t kChunkCells = 16;
-constexpr float kFar_m = 1500;
+constexpr float kGroundReach_m = 1500;
 
 float height_m(float x, float z, float half_extent_m, std::uint32_t seed) {
   const float rolling = 3.2f * fractal_noise(x / 62, z / 62, 2, seed);
@@ -24,7 +24,7 @@ float height_m(float x, float z, float half_extent_m, std::uint32_t seed) {
 // An odd polynomial: nearly linear over the planted square, steep outside it.
 std::vector<float> make_axis(float half_extent_m) {
   const float inner = 1.7f * half_extent_m;
-  const float outer = std::max(kFar_m - inner, 0.0f);
+  const float outer = std::max(kGroundReach_m - inner, 0.0f);
   std::vector<float> axis;
   for (std::uint32_t i = 0; i <= kCells; ++i) {
     const float u = 2 * static_cast<float>(i) / kCells - 1;

@@ -9,7 +9,7 @@ namespace forest {
 namespace {
 
 constexpr float kCell_m = 0.24f;
-constexpr float kReach_m = 20;
+constexpr float kTuftsReach_m = 20;
 
 /// Channels of the nearest texel of the ground map, 0..1. Outside the map nothing grows.
 glm::vec4 ground_state(const GroundMap& map, glm::vec2 at) {
@@ -31,7 +31,7 @@ bool in_view(const glm::mat4& clip_from_world, glm::vec3 at) {
 std::size_t gather_tufts(const Terrain& terrain, const GroundMap& map, const glm::mat4& clip_from_world, glm::vec3 eye,
                          std::span<Tuft> out) {
   std::size_t count = 0;
-  const int reach = static_cast<int>(kReach_m / kCell_m);
+  const int reach = static_cast<int>(kTuftsReach_m / kCell_m);
   const int center_x = static_cast<int>(std::floor(eye.x / kCell_m));
   const int center_z = static_cast<int>(std::floor(eye.z / kCell_m));
   for (int z = center_z - reach; z <= center_z + reach; ++z)
@@ -39,7 +39,7 @@ std::size_t gather_tufts(const Terrain& terrain, const GroundMap& map, const glm
       const glm::vec2 at = kCell_m * (glm::vec2(x, z) + glm::vec2(hash01(x, z, 1), hash01(x, z, 2)));
       const float distance_m = glm::distance(at, glm::vec2(eye.x, eye.z));
       // Fewer and lower with distance: where they end, the painted ground has taken over.
-      const float fade = 1 - distance_m / kReach_m;
+      const float fade = 1 - distance_m / kTuftsReach_m;
       const float dice = hash01(x, z, 3);
       if (count == out.size() || dice > 1.6f * fade) continue;
       Tuft tuft;

@@ -14,8 +14,8 @@ namespace coppice {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-using Texel = std::array<std::uint8_t, 4>;
-using Block = std::array<Texel, 16>;  ///< row by row
+using Rgba8 = std::array<std::uint8_t, 4>;
+using Block = std::array<Rgba8, 16>;  ///< row by row
 
 constexpr std::uint32_t kBlockSide = 4;
 
@@ -27,16 +27,16 @@ std::uint64_t blocks_along(std::uint32_t side) {
   return (std::uint64_t{side} + kBlockSide - 1) / kBlockSide;
 }
 
-Texel texel_of_565(std::uint32_t packed) {
+Rgba8 texel_of_565(std::uint32_t packed) {
   const std::uint32_t red = packed >> 11 & 31u, green = packed >> 5 & 63u, blue = packed & 31u;
   return {static_cast<std::uint8_t>(red << 3 | red >> 2), static_cast<std::uint8_t>(green << 2 | green >> 4),
           static_cast<std::uint8_t>(blue << 3 | blue >> 2), 255};
 }
 
 /// (weight_a * a + weight_b * b) / their sum, colour only.
-Texel between(const Texel& a, const Texel& b, std::uint32_t weight_a, std::uint32_t weight_b) {
+Rgba8 between(const Rgba8& a, const Rgba8& b, std::uint32_t weight_a, std::uint32_t weight_b) {
   const std::uint32_t sum = weight_a + weight_b;
-  Texel result{0, 0, 0, 255};
+  Rgba8 result{0, 0, 0, 255};
   for (std::size_t channel = 0; channel < 3; ++channel)
     result[channel] = static_cast<std::uint8_t>((a[channel] * weight_a + b[channel] * weight_b + sum / 2) / sum);
   return result;
@@ -45,7 +45,7 @@ Texel between(const Texel& a, const Texel& b, std::uint32_t weight_a, std::uint3
 /// bytes: 8
 void decode_colours(Bytes bytes, bool four_always, Block& block) {
   const std::uint32_t first = bytes[0] | std::uint32_t{bytes[1]} << 8, second = bytes[2] | std::uint32_t{bytes[3]} << 8;
-  std::array<Texel, 4> palette{texel_of_565(first), texel_of_565(second), {}, {0, 0, 0, 255}};
+  std::array<Rgba8, 4> palette{texel_of_565(first), texel_of_565(second), {}, {0, 0, 0, 255}};
   if (four_always || first > second) {
     palette[2] = between(palette[0], palette[1], 2, 1);
     palette[3] = between(palette[0], palette[1], 1, 2);

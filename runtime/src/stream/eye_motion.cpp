@@ -13,7 +13,7 @@ namespace {
 /// Steps differ by at most this share of the longer where the camera goes on as it did.
 constexpr float kSteadyShare = 0.25f;
 /// Plants that there is room for from the first on.
-constexpr std::uint32_t kFirstPlants = 64;
+constexpr std::uint32_t kFirstMoved = 64;
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
 Result<void> make_room(DemandAhead& ahead, const coppice_allocator& allocator, Ledger& ledger, std::uint32_t plant_count) {
   const auto now = static_cast<std::uint32_t>(ahead.measured.size());
   if (plant_count <= now) return {};
-  const std::uint32_t count = roomy_count({.now = now, .needed = plant_count, .first = kFirstPlants, .most = UINT32_MAX});
+  const std::uint32_t count = roomy_count({.now = now, .needed = plant_count, .first = kFirstMoved, .most = UINT32_MAX});
   COPPICE_TRY(measured, enlarged_copy(ahead.measured, allocator, count));
   COPPICE_TRY(finished, enlarged_copy(ahead.finished, allocator, count));
   ahead.measured = std::move(measured);

@@ -52,6 +52,9 @@ struct Buffer {
   VkBufferView texels = VK_NULL_HANDLE;  ///< all of it; null unless created with UNIFORM_TEXEL_BUFFER
 };
 
+/// How a buffer is used that shaders write or read and copies fill.
+inline constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
 /// A device address has so many bits.
 inline constexpr std::uint32_t kAddressBits = 57;
 

@@ -35,7 +35,6 @@
 namespace coppice::gpu {
 namespace {
 
-constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 constexpr std::uint32_t kStorageCount = 8;
 /// The bindings of raster.glsl: texels of the picture, of work and of motion come after the storage buffers.
 constexpr std::uint32_t kTexelCount = 3;

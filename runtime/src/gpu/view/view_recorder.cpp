@@ -13,8 +13,6 @@
 namespace coppice::gpu {
 namespace {
 
-constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-
 /// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
 bool is_mirrored(const LodView& lod) {
   const mat4 rows = transpose(lod.eyes[0].clip_from_world);

@@ -9,7 +9,7 @@
 #include "test_foliage.h"
 
 namespace coppice::test {
-namespace {
+namespace grass {
 
 /// out: level, unit, where it bends to
 void add_blade(Shape& grass, const glm::vec3& foot, const glm::vec3& out, float height_m) {
@@ -52,5 +52,5 @@ INSTANTIATE_TEST_SUITE_P(Grass, LooksTest,
                              .name = "clump_of_grass", .plant = [] { return clump(160); }, .defect = [] { return clump(80); }}),
                          looks_name);
 
-}  // namespace
+}  // namespace grass
 }  // namespace coppice::test

@@ -4,7 +4,7 @@
 #include "tree_parts.h"
 
 namespace coppice::test {
-namespace {
+namespace leaf_cards {
 
 GltfBuilder tree(std::uint32_t leaf_count) {
   GltfBuilder builder;
@@ -20,5 +20,5 @@ INSTANTIATE_TEST_SUITE_P(LeafCards, LooksTest,
                              .name = "leaf_cards", .plant = [] { return tree(300); }, .defect = [] { return tree(200); }}),
                          looks_name);
 
-}  // namespace
+}  // namespace leaf_cards
 }  // namespace coppice::test

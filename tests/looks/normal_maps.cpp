@@ -6,7 +6,7 @@
 #include "tree_parts.h"
 
 namespace coppice::test {
-namespace {
+namespace normal_maps {
 
 Rgba white(float u, float v) {
   return {255, 255, 255, oval_leaf(u, v)[3]};
@@ -36,5 +36,5 @@ INSTANTIATE_TEST_SUITE_P(NormalMaps, LooksTest,
                                                    .defect = [] { return tree(false); }}),
                          looks_name);
 
-}  // namespace
+}  // namespace normal_maps
 }  // namespace coppice::test

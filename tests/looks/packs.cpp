@@ -6,7 +6,7 @@
 #include "tree_parts.h"
 
 namespace coppice::test {
-namespace {
+namespace packs {
 
 struct Materials {
   int bark = 0, leaves = 0;
@@ -90,5 +90,5 @@ INSTANTIATE_TEST_SUITE_P(Packs, LooksTest,
                                                    .bake = {.import = {.metres_per_unit = 0.01}}}),
                          looks_name);
 
-}  // namespace
+}  // namespace packs
 }  // namespace coppice::test

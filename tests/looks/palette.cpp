@@ -3,7 +3,7 @@
 #include "looks_case.h"
 
 namespace coppice::test {
-namespace {
+namespace palette {
 
 enum Patch { bark, needles, clay, snow };
 
@@ -46,5 +46,5 @@ INSTANTIATE_TEST_SUITE_P(Palette, LooksTest,
                                                    .defect = [] { return spruce_in_a_pot(false); }}),
                          looks_name);
 
-}  // namespace
+}  // namespace palette
 }  // namespace coppice::test

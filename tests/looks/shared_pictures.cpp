@@ -10,7 +10,7 @@
 #include "tree_parts.h"
 
 namespace coppice::test {
-namespace {
+namespace shared_pictures {
 
 constexpr UvBox kLeafBox{{0.02f, 0.05f}, {0.42f, 0.95f}}, kBarkBox{{0.56f, 0.02f}, {0.76f, 0.98f}}, kPotBox{{0.85f, 0.4f}, {0.95f, 0.5f}};
 
@@ -163,5 +163,5 @@ INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                                                    .defect = [] { return tree_of(Textures::ktx2); }}),
                          looks_name);
 
-}  // namespace
+}  // namespace shared_pictures
 }  // namespace coppice::test

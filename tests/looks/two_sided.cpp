@@ -4,7 +4,7 @@
 #include "process.h"
 
 namespace coppice::test {
-namespace {
+namespace two_sided {
 
 /// A sheet of wood before the origin. It looks along +z; or each triangle the other way round, but not its normals.
 GltfBuilder sheet(bool is_turned) {
@@ -53,5 +53,5 @@ std::string sheet_name(const testing::TestParamInfo<bool>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Sheets, TwoSided, testing::Bool(), sheet_name);
 
-}  // namespace
+}  // namespace two_sided
 }  // namespace coppice::test

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gltf_variants.h"
 #include "import_gltf.h"
 #include "mentions.h"
 #include "pack_gltf.h"
@@ -490,6 +491,15 @@ TEST(PlantChoice, ABadLevelListIsRefused) {
   const auto plant = import_gltf_bytes(pack.file.glb(), "pack.glb", {});
   ASSERT_FALSE(plant);
   EXPECT_TRUE(mentions(plant.error().message(), {"nodes[0].extensions.MSFT_lod.ids"}));
+}
+
+TEST(Variants, OutputsDifferInMoreThanCase) {
+  SourceContents contents;
+  for (const char* name : {"Oak", "oak", "OAK", "Plants", "a/b", "a:b"}) contents.variants.push_back({.name = name});
+  const auto outputs = bake::variant_outputs("baked/plants.coppice", contents);
+  EXPECT_EQ(outputs,
+            (std::vector<std::filesystem::path>{"baked/plants_Oak.coppice", "baked/plants_oak_2.coppice", "baked/plants_OAK_3.coppice",
+                                                "baked/plants.coppice", "baked/plants_a_b.coppice", "baked/plants_a_b_2.coppice"}));
 }
 
 }  // namespace gltf_variants_test

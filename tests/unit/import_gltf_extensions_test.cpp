@@ -163,6 +163,22 @@ TEST(ImportDraco, OneViewForTwoPrimitivesAndAStripBecomesTriangles) {
   EXPECT_EQ(plant.wood.triangle_materials.size(), 8u + 1u);
 }
 
+TEST(ImportDraco, ViewsThatShareTheirBytesAreRefused) {
+  GltfBuilder builder = draco_plant(squares(50));
+  const json first = leaf_primitive(builder);
+  const std::size_t view = first["extensions"]["KHR_draco_mesh_compression"]["bufferView"];
+  for (int i = 0; i < 20; ++i) {
+    json copy = first;
+    copy["extensions"]["KHR_draco_mesh_compression"]["bufferView"] = builder.json["bufferViews"].size();
+    builder.json["bufferViews"].push_back(json(builder.json["bufferViews"][view]));
+    builder.json["meshes"][0]["primitives"].push_back(copy);
+  }
+  const Result<Plant> refused = import_gltf_bytes(builder.glb(), "plant.glb", {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().status, Status::bad_file);
+  EXPECT_TRUE(test::mentions(refused.error().message(), {"plant.glb", "primitives[", "KHR_draco_mesh_compression"}));
+}
+
 TEST(ImportDraco, CountsOfCodedAccessorsAllocateNothing) {
   GltfBuilder builder = draco_plant(squares(2));
   for (std::size_t i = 3; i < builder.json["accessors"].size(); ++i) builder.json["accessors"][i]["count"] = 1000000000;

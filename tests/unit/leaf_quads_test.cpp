@@ -220,7 +220,7 @@ TEST(CardTable, EqualCardsAreSharedAndPlainMaterialsHaveOne) {
 }
 
 TEST(CardTable, TooManyCardsSnapToTheNearestOfTheirMaterial) {
-  // 4000 cards along a line of u, and one last card of another material.
+  // 4000 cards along a line of u, and one last card of another material, at the place of one of them.
   std::vector<Material> materials(2);
   materials[0].image = materials[1].image = 0;
   std::vector<Card> cards;
@@ -228,7 +228,7 @@ TEST(CardTable, TooManyCardsSnapToTheNearestOfTheirMaterial) {
     const float u = static_cast<float>(i) / 4096.0f * 0.25f * 4.0f;
     cards.push_back({0, {{{u, 0.0f}, {u, 0.0f}, {u, 0.0f}, {u, 0.0f}}}});
   }
-  cards.push_back({1, {{{0.5f, 0.5f}, {0.5f, 0.5f}, {0.5f, 0.5f}, {0.5f, 0.5f}}}});
+  cards.push_back({1, cards[2048].uv});
   const SharedCards shared = share_cards(cards, materials);
   ASSERT_EQ(shared.table.size(), COPPICE_MAX_CARDS);
   for (std::size_t i = 0; i < cards.size(); ++i) {

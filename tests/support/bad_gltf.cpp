@@ -16,17 +16,17 @@ namespace coppice::test {
 namespace {
 
 using nlohmann::json;
-using Bytes = std::vector<std::uint8_t>;
+using GltfBytes = std::vector<std::uint8_t>;
 using Names = std::vector<std::string>;
 
-Bytes text(const std::string& characters) {
+GltfBytes text(const std::string& characters) {
   return {characters.begin(), characters.end()};
 }
 
 /// The files, as they are made.
 class Collection {
  public:
-  void add(const std::string& file, Bytes bytes, Names names, Status status = Status::bad_file) {
+  void add(const std::string& file, GltfBytes bytes, Names names, Status status = Status::bad_file) {
     files_.push_back({file, std::move(bytes), std::move(names), status});
   }
 
@@ -55,15 +55,15 @@ json& primitive(json& document, std::size_t mesh = 0) {
 }
 
 void add_containers(Collection& files) {
-  const Bytes good = small_plant().glb();
+  const GltfBytes good = small_plant().glb();
   const auto changed = [&](std::size_t at, std::uint8_t value) {
-    Bytes bytes = good;
+    GltfBytes bytes = good;
     bytes[at] = value;
     return bytes;
   };
   files.add("glb_empty.glb", {}, {});
-  files.add("glb_header_only.glb", Bytes(good.begin(), good.begin() + 12), {"byte 12"});
-  files.add("glb_cut.glb", Bytes(good.begin(), good.end() - 10), {"796", "786", "byte 8"});
+  files.add("glb_header_only.glb", GltfBytes(good.begin(), good.begin() + 12), {"byte 12"});
+  files.add("glb_cut.glb", GltfBytes(good.begin(), good.end() - 10), {"796", "786", "byte 8"});
   files.add("glb_version.glb", changed(4, 1), {"byte 4"}, Status::unsupported);
   files.add("glb_chunk_long.glb", changed(15, 0x7f), {"byte 12"});
   files.add("glb_chunk_kind.glb", changed(16, 'X'), {"JSON", "byte 16"});
@@ -135,7 +135,7 @@ void add_buffers(Collection& files) {
   }
   files.change("image_cut",
                [](GltfBuilder& builder) {
-                 Bytes image = png(16, 16, {10, 200, 30, 255});
+                 GltfBytes image = png(16, 16, {10, 200, 30, 255});
                  image.resize(image.size() - 20);
                  builder.set_texture(0, image);
                },
@@ -143,8 +143,8 @@ void add_buffers(Collection& files) {
   files.change("image_without_scan", [](GltfBuilder& builder) { builder.set_texture(0, jpeg_without_scan()); }, {"images[0]"});
   files.change("image_inflating",
                [](GltfBuilder& builder) {
-                 const Bytes large =
-                     encode_png_form({.width = 8192, .height = 8192, .bit_depth = 1, .color_type = 0, .rows = Bytes(8192 * 1024)});
+                 const GltfBytes large =
+                     encode_png_form({.width = 8192, .height = 8192, .bit_depth = 1, .color_type = 0, .rows = GltfBytes(8192 * 1024)});
                  builder.set_texture(0, with_png_chunk(large, "IHDR", 0, {0, 0, 0, 1, 0, 0, 0, 1}));
                },
                {"images[0]"});
@@ -215,7 +215,7 @@ void add_nodes(Collection& files) {
 }
 
 /// The small plant with its leaf coded by Draco; edit(extension, primitive, coded bytes).
-void add_draco_file(Collection& files, const std::string& name, const std::function<void(json&, json&, Bytes&)>& edit, Names names,
+void add_draco_file(Collection& files, const std::string& name, const std::function<void(json&, json&, GltfBytes&)>& edit, Names names,
                     Status status = Status::bad_file) {
   files.change(
       name,
@@ -223,7 +223,7 @@ void add_draco_file(Collection& files, const std::string& name, const std::funct
         DracoMesh mesh;
         mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
         mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-        Bytes coded = encode_draco(mesh);
+        GltfBytes coded = encode_draco(mesh);
         json extension{{"attributes", {{"POSITION", 0}}}};
         edit(extension, primitive(builder.json), coded);
         json& added = add_draco(builder, primitive(builder.json), coded, extension["attributes"]);
@@ -234,27 +234,27 @@ void add_draco_file(Collection& files, const std::string& name, const std::funct
 
 void add_draco_files(Collection& files) {
   const std::string place = "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression";
-  add_draco_file(files, "draco_cut", [](json&, json&, Bytes& coded) { coded.resize(coded.size() / 2); }, {place});
-  add_draco_file(files, "draco_none", [](json&, json&, Bytes& coded) { coded.assign(64, 'x'); }, {place});
+  add_draco_file(files, "draco_cut", [](json&, json&, GltfBytes& coded) { coded.resize(coded.size() / 2); }, {place});
+  add_draco_file(files, "draco_none", [](json&, json&, GltfBytes& coded) { coded.assign(64, 'x'); }, {place});
   add_draco_file(
-      files, "draco_points", [](json&, json&, Bytes& coded) { coded[7] = 0; }, {place}, Status::unsupported);
+      files, "draco_points", [](json&, json&, GltfBytes& coded) { coded[7] = 0; }, {place}, Status::unsupported);
   add_draco_file(
-      files, "draco_version", [](json&, json&, Bytes& coded) { coded[6] = 1; }, {"2.2", place}, Status::unsupported);
+      files, "draco_version", [](json&, json&, GltfBytes& coded) { coded[6] = 1; }, {"2.2", place}, Status::unsupported);
   add_draco_file(files, "draco_counts",
                  // "DRACO", version 2.2, a mesh, edgebreaker, no flags, standard traversal, 2^28 vertices, 2^29 triangles.
-                 [](json&, json&, Bytes& coded) {
+                 [](json&, json&, GltfBytes& coded) {
                    coded = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0, 0, 0x80, 0x80, 0x80, 0x80, 1, 0x80, 0x80, 0x80, 0x80, 2, 0, 0, 0};
                  },
                  {place, "536870912", "268435456"});
-  add_draco_file(files, "draco_attribute_id", [](json& extension, json&, Bytes&) { extension["attributes"]["POSITION"] = 7; },
+  add_draco_file(files, "draco_attribute_id", [](json& extension, json&, GltfBytes&) { extension["attributes"]["POSITION"] = 7; },
                  {place + ".attributes.POSITION", "7"});
-  add_draco_file(files, "draco_attributes_missing", [](json& extension, json&, Bytes&) { extension["attributes"] = json::object(); },
+  add_draco_file(files, "draco_attributes_missing", [](json& extension, json&, GltfBytes&) { extension["attributes"] = json::object(); },
                  {place + ".attributes.POSITION"});
-  add_draco_file(files, "draco_attribute_of_no_primitive", [](json& extension, json&, Bytes&) { extension["attributes"]["NORMAL"] = 1; },
-                 {place + ".attributes.NORMAL"});
-  add_draco_file(files, "draco_view", [](json& extension, json&, Bytes&) { extension["bufferView"] = 40; },
+  add_draco_file(files, "draco_attribute_of_no_primitive",
+                 [](json& extension, json&, GltfBytes&) { extension["attributes"]["NORMAL"] = 1; }, {place + ".attributes.NORMAL"});
+  add_draco_file(files, "draco_view", [](json& extension, json&, GltfBytes&) { extension["bufferView"] = 40; },
                  {place + ".bufferView", "40", "4"});
-  add_draco_file(files, "draco_fan", [](json&, json& leaf, Bytes&) { leaf["mode"] = 6; }, {"meshes[0].primitives[0].mode"});
+  add_draco_file(files, "draco_fan", [](json&, json& leaf, GltfBytes&) { leaf["mode"] = 6; }, {"meshes[0].primitives[0].mode"});
 }
 
 /// The small plant with its leaf's positions coded by meshoptimizer; edit(extension, view, builder).

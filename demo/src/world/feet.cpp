@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kSides = 16, kRings = 4;
 static_assert(kSides * kRings == kMoundVertices);
 constexpr float kReach_m = 36;
-constexpr float kLargest_m = 1.7f;
+constexpr float kLargestFoot_m = 1.7f;
 // A mound's rim lies this deep in the ground, so that the line where it comes out is as crooked as its roots.
 constexpr float kSunk_m = 0.03f;
 
@@ -75,13 +75,13 @@ Feet make_feet(const Planting& planting) {
   std::vector<std::uint32_t> next(feet.first.begin(), feet.first.end() - 1);
   feet.feet.resize(planting.plants.size());
   for (const PlacedPlant& plant : planting.plants)
-    feet.feet[next[cell(plant)]++] = {plant.position, std::clamp(0.3f * plant.crown_radius_m, 0.1f, kLargest_m), plant.yaw_rad};
+    feet.feet[next[cell(plant)]++] = {plant.position, std::clamp(0.3f * plant.crown_radius_m, 0.1f, kLargestFoot_m), plant.yaw_rad};
   return feet;
 }
 
 float foot_share(const Feet& feet, glm::vec2 at) {
   float share = 0;
-  for_each_near(feet, at, kLargest_m,
+  for_each_near(feet, at, kLargestFoot_m,
                 [&](const Foot& foot) { share = std::max(share, 1 - glm::distance(foot.position, at) / foot.radius_m); });
   return share;
 }
@@ -104,7 +104,7 @@ std::size_t gather_mounds(const Terrain& terrain, const Feet& feet, const glm::m
   for_each_near(feet, {eye.x, eye.z}, kReach_m, [&](const Foot& foot) {
     const glm::vec3 at(foot.position.x, height_at(terrain, foot.position.x, foot.position.y), foot.position.y);
     // Small ones end before large ones: as many pixels remain of each.
-    const float grown = 3 * (1 - glm::distance(at, eye) / (kReach_m * (0.3f + 0.7f * foot.radius_m / kLargest_m)));
+    const float grown = 3 * (1 - glm::distance(at, eye) / (kReach_m * (0.3f + 0.7f * foot.radius_m / kLargestFoot_m)));
     if (grown <= 0 || count == kMaxMounds || !box_in_view(clip_from_world, at - foot.radius_m, at + foot.radius_m)) return;
     write_mound(terrain, foot, std::min(grown, 1.0f), out.subspan(count++ * kMoundVertices).first<kMoundVertices>());
   });

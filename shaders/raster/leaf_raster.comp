@@ -108,8 +108,8 @@ bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   vec2 high = max(max(at[0].xy, at[1].xy), max(at[2].xy, at[3].xy));
   // Pixels whose centres are inside.
   vec2 size = vec2(push.width_px, push.height_px);
-  drawn.low = ivec2(ceil(clamp(low, vec2(0.0), size) - 0.5));
-  drawn.high = ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1;
+  drawn.low = max(ivec2(ceil(clamp(low, vec2(0.0), size) - 0.5)), ivec2(0));  // also of what is no number
+  drawn.high = min(ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1, ivec2(size));
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.first_pixel = first_pixel(group.eye);
@@ -206,8 +206,8 @@ vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) +
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   vec2 block = vec2(corner);
   ivec2 size = clamp(drawn.high - corner, ivec2(0), ivec2(kBlock_px));
-  uvec2 inside =
-      uvec2(size.y >= 4 ? 0xffffffffu : (1u << (8 * size.y)) - 1, size.y >= 8 ? 0xffffffffu : (1u << (8 * max(size.y - 4, 0))) - 1);
+  uvec2 inside = uvec2(size.y >= 4 ? 0xffffffffu : (1u << 8 * min(size.y, 3)) - 1,
+                       size.y >= 8 ? 0xffffffffu : (1u << 8 * clamp(size.y - 4, 0, 3)) - 1);
   if (!seen) inside = uvec2(0);
   float width = float(size.x);
   uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));

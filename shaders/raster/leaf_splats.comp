@@ -29,8 +29,8 @@ void raster_splat(uint first, Placed placed, uint name, Splat splat, float along
       inversesqrt(3.14159265) * size_px * float(splat.z_size >> 16) * inverse_w * sqrt(max(abs(dot(face, placed.eye)), 0.02));
   vec2 middle = at.xy * inverse_w;
   vec2 size = vec2(push.width_px, push.height_px);
-  ivec2 low = ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5));
-  ivec2 high = ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5));
+  ivec2 low = max(ivec2(ceil(clamp(middle - radius_px, vec2(0.0), size) - 0.5)), ivec2(0));  // also of what is no number
+  ivec2 high = min(ivec2(ceil(clamp(middle + radius_px, vec2(0.0), size) - 0.5)), ivec2(size));
   float key = at.w * inverse_w;
   bool seen = shown && at.z > 0.0 && is_between_planes(key) && low.x < high.x && low.y < high.y;
   // Its end at the bottom: no turn of the loop is in vain.
@@ -61,7 +61,7 @@ void raster_cluster(uint eye, uint place_of_work, uint lane) {
   uint first = first_pixel(eye), grains = log2_grains(cluster), count = shown.count << grains, disc = lane;
   SplatArray splats = SplatArray(cluster.splats);
   do {
-    uint leaf = disc >> grains;
+    uint leaf = min(disc, count - 1) >> grains;
     float along = float(2 * (disc - (leaf << grains)) + 1) / float(1u << grains) - 1.0;
     bool born = true;
     if (shown.partly_born) born = is_born(LeafArray(cluster.leaves).at[leaf].life, splits);

@@ -16,32 +16,41 @@
 
 layout(local_size_x = kCullGroupSize) in;
 
-// Commands for all clusters of the pages that may show some of the cut. False where the plant has not as many left.
-bool draw_pages(Candidate candidate, uint leaf_count) {
+// Commands [first, end): for the first cluster_count clusters of the pages, which may show some of the cut; the others draw nothing.
+void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint first, uint end) {
   Plant plant = candidate.plant;
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   float reach_m = candidate.reach_m - candidate.radius_m;
-  uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
-  uint first = take_commands(kDrawCounts * instance.plant + kClusterCount, count, capacity);
-  if (first == capacity) return false;
-  for (uint i = 0; i < count; ++i) {
-    Cluster cluster = cluster_at(list, i);
-    ShownLeaves shown = shown_of_page(cluster, i, leaf_count);
-    bool seen = sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m);
+  for (uint i = 0; i < end - first; ++i) {
+    uint shown_count = 0;
+    if (i < cluster_count) {
+      Cluster cluster = cluster_at(list, i);
+      bool seen = sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m);
+      if (seen) shown_count = shown_of_page(cluster, i, leaf_count).count;
+    }
     leaf_commands[plant.leaf_command_base + plant.instance_count + first + i] =
-        cluster_command(candidate.slot | kPageList << kSlotBits, i, seen ? shown.count : 0);
+        cluster_command(candidate.slot | kPageList << kSlotBits, i, shown_count);
   }
-  return true;
 }
 
-// Where commands are short the cut becomes coarser. For a ready cut there is one in any case. How many leaves are drawn.
+// Where commands are short the cut becomes coarser: the finest, of fewer and fewer leaves, whose commands fit. For a ready cut there is one
+// in any case. How many leaves are drawn.
 uint draw_leaves(Candidate candidate, uint leaf_count) {
   Plant plant = candidate.plant;
   uint slot = candidate.slot;
-  for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
+  if (leaf_count > kReadyLeaves) {
+    uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
+    uint first = min(take_commands(kDrawCounts * candidate.instance.plant + kClusterCount, count), capacity);
+    uint end = min(first + count, capacity);
+    for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
+      count = page_cluster_count(leaf_count);
+      if (count <= end - first) break;
+    }
     cuts[slot] = min(cuts[slot], float(leaf_count));
-    if (draw_pages(candidate, leaf_count)) return leaf_count;
+    bool fits = leaf_count > kReadyLeaves;
+    draw_pages(candidate, leaf_count, fits ? count : 0, first, end);
+    if (fits) return leaf_count;
   }
   uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
   uint place = atomicAdd(draw_counts[kDrawCounts * candidate.instance.plant + kSingleCount], 1);

@@ -146,7 +146,7 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
 
 void main() {
   Tally tally = Tally(0, 0, 0);
-  uint block_count = rounds[push.round].blocks.count;
+  uint block_count = min(rounds[push.round].blocks.count, uint(visible_blocks.length()));
   for (uint i = group_index(); i < block_count; i += gl_NumWorkGroups.x) {
     uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
     Appended appended = Appended(kNoItem, WorkItem(0, 0, uvec2(0)), kNoItem, kNoItem);

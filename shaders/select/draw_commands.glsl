@@ -4,15 +4,9 @@ layout(set = 0, binding = 6, scalar) writeonly buffer LeafCommandBuffer { DrawCo
 layout(set = 0, binding = 7, scalar) buffer DrawCountBuffer { uint draw_counts[]; };
 layout(set = 0, binding = 8, scalar) buffer WoodCommandBuffer { DrawCommand wood_commands[]; };
 
-// The first of so many new places that draw_counts[counted] counts: all of them below the capacity, or none, which the capacity says.
-uint take_commands(uint counted, uint count, uint capacity) {
-  for (uint taken = draw_counts[counted]; taken + count <= capacity;) {
-    uint seen = atomicCompSwap(draw_counts[counted], taken, taken + count);
-    if (seen == taken) return taken;
-    taken = seen;
-  }
-  return capacity;
-}
+// The first of so many new places that draw_counts[counted] counts. Those from the capacity on do not exist: draws stop there, whatever the
+// count. Whoever gets some below it and some beyond fills the former.
+uint take_commands(uint counted, uint count) { return atomicAdd(draw_counts[counted], count); }
 
 // The draw of a cluster of leaf quads, as leaf.vert takes it. leaves: the first so many
 DrawCommand cluster_command(uint item, uint cluster, uint leaves) {

@@ -36,54 +36,89 @@ uint cluster_count(uint item) {
 // False where the plant has no command left.
 bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
-  uint place = take_commands(kDrawCounts * plant_index + kClusterCount, 1, plant.leaf_command_capacity);
-  if (place == plant.leaf_command_capacity) return false;
+  uint place = take_commands(kDrawCounts * plant_index + kClusterCount, 1);
+  if (place >= plant.leaf_command_capacity) return false;
   leaf_commands[plant.leaf_command_base + plant.instance_count + place] = cluster_command(item, cluster, shown.count);
   return true;
 }
 
-// Every step-th cluster of a list. What of them is drawn: leaves or triangles, by the hardware of them.
-uvec2 expand_list(uint item, Instance instance, uint first, uint step) {
-  Plant plant = plants[instance.plant];
-  ClusterList list = list_at(plant, list_of(item));
-  bool quads = list_of(item) < kWoodLists, paged = list_of(item) == kPageList;
-  uint leaf_count = item_leaf_count(item, plant, list), count = cluster_count(item, plant, list);
-  float split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
-  float merged = quads ? merged_share(plant, leaf_count) : 0.0;
-  float reach_m = wind_reach_m(instance);
-  float object_px = instance.scale * view.focal_px;  // times distance in m: of a metre in object space
+// A cluster that is to be drawn.
+struct Found {
+  bool splats, leaves;  // which list of work it goes to; neither: it is the hardware's, or not seen
+  WorkItem work;
+  uvec2 drawn;  // leaves or triangles, by the hardware of them
+};
+
+// What all clusters of a list share.
+struct Expanded {
+  uint item;
+  Instance instance;
+  Plant plant;
+  ClusterList list;
+  uint leaf_count;
+  float split_px, merged, reach_m;
+  float object_px;  // times distance in m: of a metre in object space
+};
+
+Found find(Expanded from, uint i) {
+  bool quads = list_of(from.item) < kWoodLists, paged = list_of(from.item) == kPageList;
+  Cluster cluster = cluster_at(from.list, i);
+  vec3 center = world_from_object(from.instance, cluster.center);
+  float radius_m = from.instance.scale * cluster.radius_m + from.reach_m;
+  ShownLeaves shown = all_shown(cluster);
+  if (paged) shown = shown_of_page(cluster, i, from.leaf_count);
+  bool seen = shown.count > 0 && sphere_in_view(center, radius_m);
+  if (seen) seen = !occluded(center, radius_m);
+  float nearest_m = max(size_distance_m(center) - radius_m, view.near_m);
+  uint quarter = shown_quarter(shown);
+  // Discs leave gaps in a surface unless they are about a pixel.
+  float splat_px = is_surface(cluster) ? min(push.splat_px, 1.5) : push.splat_px;
+  bool small = unpack_length(cluster.grains_m, quarter) * from.object_px < splat_px * nearest_m;
+  bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * from.object_px > from.split_px * nearest_m;
+  if (large) large = draw_by_hardware(from.instance.plant, from.item, i, shown);
+  bool rasterised = seen && !large;
+  float sun = rasterised ? sun_past_others(from.instance, from.plant, center) : 0.0;
+  uint leaves = paged ? drawn_count(shown, cluster, born_splits(from.leaf_count, i)) : shown.count;
+  return Found(rasterised && small, rasterised && !small, work_item(from.item, work_of(i, shown, from.merged), cluster, sun),
+               seen ? uvec2(leaves, large ? leaves : 0) : uvec2(0));
+}
+
+// All invocations of a subgroup go through loops whose bodies append together as often as the one with most to do.
+bool for_some(bool more) { return any(notEqual(subgroupBallot(more), uvec4(0))); }
+
+// Every step-th cluster of a list, of none where `some` is false. What of them is drawn: leaves or triangles, by the hardware of them.
+uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step) {
+  Expanded from;
+  from.item = item;
+  from.instance = instance;
+  uint count = 0;
+  if (some) {
+    from.plant = plants[instance.plant];
+    from.list = list_at(from.plant, list_of(item));
+    from.leaf_count = item_leaf_count(item, from.plant, from.list);
+    from.split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
+    from.merged = list_of(item) < kWoodLists ? merged_share(from.plant, from.leaf_count) : 0.0;
+    from.reach_m = wind_reach_m(instance);
+    from.object_px = instance.scale * view.focal_px;
+    count = min(cluster_count(item, from.plant, from.list), kMostListClusters);
+  }
   uvec2 drawn = uvec2(0);
-  for (uint i = first; i < count; i += step) {
-    Cluster cluster = cluster_at(list, i);
-    vec3 center = world_from_object(instance, cluster.center);
-    float radius_m = instance.scale * cluster.radius_m + reach_m;
-    ShownLeaves shown = all_shown(cluster);
-    if (paged) shown = shown_of_page(cluster, i, leaf_count);
-    bool seen = shown.count > 0 && sphere_in_view(center, radius_m);
-    if (seen) seen = !occluded(center, radius_m);
-    float nearest_m = max(size_distance_m(center) - radius_m, view.near_m);
-    uint quarter = shown_quarter(shown);
-    // Discs leave gaps in a surface unless they are about a pixel.
-    float splat_px = is_surface(cluster) ? min(push.splat_px, 1.5) : push.splat_px;
-    bool small = unpack_length(cluster.grains_m, quarter) * object_px < splat_px * nearest_m;
-    bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * object_px > split_px * nearest_m;
-    if (large) large = draw_by_hardware(instance.plant, item, i, shown);
-    bool rasterised = seen && !large;
-    float sun = rasterised ? sun_past_others(instance, plant, center) : 0.0;
-    WorkItem work = work_item(item, work_of(i, shown, merged), cluster, sun);
-    append_work(kSplatWork, rasterised && small, work);
-    append_work(kLeafWork, rasterised && !small, work);
-    uint leaves = paged ? drawn_count(shown, cluster, born_splits(leaf_count, i)) : shown.count;
-    if (seen) drawn += uvec2(leaves, large ? leaves : 0);
+  for (uint i = first; for_some(i < count); i += step) {
+    Found found = Found(false, false, WorkItem(0, 0, uvec2(0)), uvec2(0));
+    if (i < count) found = find(from, i);
+    append_work(kSplatWork, found.splats, found.work);
+    append_work(kLeafWork, found.leaves, found.work);
+    drawn += found.drawn;
   }
   return drawn;
 }
 
 // What is drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
-uvec4 expand(uint item, uint first, uint step) {
+uvec4 expand(bool some, uint item, uint first, uint step) {
   Instance instance = instance_at(slot_of(item));
+  uint lists = some ? min(list_count(plants[instance.plant], item), kMaxLeafMeshes) : 0;
   uvec2 drawn = uvec2(0);
-  for (uint i = 0; i < list_count(plants[instance.plant], item); ++i) drawn += expand_list(item + (i << kSlotBits), instance, first, step);
+  for (uint i = 0; for_some(i < lists); ++i) drawn += expand_list(i < lists, item + (i << kSlotBits), instance, first, step);
   uint kind = list_of(item) < kWoodLists ? 0 : is_mesh(item) ? 1 : 2;
   uvec4 sum = uvec4(0, 0, 0, 2 * drawn.y);
   sum[kind] = drawn.x;
@@ -103,7 +138,7 @@ void expand_together(uint count) {
   if (gl_LocalInvocationIndex < 4) group_sum[gl_LocalInvocationIndex] = 0;
   barrier();
   uvec4 sum = uvec4(0);
-  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) sum += expand(items[i], gl_LocalInvocationIndex, gl_WorkGroupSize.x);
+  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) sum += expand(true, items[i], gl_LocalInvocationIndex, gl_WorkGroupSize.x);
   for (uint i = 0; i < 4; ++i)
     if (sum[i] > 0) atomicAdd(group_sum[i], sum[i]);
   barrier();
@@ -122,7 +157,7 @@ void expand_each(uint count) {
     uint mine = item, first = 0, step = 1;
     bool more;
     do {
-      if (some) sum += expand(mine, first, step);
+      sum += expand(some, mine, first, step);
       more = any(notEqual(left, uvec4(0)));
       uint owner = more ? subgroupBallotFindLSB(left) : 0;
       left[owner >> 5] &= ~(1u << (owner & 31u));
@@ -136,7 +171,7 @@ void expand_each(uint count) {
 }
 
 void main() {
-  uint count = rounds[push.round].items.count;
+  uint count = min(rounds[push.round].items.count, uint(items.length()));
   if (kTogether != 0) expand_together(count);
   else expand_each(count);
 }

@@ -19,7 +19,7 @@ MeshDraws unpacked(uint word) {
 
 // reach_m: wind_reach_m. From `at` on the first cluster of a mesh that is in view, or that is not; list.range_count where there is none.
 uint find_cluster(ClusterList list, Instance instance, float reach_m, uint at, bool in_view) {
-  for (; at < list.range_count; ++at) {
+  for (; at < min(list.range_count, kMostListClusters); ++at) {
     Cluster cluster = cluster_at(list, at);
     if (sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m) == in_view) break;
   }
@@ -61,14 +61,20 @@ bool wants_parts(Plant plant, uint slot) {
 // A place among the commands for parts that a count is of; plant.part_capacity where none is left.
 uint part_place(Plant plant, uint plant_index, uint slot, uint count) {
   if (!wants_parts(plant, slot)) return plant.part_capacity;
-  return take_commands(kDrawCounts * plant_index + count, kInstanceParts, plant.part_capacity);
+  return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts), plant.part_capacity);
+}
+
+// One more instance of a mesh command: its place in the command's list.
+uint add_instance(uint plant_index, uint mesh) {
+  draw_counts[kDrawCounts * plant_index + kMeshDrawn + mesh] = 1;
+  return atomicAdd(wood_commands[plant_index * kMeshCommands + mesh].instance_count, 1);
 }
 
 // How many triangles are drawn, here and below.
 uint draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
   uint part = part_place(plant, plant_index, slot, kWoodPartCounts + lod);
   if (part < plant.part_capacity) return draw_runs(plant, slot, lod, plant.part_base + lod * kPartCommands + part);
-  uint place = atomicAdd(wood_commands[plant_index * kMeshCommands + lod].instance_count, 1);
+  uint place = add_instance(plant_index, lod);
   wood_list[plant.wood_list_base + lod * plant.instance_count + place] = slot;
   return plant.wood_index_counts[lod] / 3;
 }
@@ -79,12 +85,11 @@ uint draw_leaf_meshes(Plant plant, uint plant_index, uint slot) {
   uint part = part_place(plant, plant_index, slot, kMeshPartCount);
   if (part < plant.part_capacity) {
     uint triangles = 0, first = plant.part_base + plant.wood_lod_count * kPartCommands + part;
-    for (uint i = 0; i < plant.leaf_mesh_count; ++i) triangles += draw_runs(plant, slot, kMaxWoodLods + i, first + i * kPartCommands);
+    for (uint i = 0; i < min(plant.leaf_mesh_count, kMaxLeafMeshes); ++i) triangles += draw_runs(plant, slot, kMaxWoodLods + i, first + i * kPartCommands);
     return triangles;
   }
-  uint first = plant_index * kMeshCommands + kMaxWoodLods;
-  uint place = atomicAdd(wood_commands[first].instance_count, 1);
-  for (uint i = 1; i < plant.leaf_mesh_count; ++i) atomicAdd(wood_commands[first + i].instance_count, 1);
+  uint place = add_instance(plant_index, kMaxWoodLods);
+  for (uint i = 1; i < min(plant.leaf_mesh_count, kMaxLeafMeshes); ++i) add_instance(plant_index, kMaxWoodLods + i);
   wood_list[plant.leaf_mesh_list_base + place] = slot;
   return plant.leaf_mesh_triangles;
 }

@@ -99,7 +99,7 @@ COPPICE_FN CoppiceColumn coppice_column(CoppiceTable table, float size_px) {
     return column;
   }
   if (size_px <= coppice_table_size_px(table, 0u)) return column;
-  while (coppice_table_size_px(table, column.i + 1u) <= size_px) column.i = column.i + 1u;
+  while (column.i + 2u < table.size_count && coppice_table_size_px(table, column.i + 1u) <= size_px) column.i = column.i + 1u;
   float low = log2(coppice_table_size_px(table, column.i));
   float high = log2(coppice_table_size_px(table, column.i + 1u));
   column.t = clamp((log2(size_px) - low) / (high - low), 0.0f, 1.0f);

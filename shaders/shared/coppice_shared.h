@@ -20,6 +20,9 @@ const uint kPageNodes = 1024;
 // Leaves that are culled together, and how many such clusters lie one after the other: a page has so many.
 const uint kClusterLeaves = 128;
 const uint kBlockClusters = kPageNodes / kClusterLeaves;
+// A cluster of a list is named by so many bits.
+const uint kClusterBits = 20;
+const uint kMostListClusters = 1u << kClusterBits;
 const uint kNoPlant = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
 // coppice_debug_view.
@@ -69,11 +72,13 @@ const uint kInstanceParts = 32;
 const uint kPartCommands = 8 * kInstanceParts;
 // In gl_InstanceIndex of such a draw, beside the instance's slot.
 const uint kPartBit = 1u << 31;
-// Draws of a plant that are counted: of single clusters, of other clusters, of parts of each wood LoD, of parts of leaf meshes.
+// Draws of a plant that are counted: of single clusters, of other clusters, of parts of each wood LoD, of parts of leaf meshes; and whether
+// each of its mesh commands draws anything, 0 or 1.
 const uint kSingleCount = 0, kClusterCount = 1;
 const uint kWoodPartCounts = 2;
 const uint kMeshPartCount = kWoodPartCounts + kMaxWoodLods;
-const uint kDrawCounts = kMeshPartCount + 1;
+const uint kMeshDrawn = kMeshPartCount + 1;
+const uint kDrawCounts = kMeshDrawn + kMeshCommands;
 // Instances are named by the low bits of a word, one of their plant's lists by the rest.
 const uint kSlotBits = 24;
 const uint kMaxSlots = 1u << kSlotBits;
@@ -347,8 +352,9 @@ struct DrawPush {
   uint wood_list_first;
   uint normal_map;  // or kNoTexture; of wood and leaf meshes
   uint eye;
+  uint unused;  // to 16 bytes
 };
-COPPICE_GPU_LAYOUT(DrawPush, 28);
+COPPICE_GPU_LAYOUT(DrawPush, 32);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

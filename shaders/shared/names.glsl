@@ -1,15 +1,15 @@
 // What the rasteriser's lists and pixels name. After clusters.glsl.
 
 // A cluster of an item's list and what is shown of it, one leaf at least, in a word.
-const uint kWorkClusterBits = 20, kWorkMergedBits = 4, kMergedSteps = 15;
-const uint kWorkCountShift = kWorkClusterBits + kWorkMergedBits;
+const uint kWorkMergedBits = 4, kMergedSteps = 15;
+const uint kWorkCountShift = kClusterBits + kWorkMergedBits;
 // merged: merged_share of its cut
 uint work_of(uint cluster, ShownLeaves shown, float merged) {
-  return cluster | uint(float(kMergedSteps) * merged + 0.5) << kWorkClusterBits | (shown.count - 1) << kWorkCountShift |
+  return cluster | uint(float(kMergedSteps) * merged + 0.5) << kClusterBits | (shown.count - 1) << kWorkCountShift |
          (shown.partly_born ? 1u << 31 : 0u);
 }
-uint cluster_of_work(uint work) { return work & ((1u << kWorkClusterBits) - 1u); }
-float merged_of_work(uint work) { return float(work >> kWorkClusterBits & kMergedSteps) / float(kMergedSteps); }
+uint cluster_of_work(uint work) { return work & ((1u << kClusterBits) - 1u); }
+float merged_of_work(uint work) { return float(work >> kClusterBits & kMergedSteps) / float(kMergedSteps); }
 ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkCountShift & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
 
 // With the share of the sun that gets past other plants.

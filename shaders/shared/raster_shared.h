@@ -88,8 +88,9 @@ struct RasterPush {
   int occluder_y_px;
   float occluder_step;
   uvec2 motion;  // of cluster_motion.comp: address of ClusterMotion[], by place in work_items
+  uint unused;   // to 16 bytes
 };
-COPPICE_GPU_LAYOUT(RasterPush, 76);
+COPPICE_GPU_LAYOUT(RasterPush, 80);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

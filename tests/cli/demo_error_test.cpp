@@ -58,6 +58,13 @@ std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
+TEST(CoppiceForestErrors, AGpuThatTakesTooLongIsGivenUp) {
+  const ProcessResult run = run_process(
+      coppice::test::kForest, small_forest({"--gpu-wait-s", "0.001", std::string(coppice::test::kTestData) + "plants/two_pages.coppice"}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_TRUE(mentions(run.err, {"0.001 s", "device:", "--gpu-wait-s"}));
+}
+
 TEST(CoppiceForestErrors, ASpeciesThatIsNotThereIsSaidOnceAndFailsTheRun) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), scene = scene_of(plant, folder), json = folder / "stats.json";

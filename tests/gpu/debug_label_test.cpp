@@ -83,18 +83,22 @@ PFN_vkVoidFunction creating_function(const char* name) {
   return found == functions.end() ? nullptr : found->second;
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-  if (const PFN_vkVoidFunction creates = creating_function(name); creates != nullptr) return creates;
-  if (std::strstr(name, "DebugUtils") == nullptr) return vkGetDeviceProcAddr(device, name);
-  if (!told().enabled) return nullptr;
+PFN_vkVoidFunction debug_function(const char* name) {
   if (std::strcmp(name, "vkCmdBeginDebugUtilsLabelEXT") == 0) return reinterpret_cast<PFN_vkVoidFunction>(begin_label);
   if (std::strcmp(name, "vkCmdEndDebugUtilsLabelEXT") == 0) return reinterpret_cast<PFN_vkVoidFunction>(end_label);
   return reinterpret_cast<PFN_vkVoidFunction>(set_name);
 }
 
+/// As Debian's loader: it has the extension's functions for a device in any case.
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
+  if (const PFN_vkVoidFunction creates = creating_function(name); creates != nullptr) return creates;
+  return std::strstr(name, "DebugUtils") == nullptr ? vkGetDeviceProcAddr(device, name) : debug_function(name);
+}
+
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
   if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(device_function);
-  return vkGetInstanceProcAddr(instance, name);
+  if (std::strstr(name, "DebugUtils") == nullptr) return vkGetInstanceProcAddr(instance, name);
+  return told().enabled ? debug_function(name) : nullptr;
 }
 
 class DebugLabelTest : public ContextTest {

@@ -108,5 +108,5 @@ void main() {
   for (int i = 0; i < 2; ++i) put(counters.leaf_mesh_triangles[i]);
   for (int i = 0; i < 2; ++i) put(counters.hardware_triangles[i]);
   put(command.index_count); put(command.instance_count); put(command.first_index); put(command.vertex_offset); put(command.first_instance);
-  put(push.plant); put(push.texture); put(push.vertices); put(push.wood_list_first); put(push.normal_map); put(push.eye);
+  put(push.plant); put(push.texture); put(push.vertices); put(push.wood_list_first); put(push.normal_map); put(push.eye); put(push.unused);
 }

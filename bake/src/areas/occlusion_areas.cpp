@@ -18,6 +18,8 @@ namespace {
 constexpr std::uint32_t kVerticesPerLeaf = 6;
 /// In one submission: long enough that waiting for it costs little, short enough for drivers that end what takes seconds.
 constexpr std::uint32_t kQueryCount = 8192;
+/// A driver that takes longer hangs. A processor may have taken a GPU's place.
+constexpr std::uint64_t kMostWait_ns = 600'000'000'000;
 
 /// To clip space from metres from the sphere's middle, by its radius: the camera of raster.h. Depth has a margin on both sides, so that no
 /// leaf is clipped by rounding and none is as far as a cleared pixel.
@@ -267,7 +269,7 @@ class OcclusionAreas::Measurer {
     submit.commandBufferInfoCount = 1;
     submit.pCommandBufferInfos = &commands;
     COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
-    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences"));
+    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMostWait_ns), "vkWaitForFences"));
     COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
     counts_.resize(targets.size());
     COPPICE_CHECK(check_vulkan(

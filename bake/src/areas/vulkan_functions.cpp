@@ -36,6 +36,8 @@ Result<void> check_vulkan(VkResult result, const char* call) {
   switch (result) {
     case VK_SUCCESS:
       return {};
+    case VK_TIMEOUT:
+      return Error{Status::device_lost, "the Vulkan device hangs while it measures areas", Error::kNoOffset, call};
     case VK_ERROR_DEVICE_LOST:
       return Error{Status::device_lost, "the Vulkan device was lost while it measured areas", Error::kNoOffset, call};
     case VK_ERROR_OUT_OF_HOST_MEMORY:

@@ -58,6 +58,7 @@ World make_world(const Forest& forest, const Options& options) {
 DeviceOptions device_options(const Options& options, const Window* window) {
   DeviceOptions result;
   result.validation = options.validation;
+  result.patience_s = options.gpu_wait_s.value_or(0.0f);
   if (window) result.instance_extensions = window->instance_extensions;
   result.swapchain = window != nullptr;
   return result;
@@ -100,12 +101,19 @@ void recreate_swapchain(Session& session) {
   resize_renderer(session.renderer, screen.swapchain.extent);
 }
 
-// Resizes until an image fits the window. Not every driver says when one does not: some scale it.
+// Resizes until an image fits the window. Not every driver says when one does not: some scale it. Where the window is not to be seen there
+// may be none for as long.
 std::uint32_t acquire(Session& session, const FrameSlot& slot) {
   if (!same_size(framebuffer_size(*session.window), session.screen->window_size)) recreate_swapchain(session);
   for (;;) {
-    if (const auto index = acquire_image(session.device, session.screen->swapchain, slot.acquired)) return *index;
-    recreate_swapchain(session);
+    std::uint32_t index = 0;
+    const VkResult result = acquire_image(session.device, session.screen->swapchain, slot.acquired, index);
+    if (result == VK_ERROR_OUT_OF_DATE_KHR)
+      recreate_swapchain(session);
+    else if (result == VK_TIMEOUT)
+      wait_for_frames(session.device, session.ring);
+    else
+      return index;
   }
 }
 
@@ -381,6 +389,10 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       renderer(device, world.terrain, world.ground_map, world.weather, targets, picture_extent(options, screen.get())),
       ring(create_frame_ring(device)),
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
+  device.say_state = [this] {
+    const coppice_stats stats = statistics_of(forest);
+    return "  pipelines: " + std::to_string(stats.pipelines_built) + " of " + std::to_string(stats.pipelines_wanted) + " are built\n";
+  };
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
   pace = first_pace(options, device, window != nullptr);
   controls = {.error_px = options.error_px,
@@ -401,7 +413,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
 }
 
 Session::~Session() {
-  vkDeviceWaitIdle(device.handle);
+  finish_frames(device, ring);
 }
 
 void render_frame(Session& session, const Pose& pose, float time_s, float frame_ms) {

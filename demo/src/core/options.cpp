@@ -171,6 +171,11 @@ void declare_figures(CLI::App& app, Options& options) {
       ->type_name("F.json");
   app.add_flag("--pass-times", options.pass_times, "Measure the GPU's time by pass, which costs some of it");
   app.add_flag("--validation", options.validation, "Vulkan core and synchronization validation; messages are printed and counted");
+  app.add_option(
+         "--gpu-wait-s", options.gpu_wait_s,
+         "The program ends with exit code 1, and says what it waited for, where the GPU takes longer for a frame [20; without a GPU "
+         "600]")
+      ->check(CLI::Range(0.001f, 1e6f));
 }
 
 /// Values of options that depend on others.

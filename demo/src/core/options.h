@@ -84,6 +84,7 @@ struct Options {
   bool ignore_errors = false;  ///< headless: exit with 0 although something could not be read
   bool pass_times = false;
   bool validation = false;
+  std::optional<float> gpu_wait_s;  ///< none: as the device has it
 };
 
 /// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version or --completion printed, 2 after

@@ -204,6 +204,7 @@ Device::Device(const DeviceOptions& options) {
   name = properties.deviceName;
   driver = std::string(driver_info.driverName) + " " + driver_info.driverInfo;
   software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  patience_s = options.patience_s > 0 ? options.patience_s : software ? kSoftwarePatience_s : kPatience_s;
   vkGetPhysicalDeviceMemoryProperties(physical, &memory);
   VkPhysicalDeviceFeatures features;
   vkGetPhysicalDeviceFeatures(physical, &features);
@@ -217,6 +218,17 @@ Device::~Device() {
   if (handle) vkDestroyDevice(handle, nullptr);
   if (messenger) vkDestroyDebugUtilsMessengerEXT(instance, messenger, nullptr);
   if (instance) vkDestroyInstance(instance, nullptr);
+}
+
+VkResult wait_patiently(const Device& device, const std::string& what, const std::function<VkResult(std::uint64_t)>& wait) {
+  const VkResult result = wait(static_cast<std::uint64_t>(double{device.patience_s} * 1e9));
+  if (result != VK_TIMEOUT) return result;
+  std::fprintf(stderr, "coppice-forest: the GPU has not finished %s in %g s: it hangs, or has too much to do\n  device: %s, driver: %s\n%s",
+               what.c_str(), static_cast<double>(device.patience_s), device.name.c_str(), device.driver.c_str(),
+               device.say_state ? device.say_state().c_str() : "");
+  std::fprintf(stderr, "  --gpu-wait-s waits longer; --path hardware draws without the compute rasteriser\n");
+  std::fflush(nullptr);
+  std::_Exit(1);
 }
 
 }  // namespace forest

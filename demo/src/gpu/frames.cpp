@@ -1,6 +1,6 @@
 #include "frames.h"
 
-#include <limits>
+#include <string>
 
 #include "failure.h"
 #include "vk_struct.h"
@@ -18,12 +18,20 @@ Handle<VkSemaphore> create_semaphore(const Device& device, VkSemaphoreType type)
   return {device.handle, semaphore, vkDestroySemaphore};
 }
 
-void wait_for(const Device& device, const FrameRing& ring, std::uint64_t number) {
-  VkSemaphoreWaitInfo wait = vk_struct<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);
-  wait.semaphoreCount = 1;
-  wait.pSemaphores = ring.timeline.address();
-  wait.pValues = &number;
-  check(vkWaitSemaphores(device.handle, &wait, std::numeric_limits<std::uint64_t>::max()), "vkWaitSemaphores");
+/// One frame after the other: each has its time.
+VkResult wait_for(const Device& device, const FrameRing& ring, std::uint64_t number) {
+  std::uint64_t frame = 0;
+  VkResult result = vkGetSemaphoreCounterValue(device.handle, ring.timeline, &frame);
+  while (result == VK_SUCCESS && frame < number) {
+    ++frame;
+    VkSemaphoreWaitInfo wait = vk_struct<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);
+    wait.semaphoreCount = 1;
+    wait.pSemaphores = ring.timeline.address();
+    wait.pValues = &frame;
+    result = wait_patiently(device, "frame " + std::to_string(frame),
+                            [&](std::uint64_t limit_ns) { return vkWaitSemaphores(device.handle, &wait, limit_ns); });
+  }
+  return result;
 }
 
 }  // namespace
@@ -48,7 +56,7 @@ FrameRing create_frame_ring(const Device& device) {
 
 FrameSlot& begin_frame(const Device& device, FrameRing& ring) {
   ++ring.number;
-  if (ring.number > FrameRing::kSlots) wait_for(device, ring, ring.number - FrameRing::kSlots);
+  if (ring.number > FrameRing::kSlots) check(wait_for(device, ring, ring.number - FrameRing::kSlots), "vkWaitSemaphores");
   FrameSlot& slot = ring.slots[ring.slot_index()];
   check(vkResetCommandPool(device.handle, slot.pool, 0), "vkResetCommandPool");
   VkCommandBufferBeginInfo begin = vk_struct<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
@@ -88,8 +96,13 @@ std::uint64_t completed_frame(const Device& device, const FrameRing& ring) {
   return value;
 }
 
-void wait_for_frames(const Device& device, const FrameRing& ring) {
+void finish_frames(const Device& device, const FrameRing& ring) noexcept {
   wait_for(device, ring, ring.submitted);
+  vkDeviceWaitIdle(device.handle);
+}
+
+void wait_for_frames(const Device& device, const FrameRing& ring) {
+  check(wait_for(device, ring, ring.submitted), "vkWaitSemaphores");
 }
 
 }  // namespace forest

@@ -26,6 +26,8 @@ struct FrameRing {
 };
 
 FrameRing create_frame_ring(const Device& device);
+// Waits go on for as long as wait_patiently has it.
+
 /// Waits until the slot's previous frame has finished, then starts recording the next frame.
 FrameSlot& begin_frame(const Device& device, FrameRing& ring);
 /// present_from, present_to: the slot's `acquired` and the image's `rendered` semaphores; null without a swapchain.
@@ -33,5 +35,7 @@ void submit_frame(const Device& device, FrameRing& ring, VkSemaphore present_fro
 std::uint64_t completed_frame(const Device& device, const FrameRing& ring);
 /// Blocks until every submitted frame has finished.
 void wait_for_frames(const Device& device, const FrameRing& ring);
+/// The same, of a device that may be lost; afterwards it may be destroyed.
+void finish_frames(const Device& device, const FrameRing& ring) noexcept;
 
 }  // namespace forest

@@ -154,8 +154,14 @@ void submit_and_wait(const Device& device, const std::function<void(VkCommandBuf
   VkSubmitInfo2 submit = vk_struct<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
   submit.commandBufferInfoCount = 1;
   submit.pCommandBufferInfos = &submitted;
-  check(vkQueueSubmit2(device.queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit2");
-  check(vkQueueWaitIdle(device.queue), "vkQueueWaitIdle");
+  const VkFenceCreateInfo fence_info = vk_struct<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
+  VkFence fence_handle = VK_NULL_HANDLE;
+  check(vkCreateFence(device.handle, &fence_info, nullptr, &fence_handle), "vkCreateFence");
+  const Handle<VkFence> fence(device.handle, fence_handle, vkDestroyFence);
+  check(vkQueueSubmit2(device.queue, 1, &submit, fence), "vkQueueSubmit2");
+  check(wait_patiently(device, "a copy",
+                       [&](std::uint64_t limit_ns) { return vkWaitForFences(device.handle, 1, fence.address(), VK_TRUE, limit_ns); }),
+        "vkWaitForFences");
 }
 
 void record_barrier(VkCommandBuffer commands, const ImageBarrier& barrier) {

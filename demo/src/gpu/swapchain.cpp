@@ -76,13 +76,11 @@ Swapchain create_swapchain(const Device& device, VkSurfaceKHR surface, VkExtent2
   return swapchain;
 }
 
-std::optional<std::uint32_t> acquire_image(const Device& device, const Swapchain& swapchain, VkSemaphore acquired) {
-  std::uint32_t index = 0;
-  const VkResult result =
-      vkAcquireNextImageKHR(device.handle, swapchain.handle, std::numeric_limits<std::uint64_t>::max(), acquired, VK_NULL_HANDLE, &index);
-  if (result == VK_ERROR_OUT_OF_DATE_KHR) return std::nullopt;
-  check(result, "vkAcquireNextImageKHR");
-  return index;
+VkResult acquire_image(const Device& device, const Swapchain& swapchain, VkSemaphore acquired, std::uint32_t& image_index) {
+  constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+  const VkResult result = vkAcquireNextImageKHR(device.handle, swapchain.handle, kSecond_ns, acquired, VK_NULL_HANDLE, &image_index);
+  if (result != VK_ERROR_OUT_OF_DATE_KHR) check(result, "vkAcquireNextImageKHR");
+  return result;
 }
 
 bool present_image(const Device& device, const Swapchain& swapchain, std::uint32_t image_index) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "device.h"
@@ -24,8 +23,9 @@ inline bool same_size(VkExtent2D a, VkExtent2D b) {
 /// size  the framebuffer's, used where the surface leaves the choice. The GPU must not use the images of `old` any more.
 /// errors  Failure: the queue cannot present to the surface, or it offers no 8-bit UNORM format
 Swapchain create_swapchain(const Device& device, VkSurfaceKHR surface, VkExtent2D size, Swapchain old);
-/// Index of the next image; absent when the swapchain no longer fits the window and must be created anew.
-std::optional<std::uint32_t> acquire_image(const Device& device, const Swapchain& swapchain, VkSemaphore acquired);
+/// The next image, with VK_SUCCESS or VK_SUBOPTIMAL_KHR. VK_ERROR_OUT_OF_DATE_KHR: the swapchain no longer fits the window and must be
+/// created anew; VK_TIMEOUT: there was none for a second.
+VkResult acquire_image(const Device& device, const Swapchain& swapchain, VkSemaphore acquired, std::uint32_t& image_index);
 /// False when the swapchain no longer fits the window.
 bool present_image(const Device& device, const Swapchain& swapchain, std::uint32_t image_index);
 /// Copies `picture`, which is in TRANSFER_SRC layout, to the image, scaled to its size, and leaves it ready to present.

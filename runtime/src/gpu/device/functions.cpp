@@ -14,7 +14,8 @@ Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_add
   if (!functions.name) return Error{Status::unsupported, "Vulkan function is missing", Error::kNoOffset, #name};
   COPPICE_DEVICE_FUNCTIONS(COPPICE_LOAD)
 #undef COPPICE_LOAD
-#define COPPICE_LOAD(name) functions.name = reinterpret_cast<PFN_##name>(functions.vkGetDeviceProcAddr(device, #name));
+// By the instance, which knows whether its extension is enabled: a loader may answer for the device in any case.
+#define COPPICE_LOAD(name) functions.name = reinterpret_cast<PFN_##name>(get_instance_proc_addr(instance, #name));
   COPPICE_DEBUG_FUNCTIONS(COPPICE_LOAD)
 #undef COPPICE_LOAD
   return functions;

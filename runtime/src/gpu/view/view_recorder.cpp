@@ -197,7 +197,7 @@ Result<void> ViewRecorder::rebuild_set() {
   COPPICE_TRY(set, create_frame_set(shared_.device, shared_.passes, bindings()));
   shared_.garbage.retire(frame_set_);
   frame_set_ = set;
-  set_stale_ = false;
+  set_stale_ = commands_zeroed_ = false;
   return {};
 }
 
@@ -293,9 +293,10 @@ void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) 
                  VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
   record_start(cmd, light, set.has_images);
-  memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, kShaders,
+  memory_barrier(shared_.device, cmd, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                 kShaders | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
                  VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
-                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
   if (by_ == CulledBy::raster) {
     shared_.raster->record(cmd, raster_, {culled_.set, slot_count_, occluder_of(light, set), timer});
   } else if (by_ == CulledBy::hardware) {
@@ -330,6 +331,8 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light,
   const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);
   vk.vkCmdFillBuffer(cmd, buffers_.draw_counts.buffer, 0, count_bytes, 0);
   vk.vkCmdFillBuffer(cmd, buffers_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
+  // What a draw behind a wrong count would find draws nothing.
+  if (!std::exchange(commands_zeroed_, true)) vk.vkCmdFillBuffer(cmd, buffers_.leaf_commands.buffer, 0, VK_WHOLE_SIZE, 0);
   if (by_ == CulledBy::raster) shared_.raster->record_start(cmd, raster_);
 }
 
@@ -447,11 +450,11 @@ void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const M
                         .normal_map = textures.normal_map,
                         .eye = draws.eye};
     if (!bind_draw(draws.cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
-    // One draw or none, as there are instances. Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their
-    // count for it too, and in a view without quads everything would vanish.
-    const VkDeviceSize command = (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand);
-    shared_.device.vk.vkCmdDrawIndexedIndirectCount(draws.cmd, buffers_.wood_commands.buffer, command, buffers_.wood_commands.buffer,
-                                                    command + offsetof(DrawCommand, instance_count), 1, sizeof(DrawCommand));
+    // Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their count for it too, and in a view without
+    // quads everything would vanish.
+    shared_.device.vk.vkCmdDrawIndexedIndirectCount(
+        draws.cmd, buffers_.wood_commands.buffer, (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand), buffers_.draw_counts.buffer,
+        (kDrawCounts * index + kMeshDrawn + draw.mesh) * sizeof(std::uint32_t), 1, sizeof(DrawCommand));
     draw_commands(draws.cmd, index, draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity);
   }
 }

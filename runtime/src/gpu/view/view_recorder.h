@@ -160,6 +160,7 @@ class ViewRecorder {
   std::vector<LitSet> lit_sets_;  ///< one for each cull with such a light that the GPU may be at, and one
   bool has_occluder_ = false;     ///< a cull was given one: from the next frame on what that needs is wanted
   bool set_stale_ = true;         ///< a buffer of the sets has been replaced
+  bool commands_zeroed_ = false;  ///< leaf_commands, since they are these
   std::optional<ShownView> shown_;
   std::optional<LodView> before_;   ///< in the frame before, where it showed something
   CulledBy by_ = CulledBy::nobody;  ///< of the frame

@@ -66,6 +66,10 @@ TEST(ImageSums, CoverageAndSoftIou) {
   const ImageSums sums = compare_images(image, reference);
   EXPECT_DOUBLE_EQ(sums.coverage_ratio(), 1.5);
   EXPECT_DOUBLE_EQ(sums.soft_iou(), 2.0 / 8.0);  // (2 + 0) / (4 + 4) sixteenths
+  ImageSums of_two_views = sums;
+  of_two_views.add(compare_images(reference, reference));
+  EXPECT_DOUBLE_EQ(of_two_views.coverage_ratio(), 10.0 / 8.0);
+  EXPECT_DOUBLE_EQ(of_two_views.soft_iou(), 6.0 / 12.0);
   EXPECT_DOUBLE_EQ(compare_images(white_image(16), white_image(16)).soft_iou(), 1.0);
   EXPECT_DOUBLE_EQ(compare_images(white_image(16), white_image(16)).coverage_ratio(), 1.0);
 }

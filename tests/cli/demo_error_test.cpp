@@ -60,7 +60,7 @@ std::size_t line_count(const std::string& text) {
 
 TEST(CoppiceForestErrors, AGpuThatTakesTooLongIsGivenUp) {
   const ProcessResult run = run_process(
-      coppice::test::kForest, small_forest({"--gpu-wait-s", "0.001", std::string(coppice::test::kTestData) + "plants/two_pages.coppice"}));
+      coppice::test::kForest, small_forest({"--gpu-wait-s", "0.001", std::string(coppice::test::kTestData) + "/plants/two_pages.coppice"}));
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_TRUE(mentions(run.err, {"0.001 s", "device:", "--gpu-wait-s"}));
 }

@@ -241,6 +241,7 @@ TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
   const auto trace = nlohmann::json::parse(file);
   std::map<std::string, int> counts;
   std::map<int, double> open_reads;
+  double reading_us = 0;
   for (const auto& event : trace["traceEvents"]) {
     ++counts[event["cat"]];
     EXPECT_GT(event["ts"], 0);
@@ -249,9 +250,11 @@ TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
     if (event["ph"] != "e") continue;
     ASSERT_TRUE(open_reads.contains(event["id"]));
     EXPECT_GE(event["ts"], open_reads[event["id"]]);
+    reading_us += event["ts"].get<double>() - open_reads[event["id"]];
     open_reads.erase(event["id"]);
   }
   EXPECT_TRUE(open_reads.empty());
+  EXPECT_GT(reading_us, 0);
   EXPECT_GE(counts["read"], 2) << "the texture, from the request to the bytes";
   for (const char* kind : {"decode", "upload"}) EXPECT_GE(counts[kind], 1) << kind;
   for (const char* call : {"coppice_frame_begin", "coppice_record_upload", "coppice_record_cull", "coppice_record_draw"})

@@ -72,6 +72,21 @@ TEST(Variants, AllAreBakedIntoFilesOfTheirOwn) {
     EXPECT_EQ(coppice_tool({"bake", folder.input, "--dry-run", "--variant", wrong}).exit_code, 2) << wrong;
 }
 
+TEST(Variants, OneThatFailsIsSaidAndTheOthersAreBaked) {
+  Pack pack;
+  for (int i = 0; i < 3; ++i) {
+    Parts parts = tree(30, 5, static_cast<std::uint64_t>(i));
+    if (i == 0) parts.back().first = "dry leaf";
+    pack.part("Oak_" + std::to_string(i + 1), parts, {6.0f * static_cast<float>(i), 0, 0});
+  }
+  Folder folder;
+  write_file(folder.input, pack.file.glb());
+  const ProcessResult result =
+      coppice_tool({"bake", folder.input, "-o", folder.folder / "oak.coppice", "--variant", "all", "--leaf-material", "^leaf$"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_EQ(folder.baked("."), (std::set<std::string>{"oak_2.coppice", "oak_3.coppice"})) << result.err;
+}
+
 TEST(Variants, BakeAllTakesThemToo) {
   const Folder folder;
   const fs::path out = folder.folder / "out";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <random>
 #include <string>
 #include <vector>
@@ -270,6 +271,21 @@ TEST_P(OccluderTest, WhatASlitShowsIsDrawn) {
     if (is_used() && fov > 2.0f) {
       EXPECT_LT(with, without);
     }
+  }
+}
+
+/// Towards the edges of a wide view a sphere is an ellipse. Plants of few leaves, which touch their spheres.
+TEST_P(OccluderTest, InAWideViewTheOutermostLeavesAreSeen) {
+  const std::string path = temporary_plant({.leaf_count = 3, .seed = 8, .wood_lod_count = 0}, "occluder_test_few");
+  plant_ = open(path);
+  std::filesystem::remove(path);
+  place_rows();
+  const Shot shot = shot_of(create_depth_view(kDepths[0]), kDepths[0], 2.6f);
+  settle_view(shot);
+  for (std::uint32_t seed = 1; seed <= 16; ++seed) {
+    std::vector<Wall> walls = random_walls(seed, kSidePx);
+    for (Wall& wall : walls) wall.distance_m = 1.5f;
+    expect_same(shot, kDepths[0], walls, "walls " + std::to_string(seed));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <ostream>
+#include <vector>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -100,6 +101,33 @@ TEST_P(ShadowTest, TheMapHoldsThePlantWhereItStands) {
   EXPECT_GT(inside, 200u);
   EXPECT_EQ(outside, 0u);
   EXPECT_EQ(off_depth, 0u);
+}
+
+TEST_P(ShadowTest, TheEdgeOfAShadowIsAsSoftAsATexelIsWide) {
+  place(kPlaces[1]);
+  Shot camera = view_of(kPlaces[1]);
+  settle(camera);
+  // A map whose texels are as wide as the plant, all of one half before the plant: as it moves over the plant, light only grows.
+  const coppice_shadow_map middle = map_of(sun_of(camera, {.radius_m = 200.0f}));
+  for (const int axis : {0, 1}) {
+    const VkClearAttachment near{VK_IMAGE_ASPECT_DEPTH_BIT, 0, {.depthStencil = {1.0f, 0}}};
+    const VkClearRect half{{{}, {axis == 0 ? kMapPx / 2 : kMapPx, axis == 1 ? kMapPx / 2 : kMapPx}}, 0, 1};
+    std::vector<double> light;
+    for (int step = -16; step <= 16; ++step) {
+      coppice_shadow_map map = middle;
+      map.clip_from_world[12 + axis] += step / 8.0 * 2.0 / kMapPx;
+      camera.light.shadow_maps = &map;
+      camera.light.shadow_map_count = 1;
+      light.push_back(light_of(frame(camera, [&](VkCommandBuffer cmd) {
+        begin_cleared(cmd, {}, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+        vkCmdClearAttachments(cmd, 1, &near, 1, &half);
+        vkCmdEndRendering(cmd);
+        change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      })));
+    }
+    EXPECT_LT(light.front(), 0.8 * light.back()) << "along axis " << axis;
+    EXPECT_TRUE(std::ranges::is_sorted(light)) << "along axis " << axis << ": " << testing::PrintToString(light);
+  }
 }
 
 TEST_P(ShadowTest, AShadowViewHasStatisticsOfItsOwn) {

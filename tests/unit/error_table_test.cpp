@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "bounds.h"
@@ -96,6 +98,44 @@ TEST(ErrorTable, HolesOfTheAlphaMaskAreNoError) {
   const auto table = measure_error_table(plant, kNoProgress);
   ASSERT_TRUE(table) << table.error().message();
   for (const float error : table->error_px) EXPECT_EQ(error, 0.0f);
+}
+
+/// Layers along z: black, white, a wide white one, white, black. At each place but the middle two leaves lie, which the first collapses
+/// make one: half opaque where they are black, white_opacity / kOpaque where they are white.
+BakedPlant five_layers(std::uint8_t white_opacity) {
+  constexpr std::array<float, 9> kDepths{2, 2, 1, 1, 0, -1, -1, -2, -2};
+  Foliage foliage;
+  for (const float z : kDepths) {
+    foliage.quads.push_back(square_at({0, 0, z}, z == 0.0f ? 12.0f : 2.0f));
+    foliage.cards.push_back(std::abs(z) == 2.0f ? 1 : 0);
+  }
+  foliage.card_table = {two_squares().card_table[0], two_squares().card_table[0]};
+  foliage.card_table[1].material = 1;
+  CollapseSequence sequence;
+  for (const std::uint32_t first : {2u, 5u}) sequence.merges.push_back({first, first + 1, {0, 1, 2, 3}, fade_of(white_opacity)});
+  for (const std::uint32_t first : {0u, 7u}) sequence.merges.push_back({first, first + 1, {0, 1, 2, 3}, fade_of(kOpaque / 2)});
+  sequence.merges.push_back({4, 9, {0, 1, 2, 3}});
+  for (const std::uint32_t node : {10u, 11u, 12u}) sequence.merges.push_back({node, node + 3, {0, 1, 2, 3}});
+  BakedPlant plant = plant_of(two_squares(), {1, 1, 1, 1});
+  plant.tree = build_tree(foliage, sequence);
+  plant.card_table = foliage.card_table;
+  plant.materials.push_back({.name = "black", .base_color = {0, 0, 0, 1}});
+  plant.sphere = plant_sphere(foliage, {});
+  return plant;
+}
+
+TEST(ErrorTable, WhatLiesInFrontIsBlendedOverWhatLiesBehind) {
+  // White over white shows the same whether it lets light pass or not: only what is blended before black could tell.
+  const auto half = measure_error_table(five_layers(kOpaque / 2), kNoProgress);
+  const auto none = measure_error_table(five_layers(kOpaque), kNoProgress);
+  ASSERT_TRUE(half && none);
+  const auto level = static_cast<std::size_t>(std::ranges::find(half->leaf_counts, 5u) - half->leaf_counts.begin());
+  ASSERT_LT(level, half->leaf_counts.size());
+  for (std::size_t size = 0; size < half->sizes_px.size(); ++size) {
+    const std::size_t at = level * half->sizes_px.size() + size;
+    EXPECT_GT(none->error_px[at], 0.1f);
+    EXPECT_NEAR(half->error_px[at], none->error_px[at], 0.01f * none->error_px[at]) << half->sizes_px[size] << " px";
+  }
 }
 
 TEST(ErrorTable, IsMeasuredFromViewsThatNoCollapseUses) {

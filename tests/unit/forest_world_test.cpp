@@ -14,6 +14,7 @@
 #include "mentions.h"
 #include "options.h"
 #include "placement.h"
+#include "statistics.h"
 #include "terrain.h"
 #include "tufts.h"
 #include "watch.h"
@@ -380,6 +381,20 @@ TEST(Camera, ABadKeyframeFileNamesItsLine) {
   EXPECT_TRUE(mentions(failure_of("0 nan 2 3 4 5\n"), {":1"}));
   EXPECT_NE(failure_of("# nothing\n"), "accepted");
   EXPECT_THROW(static_cast<void>(path_from_file("/nowhere/x.camera", terrain)), Failure);
+}
+
+TEST(Statistics, PercentilesAreByNearestRank) {
+  std::vector<float> frame_ms;
+  for (int i = 0; i < 100; ++i) frame_ms.push_back(static_cast<float>((i * 37) % 100 + 1));  // 1 to 100
+  const FrameTimes hundred = summarize(frame_ms);
+  EXPECT_EQ(hundred.median, 50);
+  EXPECT_EQ(hundred.p95, 95);
+  EXPECT_EQ(hundred.p99, 99);
+  EXPECT_EQ(hundred.max, 100);
+  const FrameTimes few = summarize({1, 9, 2});
+  EXPECT_EQ(few.median, 2);
+  EXPECT_EQ(few.p99, 9) << "the worst";
+  EXPECT_EQ(summarize({}).max, 0);
 }
 
 TEST(Feet, AreWherePlantsStandAndNotUnderASingleOne) {

@@ -9,11 +9,13 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "bounds.h"
 #include "coppice/format.h"
 #include "error_image.h"
 #include "error_table.h"
+#include "inspect.h"
 #include "leaf_cards.h"
 #include "mentions.h"
 #include "mesh_error.h"
@@ -198,6 +200,22 @@ TEST(PackLeafMeshes, KeepsEveryTriangleUvAndStalk) {
   for (const LeafMeshPart& part : back->leaf_meshes.parts)
     for (const glm::vec3& normal : part.mesh.normals) EXPECT_NEAR(normal.z, 1.0f, 1e-4f);
   EXPECT_EQ(*pack(squares.baked, sizes), *file) << "same plant, same bytes";
+}
+
+TEST(PackLeafMeshes, OneThatReachesOutOfThePlantsSphereIsNotVerified) {
+  BakedPlant plant = test::random_plant({.leaf_count = 300, .leaf_mesh_count = 1});
+  plant.wood.lods.clear();
+  PackSizes sizes;
+  EXPECT_TRUE(verify(*pack(plant, sizes)));
+  float reach_m = 0.0f;
+  for (glm::vec3& vertex : plant.tree.vertices) {
+    vertex = plant.sphere.center + 0.5f * (vertex - plant.sphere.center);
+    reach_m = std::max(reach_m, glm::distance(vertex, plant.sphere.center));
+  }
+  plant.sphere.radius = 1.01f * reach_m;
+  const auto verified = verify(*pack(plant, sizes));
+  ASSERT_FALSE(verified);
+  EXPECT_TRUE(test::mentions(verified.error().message(), {"plant sphere"}));
 }
 
 TEST(PackLeafMeshes, PositionsAreWithinTheStepsOfTheQuads) {

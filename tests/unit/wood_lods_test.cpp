@@ -254,10 +254,13 @@ TEST(WoodLods, FacetsAreLitAsTheyFace) {
         const auto at = [&](std::size_t k) { return lod.positions[lod.indices[i + k]]; };
         const glm::vec3 face = glm::cross(at(1) - at(0), at(2) - at(0));
         if (!(glm::length(face) > 1e-6f)) continue;
-        for (std::size_t k = 0; k < 3; ++k)
+        const glm::vec3 middle = (at(0) + at(1) + at(2)) / 3.0f;  // from the box's
+        for (std::size_t k = 0; k < 3; ++k) {
+          EXPECT_GT(glm::dot(lod.normals[lod.indices[i + k]], middle), 0.0f) << "it is lit from within";
           // Either way round: a simplifier turns triangles over in their plane, and nothing is culled by that.
           EXPECT_GT(std::abs(glm::dot(lod.normals[lod.indices[i + k]], glm::normalize(face))), 0.24f)
               << "a triangle of " << lod.triangle_materials.size() << " is lit as if it faced elsewhere";
+        }
       }
     }
 }

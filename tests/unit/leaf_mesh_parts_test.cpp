@@ -207,13 +207,14 @@ TEST(PackLeafMeshes, OneThatReachesOutOfThePlantsSphereIsNotVerified) {
   plant.wood.lods.clear();
   PackSizes sizes;
   EXPECT_TRUE(verify(*pack(plant, sizes)));
-  float reach_m = 0.0f;
-  for (glm::vec3& vertex : plant.tree.vertices) {
-    vertex = plant.sphere.center + 0.5f * (vertex - plant.sphere.center);
-    reach_m = std::max(reach_m, glm::distance(vertex, plant.sphere.center));
-  }
-  plant.sphere.radius = 1.01f * reach_m;
-  const auto verified = verify(*pack(plant, sizes));
+  // A corner of the leaves' box.
+  glm::vec3 low = plant.tree.vertices[0];
+  for (const glm::vec3& vertex : plant.tree.vertices) low = glm::min(low, vertex);
+  plant.leaf_meshes.parts[0].mesh.positions[0] = low;
+  ASSERT_GT(glm::distance(low, plant.sphere.center), 1.1f * plant.sphere.radius);
+  const auto file = pack(plant, sizes);
+  ASSERT_TRUE(file) << file.error().message();
+  const auto verified = verify(*file);
   ASSERT_FALSE(verified);
   EXPECT_TRUE(test::mentions(verified.error().message(), {"plant sphere"}));
 }

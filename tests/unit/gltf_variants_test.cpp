@@ -10,6 +10,7 @@
 #include "gltf_variants.h"
 #include "import_gltf.h"
 #include "mentions.h"
+#include "node_names.h"
 #include "pack_gltf.h"
 #include "process.h"
 #include "seeded_random.h"
@@ -482,6 +483,12 @@ TEST(PlantChoice, TakesAllOfTheFile) {
   options.plant.whole = true;
   EXPECT_GE(import_pack(issue_pack(), options).leaves.size(), 3u * 420u);
   EXPECT_TRUE(contents_of(issue_pack(), options).variants.empty());
+}
+
+TEST(PlantChoice, LevelsHaveTwoDigitsAndCopiesMayHaveThree) {
+  EXPECT_EQ(bake::read_node_name("oak_lod_12").level, 12u);
+  EXPECT_FALSE(bake::read_node_name("oak_lod_100").level);
+  EXPECT_FALSE(bake::read_node_name("oak_L100").weak_level);
 }
 
 TEST(PlantChoice, ABadLevelListIsRefused) {

@@ -118,12 +118,8 @@ TEST_P(ShadowTest, TheEdgeOfAShadowIsAsSoftAsATexelIsWide) {
       map.clip_from_world[12 + axis] += step / 8.0 * 2.0 / kMapPx;
       camera.light.shadow_maps = &map;
       camera.light.shadow_map_count = 1;
-      light.push_back(light_of(frame(camera, [&](VkCommandBuffer cmd) {
-        begin_cleared(cmd, {}, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-        vkCmdClearAttachments(cmd, 1, &near, 1, &half);
-        vkCmdEndRendering(cmd);
-        change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-      })));
+      const auto record = [&](VkCommandBuffer cmd) { record_map(cmd, [&] { vkCmdClearAttachments(cmd, 1, &near, 1, &half); }); };
+      light.push_back(light_of(frame(camera, record)));
     }
     EXPECT_LT(light.front(), 0.8 * light.back()) << "along axis " << axis;
     EXPECT_TRUE(std::ranges::is_sorted(light)) << "along axis " << axis << ": " << testing::PrintToString(light);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -42,8 +43,12 @@ class ContextWithMapTest : public ContextTest {
 
   void record_map(VkCommandBuffer cmd, const Shot& sun) {
     record_cull(cmd, sun);
+    record_map(cmd, [&] { record_draw(cmd, sun); });
+  }
+  /// draw: records what the map, which begins empty, is to hold
+  void record_map(VkCommandBuffer cmd, const std::function<void()>& draw) {
     begin_cleared(cmd, {}, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    record_draw(cmd, sun);
+    draw();
     vkCmdEndRendering(cmd);
     change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   }

@@ -30,9 +30,9 @@ Foliage two_squares() {
   return foliage;
 }
 
-BakedPlant plant_of(const Foliage& foliage, const glm::vec4& color) {
-  CollapseSequence sequence;
-  sequence.merges = {{0, 1, {0, 1, 2, 3}}};
+const CollapseSequence kFirstStays{.merges = {{0, 1, {0, 1, 2, 3}}}};
+
+BakedPlant plant_of(const Foliage& foliage, const glm::vec4& color, const CollapseSequence& sequence = kFirstStays) {
   BakedPlant plant;
   plant.tree = build_tree(foliage, sequence);
   plant.card_table = foliage.card_table;
@@ -72,11 +72,7 @@ TEST(ErrorTable, WholePlantHasNoErrorAndErrorNeverGrowsWithLeaves) {
   // Leaf by leaf into one that keeps the first's corners: 0+1 -> 64, 64+2 -> ...
   for (std::uint32_t merge = 0; merge < 63; ++merge)
     sequence.merges.push_back(merge == 0 ? Merge{0, 1, {0, 1, 2, 3}} : Merge{merge + 1, merge + 63, {4, 5, 6, 7}});
-  BakedPlant plant = plant_of(two_squares(), {0.2f, 0.4f, 0.1f, 1});
-  plant.tree = build_tree(foliage, sequence);
-  plant.sphere = plant_sphere(foliage, {});
-
-  const auto table = measure_error_table(plant, kNoProgress);
+  const auto table = measure_error_table(plant_of(foliage, {0.2f, 0.4f, 0.1f, 1}, sequence), kNoProgress);
   ASSERT_TRUE(table) << table.error().message();
   const std::size_t sizes = table->sizes_px.size(), levels = table->leaf_counts.size();
   EXPECT_EQ(table->leaf_counts.front(), 1u);
@@ -116,11 +112,8 @@ BakedPlant five_layers(std::uint8_t white_opacity) {
   for (const std::uint32_t first : {0u, 7u}) sequence.merges.push_back({first, first + 1, {0, 1, 2, 3}, fade_of(kOpaque / 2)});
   sequence.merges.push_back({4, 9, {0, 1, 2, 3}});
   for (const std::uint32_t node : {10u, 11u, 12u}) sequence.merges.push_back({node, node + 3, {0, 1, 2, 3}});
-  BakedPlant plant = plant_of(two_squares(), {1, 1, 1, 1});
-  plant.tree = build_tree(foliage, sequence);
-  plant.card_table = foliage.card_table;
+  BakedPlant plant = plant_of(foliage, {1, 1, 1, 1}, sequence);
   plant.materials.push_back({.name = "black", .base_color = {0, 0, 0, 1}});
-  plant.sphere = plant_sphere(foliage, {});
   return plant;
 }
 

@@ -41,7 +41,7 @@ typedef struct Host {
   VkQueue queue;
   VkCommandPool pool;
   VkCommandBuffer commands;
-  VkBool32 texture_compression_bc;
+  VkBool32 texture_compression_bc, draw_indirect_count;
 } Host;
 
 typedef struct Target {
@@ -60,15 +60,15 @@ static uint32_t graphics_family(VkPhysicalDevice physical) {
   return 0;
 }
 
-/* The features coppice_vulkan_desc asks for, and textureCompressionBC, which it can do without. */
+/* The features coppice_vulkan_desc asks for, and textureCompressionBC and drawIndirectCount, which it can do without. */
 static void create_device(Host* host, uint32_t family) {
   const float priority = 1;
-  VkPhysicalDeviceFeatures available;
+  VkPhysicalDeviceVulkan12Features available12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+  VkPhysicalDeviceFeatures2 available = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &available12};
   VkPhysicalDeviceVulkan13Features v13 = {
       .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES, .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE};
   VkPhysicalDeviceVulkan12Features v12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                           .pNext = &v13,
-                                          .drawIndirectCount = VK_TRUE,
                                           .scalarBlockLayout = VK_TRUE,
                                           .bufferDeviceAddress = VK_TRUE};
   VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &v12};
@@ -78,9 +78,9 @@ static void create_device(Host* host, uint32_t family) {
       .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
   features.features.multiDrawIndirect = VK_TRUE;
   features.features.drawIndirectFirstInstance = VK_TRUE;
-  vkGetPhysicalDeviceFeatures(host->physical, &available);
-  host->texture_compression_bc = available.textureCompressionBC;
-  features.features.textureCompressionBC = available.textureCompressionBC;
+  vkGetPhysicalDeviceFeatures2(host->physical, &available);
+  host->texture_compression_bc = features.features.textureCompressionBC = available.features.textureCompressionBC;
+  host->draw_indirect_count = v12.drawIndirectCount = available12.drawIndirectCount;
   REQUIRE_VK(vkCreateDevice(host->physical, &info, NULL, &host->device));
 }
 
@@ -269,6 +269,7 @@ static coppice_context* create_context(const Host* host) {
   vulkan.device = host->device;
   vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
   vulkan.texture_compression_bc = host->texture_compression_bc;
+  vulkan.draw_indirect_count = host->draw_indirect_count;
   vulkan.blocking_pipelines = VK_TRUE; /* nothing may be missing from a picture */
   log.write = print_error;
   desc.log = &log;

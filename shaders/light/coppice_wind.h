@@ -30,7 +30,7 @@ inline vec2 wind_map_value(const uvec2& map, uint place) {
 #else
 #define COPPICE_OUT(type) out type
 vec2 wind_map_value(uvec2 map, uint place) {
-  return uintBitsToFloat(texelFetch(wind_maps, int(map.x + place)).xy);
+  return wind_map_at(map.x + place);
 }
 #endif
 

@@ -6,9 +6,8 @@
 // The instance as it stood in the frame before. One that came with this frame: as if it had stood where it does
 Instance instance_before(Instance instance) {
   if (instance.before == 0 || instance.before == kCame) return instance;
-  int texel = 4 * int(instance.before - 1);
-  return unpacked_instance(texelFetch(moved_texels, texel), texelFetch(moved_texels, texel + 1), texelFetch(moved_texels, texel + 2),
-                           texelFetch(moved_texels, texel + 3));
+  uint place = instance.before - 1;
+  return unpacked_instance(moved_texel(place, 0), moved_texel(place, 1), moved_texel(place, 2), moved_texel(place, 3));
 }
 
 // object: a place of the instance, where it was in the frame before

@@ -2,7 +2,7 @@
 
 #include "contents.glsl"
 
-// Each a variable of its own: those that a view has no attachment for are taken out when its pipeline is built (shader_outputs.h).
+// Each a variable of its own: those that a view has no attachment for are taken out when its pipeline is built (shader_words.h).
 layout(location = 0) out vec4 out_color_0;
 layout(location = 1) out vec4 out_color_1;
 layout(location = 2) out vec4 out_color_2;

@@ -19,7 +19,7 @@ uint smallest_of_picture(uint eye, uvec2 tile) {
   uint smallest = 0xffffffffu, first = first_pixel(eye);
   // Most tiles have a pixel without a leaf: then the rest of them says nothing more.
   for (uint y = low.y; y < high.y && smallest != 0; ++y)
-    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, texelFetch(picture_words, int(2 * (first + y * push.width_px + x) + 1)).x);
+    for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, picture_word(2 * (first + y * push.width_px + x) + 1));
   return smallest;
 }
 

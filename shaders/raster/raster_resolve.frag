@@ -9,24 +9,25 @@
 #include "bindings.glsl"
 #include "debug_view.glsl"
 #include "raster_shared.h"
+#define COPPICE_ACCESS readonly
+#include "raster_reads.glsl"
 #ifndef COPPICE_DEPTH
 #include "shading.glsl"
 #include "clusters.glsl"
 #include "names.glsl"
 #include "surface.glsl"
 
-layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
 layout(set = 1, binding = 10) uniform usamplerBuffer motion_texels;
-#endif
 
-layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
-layout(push_constant, scalar) uniform Push { RasterPush push; };
+vec4 motion_row(uint place, uint row) {
+  uint texel = 3 * place + row;
+  return uintBitsToFloat(kReadsTexels ? texelFetch(motion_texels, int(texel)) : TexelArray(push.motion).at[texel]);
+}
 
-#ifndef COPPICE_DEPTH
 // pixel: in the picture
 void resolve(uint name, float key, vec2 pixel) {
   uint work_place = place_of_name(name, push.place_bits);
-  WorkItem work = unpacked_work(texelFetch(work_texels, int(work_place)));
+  WorkItem work = work_at(work_place);
   uint leaf = leaf_of_name(name, first_name(work_place, work, push.place_bits), push.place_bits);
   uint slot = slot_of(work.item), list = list_of(work.item);
   bool wood = list >= kWoodLists && list < kMeshLists;
@@ -48,7 +49,7 @@ void resolve(uint name, float key, vec2 pixel) {
   vec4 before = vec4(0.0);
   if (moves) {
     vec4 now = vec4(world, 1.0);
-    for (int i = 0; i < 3; ++i) before[i] = dot(uintBitsToFloat(texelFetch(motion_texels, int(3 * work_place) + i)), now);
+    for (int i = 0; i < 3; ++i) before[i] = dot(motion_row(work_place, i), now);
     before = view.eyes[push.eye].clip_from_world_before * vec4(before.xyz, 1.0);
   }
   SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame);
@@ -59,10 +60,10 @@ void resolve(uint name, float key, vec2 pixel) {
 
 void main() {
   uvec2 at = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
-  int word = int(2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x));
-  uint name = texelFetch(picture_words, word).x;
+  uint word = 2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x);
+  uint name = picture_word(word);
   if (name == 0) discard;
-  float key = uintBitsToFloat(texelFetch(picture_words, word + 1).x);
+  float key = uintBitsToFloat(picture_word(word + 1));
 #ifndef COPPICE_DEPTH
   if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true));
   else resolve(name, key, vec2(at) + 0.5);

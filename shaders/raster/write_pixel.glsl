@@ -22,7 +22,7 @@ void write_pixel(uint pixel, float key, uint name) {
   }
 #ifdef COPPICE_INT64
   // Most of what is drawn is hidden, and a load is cheaper than an atomic.
-  if (texelFetch(picture_words, int(2 * pixel + 1)).x <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(name));
+  if (picture_word(2 * pixel + 1) <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(name));
 #else
   if (kPass == kDepth) {
     // A name of the round before is of something farther away now.

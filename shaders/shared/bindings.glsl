@@ -13,7 +13,9 @@
 
 // A uniform buffer: software drivers load a word of it once for all invocations, one of a storage buffer once for each.
 layout(set = 0, binding = 0, scalar) uniform ViewBuffer { View view; };
-// Texels: where software drivers load a storage buffer's words one invocation after the other, they gather those of texels.
+// Texels: where software drivers load a storage buffer's words one invocation after the other, they gather those of texels. A device whose
+// texel buffers are too small reads the same by address: gpu/device/shader_words.cpp then drops the branches that read texels.
+layout(constant_id = 8) const bool kReadsTexels = true;
 layout(set = 0, binding = 1) uniform usamplerBuffer instance_texels;  // Instance[]
 layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer table_words;
@@ -35,17 +37,31 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Mat
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WoodVertexArray { WoodVertex at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafMeshVertexArray { LeafMeshVertex at[]; };
 
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelArray { uvec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WindMapArray { vec2 at[]; };
+
 Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
   return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w), uintBitsToFloat(second), third.x, third.y, third.z, third.w,
                   fourth.x, fourth.y, fourth.z, fourth.w);
 }
-uvec4 instance_texel(uint slot, uint part) { return texelFetch(instance_texels, int(4 * slot + part)); }
+uvec4 instance_texel(uint slot, uint part) {
+  return kReadsTexels ? texelFetch(instance_texels, int(4 * slot + part)) : TexelArray(view.instances).at[4 * slot + part];
+}
+uvec4 moved_texel(uint place, uint part) {
+  return kReadsTexels ? texelFetch(moved_texels, int(4 * place + part)) : TexelArray(view.moved).at[4 * place + part];
+}
+uint table_word(uint place) {
+  return kReadsTexels ? texelFetch(table_words, int(place)).x : WordArray(view.tables).at[place];
+}
+vec2 wind_map_at(uint place) {
+  return kReadsTexels ? uintBitsToFloat(texelFetch(wind_maps, int(place)).xy) : WindMapArray(view.wind_maps).at[place];
+}
 Instance instance_at(uint slot) {
   return unpacked_instance(instance_texel(slot, 0), instance_texel(slot, 1), instance_texel(slot, 2), instance_texel(slot, 3));
 }
 uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
 
-#define COPPICE_TABLE_WORD(table, i) texelFetch(table_words, int((table).first_word + (i))).x
+#define COPPICE_TABLE_WORD(table, i) table_word((table).first_word + (i))
 #include "coppice_lod.h"
 
 // The distance from the eye by which sizes go, m; to be taken as view.near_m where it is less.

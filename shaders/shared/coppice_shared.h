@@ -308,6 +308,8 @@ struct View {
   vec3 fog_color;
   uint debug_view;                 // coppice_debug_view
   uvec2 debug_colors;              // address of DebugColorArray: by instance slot, rgb, 8 bits each
+  uvec2 instances, moved;          // addresses of what is read as texels where the device binds enough of them (kReadsTexels): Instance[];
+  uvec2 tables, wind_maps;         // words of packed tables, vec2[]
   uint is_shadow;                  // 1: its picture is a shadow map
   uint shadow_map_count;           // of shadow_maps
   float depth_sign;                // 1: nearer is larger; -1: smaller
@@ -319,7 +321,7 @@ struct View {
   WindNow wind, wind_before;       // in the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1268);
+COPPICE_GPU_LAYOUT(View, 1300);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

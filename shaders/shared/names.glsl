@@ -18,7 +18,6 @@ WorkItem work_item(uint item, uint work, Cluster cluster, float sun) {
 }
 uvec2 splats_of_work(WorkItem work) { return uvec2(work.splats.x, work.splats.y & ((1u << kWorkSunShift) - 1u)); }
 float sun_of_work(WorkItem work) { return float(work.splats.y >> kWorkSunShift) / float(kWorkSunSteps); }
-WorkItem unpacked_work(uvec4 texel) { return WorkItem(texel.x, texel.y, texel.zw); }
 
 // The leaves of the cut that an item is of: those of its list, or of the instance's cut.
 uint item_leaf_count(uint item, Plant plant, ClusterList list) {

@@ -8,31 +8,25 @@
 #include "raster_shared.h"
 #include "clusters.glsl"
 #include "names.glsl"
+#define COPPICE_ACCESS
+#include "raster_reads.glsl"
 
-layout(set = 1, binding = 0, scalar) buffer PictureBuffer { uint picture[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
 layout(set = 1, binding = 2, scalar) buffer RoundBuffer { RasterRound rounds[]; };
 layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
 // As slot_of and list_of take them; from the end MeshDraws of all rounds.
 layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };
-layout(set = 1, binding = 5, scalar) buffer WorkBuffer { WorkItem work_items[]; };    // see work_place
 layout(set = 1, binding = 6, scalar) buffer BigBuffer { uvec2 big_items[]; };         // a place in work_items, big_leaf
 layout(set = 1, binding = 7, scalar) buffer TileBuffer { uint tiles[]; };             // the smallest key of each tile, level by level
 
-// What others write again, to be read as texels: software drivers load a vector from them, but word by word from buffers.
-layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
-layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
-
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CardLookArray { CardLook at[]; };
-
-layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 // A leaf of a cluster, and the eye that sees it large.
 uint big_leaf(uint eye, uint leaf) { return eye << 31 | leaf; }
 uint eye_of_big(uint big) { return big >> 31; }
 uint leaf_of_big(uint big) { return big & ~(1u << 31); }
 
-// Clusters of splats lie one behind the other from the first place on, those of leaves from the last one on, of all rounds: a pixel names
+// Places in work_items. Clusters of splats lie one behind the other from the first place on, those of leaves from the last one on, of all rounds: a pixel names
 // a place until the view is culled again.
 const uint kLeafWork = 0, kSplatWork = 1;
 uint work_place(uint list, uint index) { return list == kSplatWork ? index : push.work_capacity - 1 - index; }
@@ -47,8 +41,6 @@ uint work_count(uint list, uint earlier) {
   uint count = list == kSplatWork ? rounds[push.round].splats.count : rounds[push.round].work.count;
   return min(count, push.work_capacity - min(earlier, push.work_capacity));
 }
-
-WorkItem work_at(uint place) { return unpacked_work(texelFetch(work_texels, int(place))); }
 
 // x: columns, y: rows, z: place of the level's first tile.
 uvec3 tile_level(uint level) {

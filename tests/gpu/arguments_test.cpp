@@ -319,6 +319,7 @@ std::vector<Wrong<ContextDesc>> wrong_descs() {
       {"vulkan.texture_compression_bc", [](auto& d) { d.texture_compression_bc = 2; }},
       {"vulkan.compute_raster", [](auto& d) { d.compute_raster = 0xffffffffu; }},
       {"vulkan.shader_int64_atomics", [](auto& d) { d.shader_int64_atomics = 7; }},
+      {"vulkan.draw_indirect_count", [](auto& d) { d.draw_indirect_count = 2; }},
       {"desc.allow_outside", [](auto& d) { d.allow_outside = 2; }},
       {"vulkan.pass_times", [](auto& d) { d.pass_times = 2; }},
   };

@@ -83,6 +83,7 @@ void put_view() {
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
   put(view.debug_view); put(view.debug_colors);
+  put(view.instances); put(view.moved); put(view.tables); put(view.wind_maps);
   put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
   put(view.temporal_frame); put(view.half_size_px); put_wind(view.wind); put_wind(view.wind_before);

@@ -42,6 +42,7 @@ inline ContextDesc context_desc(const VulkanDevice& gpu) {
   desc.device = gpu.device;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
   desc.compute_raster = VK_FALSE;
+  desc.draw_indirect_count = gpu.draw_indirect_count ? VK_TRUE : VK_FALSE;
   desc.blocking_pipelines = VK_TRUE;
   return desc;
 }

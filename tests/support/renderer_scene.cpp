@@ -194,6 +194,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
       clear_depth_(options.depth_compare == VK_COMPARE_OP_LESS || options.depth_compare == VK_COMPARE_OP_LESS_OR_EQUAL ? 1.0f : 0.0f) {
   constexpr std::uint32_t kMaxPlants = 8;
   gpu::Device device = expect(gpu::open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr));
+  device.draw_counts = options.int64_atomics && gpu.draw_indirect_count;
   device.memory.ledger = &ledger_;
   if (options.allocate_memory != nullptr) device.vk.vkAllocateMemory = options.allocate_memory;
   renderer_ = expect(gpu::Renderer::create({.device = device,

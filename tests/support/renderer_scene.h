@@ -74,7 +74,7 @@ Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::func
 struct SceneOptions {
   std::uint64_t memory_budget_bytes = 64ull << 20;
   bool compute_raster = false;
-  bool int64_atomics = true;       ///< where the device has them
+  bool int64_atomics = true;       ///< where the device has them; without, its draws have no counts either
   std::optional<bool> many_lanes;  ///< RendererDesc's
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   PFN_vkAllocateMemory allocate_memory = nullptr;  ///< instead of the device's; frames may then fail

@@ -96,14 +96,15 @@ std::uint32_t graphics_and_compute_family(VkPhysicalDevice physical_device) {
 }
 
 /// What coppice_vulkan_desc::device asks for and no more, so that a feature missing from that list shows under validation.
-/// Exceptions: occlusionQueryPrecise for the tests themselves; independentBlend, which COPPICE_CONTENT_NONE asks for; textureCompressionBC
-/// and 64-bit atomics, which a context may be told of.
+/// Exceptions: occlusionQueryPrecise for the tests themselves; independentBlend, which COPPICE_CONTENT_NONE asks for; textureCompressionBC,
+/// drawIndirectCount and 64-bit atomics, which a context may be told of.
 VkDevice create_device(VulkanDevice& gpu, Rendering rendering) {
   VkPhysicalDeviceVulkan12Features available12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceFeatures2 available2{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &available12};
   vkGetPhysicalDeviceFeatures2(gpu.physical_device, &available2);
   const VkPhysicalDeviceFeatures& available = available2.features;
   gpu.int64_atomics = available.shaderInt64 == VK_TRUE && available12.shaderBufferInt64Atomics == VK_TRUE;
+  gpu.draw_indirect_count = available12.drawIndirectCount == VK_TRUE;
   gpu.occlusion_query_precise = available.occlusionQueryPrecise == VK_TRUE;
   gpu.texture_compression_bc = available.textureCompressionBC == VK_TRUE;
 
@@ -111,7 +112,7 @@ VkDevice create_device(VulkanDevice& gpu, Rendering rendering) {
   features13.dynamicRendering = rendering == Rendering::dynamic ? VK_TRUE : VK_FALSE;
   features13.synchronization2 = VK_TRUE;
   VkPhysicalDeviceVulkan12Features features12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &features13};
-  features12.drawIndirectCount = VK_TRUE;
+  features12.drawIndirectCount = available12.drawIndirectCount;
   features12.scalarBlockLayout = VK_TRUE;
   features12.bufferDeviceAddress = VK_TRUE;
   features12.shaderBufferInt64Atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;

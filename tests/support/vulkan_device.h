@@ -36,6 +36,7 @@ struct VulkanDevice {
   std::string driver_name;               ///< name and version, "llvmpipe Mesa 22.3.6 ..."
   bool occlusion_query_precise = false;  ///< enabled where there is one
   bool texture_compression_bc = false;   ///< enabled where there is one
+  bool draw_indirect_count = false;      ///< likewise
   bool int64_atomics = false;            ///< shaderInt64 and shaderBufferInt64Atomics, likewise
   VkPhysicalDeviceMemoryProperties memory{};
 

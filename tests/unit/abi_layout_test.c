@@ -363,7 +363,7 @@ FIELD(coppice_vulkan_desc, compute_raster, 60);
 FIELD(coppice_vulkan_desc, shader_int64_atomics, 64);
 FIELD(coppice_vulkan_desc, pass_times, 68);
 FIELD(coppice_vulkan_desc, blocking_pipelines, 72);
-FIELD(coppice_vulkan_desc, reserved, 76);
+FIELD(coppice_vulkan_desc, draw_indirect_count, 76);
 FIELD(coppice_vulkan_desc, queue_family_count, 80);
 LAST_FIELD(coppice_vulkan_desc, queue_families, 84, 96);
 

@@ -189,6 +189,7 @@ Forest create_forest(const Device& device, const Options& options, PlantTargets 
   vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
   vulkan.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
   vulkan.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
+  vulkan.draw_indirect_count = device.draw_indirect_count ? VK_TRUE : VK_FALSE;
   vulkan.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
   vulkan.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   vulkan.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing

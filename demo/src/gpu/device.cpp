@@ -152,7 +152,6 @@ void require_features(const Features& has, Features& wants) {
   require(has.core.features.drawIndirectFirstInstance, wants.core.features.drawIndirectFirstInstance, "drawIndirectFirstInstance");
 
   require(has.v12.bufferDeviceAddress, wants.v12.bufferDeviceAddress, "bufferDeviceAddress");
-  require(has.v12.drawIndirectCount, wants.v12.drawIndirectCount, "drawIndirectCount");
   require(has.v12.scalarBlockLayout, wants.v12.scalarBlockLayout, "scalarBlockLayout");
   require(has.v12.timelineSemaphore, wants.v12.timelineSemaphore, "timelineSemaphore");
   require(has.v13.dynamicRendering, wants.v13.dynamicRendering, "dynamicRendering");
@@ -160,15 +159,11 @@ void require_features(const Features& has, Features& wants) {
   wants.core.features.samplerAnisotropy = has.core.features.samplerAnisotropy;
   wants.core.features.textureCompressionBC = has.core.features.textureCompressionBC;
   wants.core.features.shaderInt64 = has.core.features.shaderInt64;
+  wants.v12.drawIndirectCount = has.v12.drawIndirectCount;
   wants.v12.shaderBufferInt64Atomics = has.v12.shaderBufferInt64Atomics;
 }
 
-VkDevice create_device(VkPhysicalDevice physical, std::uint32_t family, bool swapchain, bool& int64_atomics) {
-  Features has;
-  Features wants;
-  vkGetPhysicalDeviceFeatures2(physical, &has.core);
-  require_features(has, wants);
-  int64_atomics = wants.core.features.shaderInt64 && wants.v12.shaderBufferInt64Atomics;
+VkDevice create_device(VkPhysicalDevice physical, std::uint32_t family, bool swapchain, const Features& wants) {
   const float priority = 1;
   VkDeviceQueueCreateInfo queue = vk_struct<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family;
@@ -206,10 +201,13 @@ Device::Device(const DeviceOptions& options) {
   software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
   patience_s = options.patience_s > 0 ? options.patience_s : software ? kSoftwarePatience_s : kPatience_s;
   vkGetPhysicalDeviceMemoryProperties(physical, &memory);
-  VkPhysicalDeviceFeatures features;
-  vkGetPhysicalDeviceFeatures(physical, &features);
-  texture_compression_bc = features.textureCompressionBC == VK_TRUE;
-  handle = create_device(physical, queue_family, options.swapchain, int64_atomics);
+  Features has, wants;
+  vkGetPhysicalDeviceFeatures2(physical, &has.core);
+  require_features(has, wants);
+  texture_compression_bc = wants.core.features.textureCompressionBC == VK_TRUE;
+  draw_indirect_count = wants.v12.drawIndirectCount == VK_TRUE;
+  int64_atomics = wants.core.features.shaderInt64 == VK_TRUE && wants.v12.shaderBufferInt64Atomics == VK_TRUE;
+  handle = create_device(physical, queue_family, options.swapchain, wants);
   volkLoadDevice(handle);
   vkGetDeviceQueue(handle, queue_family, 0, &queue);
 }

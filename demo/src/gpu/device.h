@@ -32,6 +32,7 @@ struct Device {
   std::string driver;                   ///< its name and version
   bool software = false;                ///< a processor does the GPU's work
   bool texture_compression_bc = false;  ///< where there is one, it is enabled
+  bool draw_indirect_count = false;     ///< likewise
   bool int64_atomics = false;           ///< shaderInt64 and shaderBufferInt64Atomics, likewise
   VkPhysicalDeviceMemoryProperties memory = {};
   float patience_s = kPatience_s;           ///< see wait_patiently

@@ -274,8 +274,8 @@ typedef struct coppice_context_desc {
   /* Upper limits alone: nothing is sized by them, and they need not be set. Buffers and tables grow as instances are added and plants are
    * opened, by half where the budget has room for that, and shrink with the context only. An instance takes about 190 bytes, and 60 more
    * for what draws it; a plant 3.5 KB on the GPU beside what its file asks for. While one grows, what it replaces is counted too, until the
-   * GPU is done with it. A device that binds fewer holds fewer: instances by maxTexelBufferElements / 4 and maxComputeWorkGroupCount[0] *
-   * 32, plants by maxTexelBufferElements / 704. */
+   * GPU is done with it. A device that binds fewer holds fewer instances: maxComputeWorkGroupCount[0] * 32, and maxTexelBufferElements / 4
+   * where that limit is 134,217,728 or more. */
   uint32_t max_instances; /* default 16,777,216; 1 to 268,435,455 */
   uint32_t max_plants;    /* default 65,536, the most; at least 1 */
   /* COPPICE_TRUE: a scene's plants may be anywhere. For scenes that you trust: one that a stranger made may name any file. Default
@@ -778,7 +778,7 @@ typedef struct coppice_wind {
    * [map_height][map_width][2] x and z in world space, m/s, each within -100 to 100. A plant takes what is where it stands, linear between
    * places of the map and 0 outside it; the sum moves it no further than a gale would. Copied within the call, and kept for the velocities
    * of the frame after. Cost: 8 bytes a place in each frame on their way to the GPU, which keeps 1 MB from the first map on, and four loads
-   * where a plant is moved. Where maxTexelBufferElements is below 131,072, or memory is short, plants move without and the log says so. */
+   * where a plant is moved. Where memory is short plants move without, and the log says so. */
   const float* map;
   double map_min[2];   /* world x and z of the map's first place, m; within 3.3e7 of the origin */
   double map_max[2];   /* of its last; above map_min by 1e-3 or more */

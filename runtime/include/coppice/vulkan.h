@@ -96,7 +96,7 @@ typedef struct coppice_vulkan_desc {
   VkInstance instance;
   VkPhysicalDevice physical_device;
   VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering (not where each view has a render_pass),
-                      synchronization2, bufferDeviceAddress, drawIndirectCount, scalarBlockLayout, multiDrawIndirect,
+                      synchronization2, bufferDeviceAddress, scalarBlockLayout, multiDrawIndirect,
                       drawIndirectFirstInstance. What the physical device lacks is named in the log; what was merely not
                       enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
@@ -114,7 +114,7 @@ typedef struct coppice_vulkan_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 15 storage buffers a
-   * stage, with max_instances above 16,777,216 or with maxTexelBufferElements below 2,000,000; a warning in the log says so. With the first
+   * stage, or with max_instances above 16,777,216; a warning in the log says so. With the first
    * instance its lists take 2 MB, 10 MB of each view with colours, 31 MB more of each with COPPICE_CONTENT_VELOCITY, and 10 MB of all those
    * of depth alone; from 131,072 instances on up to twice that. */
   VkBool32 compute_raster;
@@ -128,7 +128,10 @@ typedef struct coppice_vulkan_desc {
   /* VK_TRUE: a pipeline is built inside the call that first needs it, which then takes up to some hundred milliseconds, so that no picture
    * misses anything. Default VK_FALSE: by jobs, see coppice_pipelines_ready. */
   VkBool32 blocking_pipelines;
-  uint32_t reserved; /* 0 */
+
+  /* VK_TRUE: `device` was created with the feature drawIndirectCount. Default VK_FALSE, always right: each culling then clears its draw
+   * commands, and every draw goes through all that there is room for. Where the physical device lacks the feature it counts as VK_FALSE. */
+  VkBool32 draw_indirect_count;
 
   /* Families of the queues that commands of the context are submitted to, where those are of more than one: 2 or 3 of them, each once.
    * coppice_record_upload may then be recorded for any queue, coppice_record_cull for one with COMPUTE and coppice_record_draw for one with

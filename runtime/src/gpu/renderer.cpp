@@ -78,25 +78,23 @@ void Renderer::lower_limits() {
     limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
   };
   lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
-  lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
   lower(desc_.max_plants, device_.max_storage_bytes / (kMeshCommands * sizeof(DrawCommand)));
-  lower(desc_.max_plants, device_.max_texel_count / kTableStride);
+  if (device_.reads_texels) lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
 }
 
 BufferSizes Renderer::sizes(const Capacity& wanted) {
+  constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
-  sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true,
-             VK_FORMAT_R32G32B32A32_UINT});
+  sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), kTexels | kTo | kFrom, true, VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::most_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
-             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo, false, VK_FORMAT_R32G32B32A32_UINT});
+             kTexels | kTo, false, VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
-  sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t),
-             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo | kFrom, true});
-  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMostMapPlaces : 1) * sizeof(vec2),
-             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kTo, false, VK_FORMAT_R32G32_UINT});
+  sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t), kTexels | kTo | kFrom, true});
+  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMostMapPlaces : 1) * sizeof(vec2), kTexels | kTo, false,
+             VK_FORMAT_R32G32_UINT});
   views_.add_sizes(capacity, sizes);
   return sizes;
 }

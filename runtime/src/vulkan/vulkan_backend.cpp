@@ -12,6 +12,7 @@ Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with
   const coppice_vulkan_desc& vulkan = with.desc;
   COPPICE_TRY(device, gpu::open_device(vulkan.instance, vulkan.physical_device, vulkan.device, vulkan.get_instance_proc_addr));
   device.block_textures = vulkan.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
+  device.draw_counts = vulkan.draw_indirect_count == VK_TRUE && gpu::has_draw_counts(device);
   device.log = options.log;
   device.queue_families = std::vector(vulkan.queue_families, vulkan.queue_families + vulkan.queue_family_count);
   device.memory.hook = with.device_memory;

@@ -68,7 +68,7 @@ std::string vulkan_problem(const coppice_vulkan_desc& vulkan) {
   return first_of(flag_problem("texture_compression_bc", vulkan.texture_compression_bc),
                   flag_problem("compute_raster", vulkan.compute_raster), flag_problem("shader_int64_atomics", vulkan.shader_int64_atomics),
                   flag_problem("pass_times", vulkan.pass_times), flag_problem("blocking_pipelines", vulkan.blocking_pipelines),
-                  reserved_problem(vulkan.reserved), queues_problem(vulkan));
+                  flag_problem("draw_indirect_count", vulkan.draw_indirect_count), queues_problem(vulkan));
 }
 
 std::string device_memory_problem(const coppice_device_memory& hook) {

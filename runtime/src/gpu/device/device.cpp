@@ -45,10 +45,9 @@ std::string missing_features(const Functions& vk, VkPhysicalDevice physical_devi
     const char* name;
     VkBool32 present;
   };
-  const std::array<Requirement, 7> requirements{{{"dynamicRendering", vulkan13.dynamicRendering},
+  const std::array<Requirement, 6> requirements{{{"dynamicRendering", vulkan13.dynamicRendering},
                                                  {"synchronization2", vulkan13.synchronization2},
                                                  {"bufferDeviceAddress", vulkan12.bufferDeviceAddress},
-                                                 {"drawIndirectCount", vulkan12.drawIndirectCount},
                                                  {"scalarBlockLayout", vulkan12.scalarBlockLayout},
                                                  {"multiDrawIndirect", features.features.multiDrawIndirect},
                                                  {"drawIndirectFirstInstance", features.features.drawIndirectFirstInstance}}};
@@ -56,6 +55,11 @@ std::string missing_features(const Functions& vk, VkPhysicalDevice physical_devi
   for (const Requirement& requirement : requirements)
     if (!requirement.present) missing += (missing.empty() ? "" : ", ") + std::string(requirement.name);
   return missing;
+}
+
+std::uint32_t texel_bytes(VkFormat format) {
+  if (format == VK_FORMAT_R32_UINT) return 4;
+  return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
 }
 
 Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer) {
@@ -68,8 +72,10 @@ Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer)
   COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, source.memory, source.offset + memory.offset),
                       "vkBindBufferMemory"));
   if (desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
-    const VkBufferViewCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = buffer.buffer, .format = desc.texels, .range = VK_WHOLE_SIZE};
+    const VkBufferViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                      .buffer = buffer.buffer,
+                                      .format = desc.texels,
+                                      .range = std::min(desc.size_bytes, device.max_texel_count * texel_bytes(desc.texels))};
     COPPICE_CHECK(check_created(device, device.vk.vkCreateBufferView(device.device, &info, nullptr, &buffer.texels), "vkCreateBufferView",
                                 buffer.texels));
     name_object(device, VK_OBJECT_TYPE_BUFFER_VIEW, buffer.texels, desc.name);
@@ -152,6 +158,7 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   opened.max_storage_bytes = properties.limits.maxStorageBufferRange;
   opened.max_draw_count = properties.limits.maxDrawIndirectCount;
   opened.max_texel_count = properties.limits.maxTexelBufferElements;
+  opened.reads_texels = opened.max_texel_count >= kManyTexels;
   opened.max_colors = properties.limits.maxColorAttachments;
   opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
   opened.max_view_width = properties.limits.maxViewportDimensions[0];
@@ -168,6 +175,13 @@ bool has_block_textures(const Device& device) {
   return features.features.textureCompressionBC == VK_TRUE;
 }
 
+bool has_draw_counts(const Device& device) {
+  VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
+  device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
+  return vulkan12.drawIndirectCount == VK_TRUE;
+}
+
 bool has_int64_atomics(const Device& device) {
   VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
@@ -175,20 +189,12 @@ bool has_int64_atomics(const Device& device) {
   return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
 }
 
-namespace {
-
-std::uint32_t texel_bytes(VkFormat format) {
-  if (format == VK_FORMAT_R32_UINT) return 4;
-  return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
-}
-
-}  // namespace
-
 Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
   const auto beyond = [&](const char* what) { return Error{Status::unsupported, what, Error::kNoOffset, std::to_string(desc.size_bytes)}; };
   if ((desc.usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && desc.size_bytes > device.max_storage_bytes)
     return beyond("storage buffer beyond the device's limit, bytes");
-  if ((desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) && desc.size_bytes / texel_bytes(desc.texels) > device.max_texel_count)
+  if (device.reads_texels && (desc.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) &&
+      desc.size_bytes / texel_bytes(desc.texels) > device.max_texel_count)
     return beyond("texel buffer beyond the device's limit, bytes");
   const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
                                 .size = desc.size_bytes,

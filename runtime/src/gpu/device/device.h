@@ -19,8 +19,10 @@ struct Device {
   VkDevice device = VK_NULL_HANDLE;
   std::uint64_t max_storage_bytes = 0;                    ///< of one storage buffer binding
   std::uint32_t max_draw_count = 0;                       ///< of one indirect draw
+  bool draw_counts = false;                               ///< drawIndirectCount is enabled; only the engine knows, so the caller says it
   std::uint32_t max_group_count = 0;                      ///< of one dispatch, in x
   std::uint64_t max_texel_count = 0;                      ///< of one texel buffer view
+  bool reads_texels = true;                               ///< kReadsTexels of bindings.glsl
   std::uint32_t max_colors = 0;                           ///< attachments of a pass
   bool block_textures = false;                            ///< textureCompressionBC is enabled; only the engine knows, so the caller says it
   std::uint32_t max_view_width = 0, max_view_height = 0;  ///< of a viewport
@@ -40,16 +42,20 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
 /// Whether the feature textureCompressionBC can have been enabled.
 bool has_block_textures(const Device& device);
 
+/// Whether the feature drawIndirectCount can have been enabled.
+bool has_draw_counts(const Device& device);
+
 /// Whether shaderInt64 and shaderBufferInt64Atomics can have been enabled.
 bool has_int64_atomics(const Device& device);
 
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   MemoryRange memory;
-  std::uint64_t size_bytes = 0;          ///< as asked for
-  VkDeviceAddress address = 0;           ///< 0 unless created with SHADER_DEVICE_ADDRESS
-  std::uint8_t* mapped = nullptr;        ///< MemoryKind::host only
-  VkBufferView texels = VK_NULL_HANDLE;  ///< all of it; null unless created with UNIFORM_TEXEL_BUFFER
+  std::uint64_t size_bytes = 0;    ///< as asked for
+  VkDeviceAddress address = 0;     ///< 0 unless created with SHADER_DEVICE_ADDRESS
+  std::uint8_t* mapped = nullptr;  ///< MemoryKind::host only
+  VkBufferView texels =
+      VK_NULL_HANDLE;  ///< all of it, without Device::reads_texels as much as there may be; null unless created with UNIFORM_TEXEL_BUFFER
 };
 
 /// How a buffer is used that shaders write or read and copies fill.
@@ -57,6 +63,9 @@ inline constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BI
 
 /// A device address has so many bits.
 inline constexpr std::uint32_t kAddressBits = 57;
+/// Texels that a device's buffers have at least where shaders read them: enough for the picture of two eyes of 7,680 x 4,320 px. Nearly all
+/// devices have as many; some of phones, and SwiftShader, have 65,536.
+inline constexpr std::uint64_t kManyTexels = std::uint64_t{1} << 27;
 
 struct BufferDesc {
   const char* name = "";  ///< that a graphics debugger shows

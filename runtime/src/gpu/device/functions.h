@@ -27,6 +27,7 @@ namespace coppice::gpu {
   X(vkCmdDispatch)                  \
   X(vkCmdDispatchIndirect)          \
   X(vkCmdDraw)                      \
+  X(vkCmdDrawIndexedIndirect)       \
   X(vkCmdDrawIndexedIndirectCount)  \
   X(vkCmdFillBuffer)                \
   X(vkCmdPipelineBarrier2)          \

@@ -5,10 +5,12 @@
 
 #include "debug_label.h"
 #include "hooks.h"
-#include "shader_outputs.h"
+#include "shader_words.h"
 
 namespace coppice::gpu {
 namespace {
+
+constexpr std::uint32_t kReadsTexelsId = 8;  // kReadsTexels of bindings.glsl
 
 /// Lives while its pipeline is created.
 class ShaderModule {
@@ -118,7 +120,17 @@ Result<VkPipeline> create_pipeline(const Device& device, VkPipelineCache cache, 
                                        .pMapEntries = entries.data(),
                                        .dataSize = sizeof recipe.constants,
                                        .pData = recipe.constants.data()};
-  return recipe.fragment.empty() ? create_compute(device, cache, recipe, constants) : create_draw(device, cache, recipe, constants);
+  const auto create = [&](const PipelineRecipe& made) {
+    return made.fragment.empty() ? create_compute(device, cache, made, constants) : create_draw(device, cache, made, constants);
+  };
+  if (device.reads_texels) return create(recipe);
+  const std::vector<std::uint32_t> first = without_branches(recipe.first, kReadsTexelsId);
+  const std::vector<std::uint32_t> fragment =
+      recipe.fragment.empty() ? std::vector<std::uint32_t>{} : without_branches(recipe.fragment, kReadsTexelsId);
+  PipelineRecipe by_address = recipe;
+  by_address.first = first;
+  by_address.fragment = fragment;
+  return create(by_address);
 }
 
 }  // namespace

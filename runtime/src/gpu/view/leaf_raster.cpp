@@ -35,12 +35,15 @@
 namespace coppice::gpu {
 namespace {
 
-constexpr std::uint32_t kStorageCount = 8;
-/// The bindings of raster.glsl: texels of the picture, of work and of motion come after the storage buffers.
-constexpr std::uint32_t kTexelCount = 3;
+/// The bindings of raster.glsl: storage buffers, then texels of the picture, of work and of motion. The fragment shader reads picture and
+/// work, as texels or not.
+constexpr std::uint32_t kStorageCount = 8, kTexelCount = 3;
+constexpr std::uint32_t kPictureBinding = 0, kWorkBinding = 5;
 constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
   std::array<Binding, kStorageCount + kTexelCount> bindings{};
   for (Binding& binding : bindings) binding.stages = VK_SHADER_STAGE_COMPUTE_BIT;
+  bindings[kPictureBinding].stages |= VK_SHADER_STAGE_FRAGMENT_BIT;
+  bindings[kWorkBinding].stages |= VK_SHADER_STAGE_FRAGMENT_BIT;
   for (std::uint32_t i = 0; i < kTexelCount; ++i)
     bindings[kStorageCount + i] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
   return bindings;
@@ -145,8 +148,6 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
                  std::to_string(desc.max_instances)};
   if (properties.properties.limits.maxPerStageDescriptorStorageBuffers < kFrameBuffers - 3 + kStorageCount)
     return Error{Status::unsupported, "too few storage buffers in a stage for the compute rasteriser"};
-  if (device.max_texel_count < work_capacity(desc.max_instances) * (sizeof(ClusterMotion) / sizeof(vec4)))
-    return Error{Status::unsupported, "too few texels in a buffer for the compute rasteriser"};
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
     return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};

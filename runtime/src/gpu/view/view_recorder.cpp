@@ -326,13 +326,19 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light,
                             {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (!has_maps) constants.shadow_map_count = 0;
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
+  const SceneBuffers& scene = shared_.scene;
+  constants.instances = gpu_address(scene.instances.address);
+  constants.moved = gpu_address(scene.moved.address);
+  constants.tables = gpu_address(scene.tables.address);
+  constants.wind_maps = gpu_address(scene.wind_maps.address);
   update_buffer(shared_.device, cmd, buffers_.view, bytes_of(std::span<const View>(&constants, 1)));
   update_buffer(shared_.device, cmd, buffers_.wood_commands, bytes_of(shared_.lists.mesh_commands()));
   const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);
   vk.vkCmdFillBuffer(cmd, buffers_.draw_counts.buffer, 0, count_bytes, 0);
   vk.vkCmdFillBuffer(cmd, buffers_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  // What a draw behind a wrong count would find draws nothing.
-  if (!std::exchange(commands_zeroed_, true)) vk.vkCmdFillBuffer(cmd, buffers_.leaf_commands.buffer, 0, VK_WHOLE_SIZE, 0);
+  // What a draw behind a wrong count would find draws nothing; without counts that is all behind the last command.
+  if (!std::exchange(commands_zeroed_, true) || !shared_.device.draw_counts)
+    vk.vkCmdFillBuffer(cmd, buffers_.leaf_commands.buffer, 0, VK_WHOLE_SIZE, 0);
   if (by_ == CulledBy::raster) shared_.raster->record_start(cmd, raster_);
 }
 
@@ -390,13 +396,17 @@ bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pi
   return true;
 }
 
-/// count: which of the plant's draw_counts says how many of the commands from `first` on are drawn
-void ViewRecorder::draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count,
-                                 std::uint32_t most) const {
-  if (most == 0) return;
-  shared_.device.vk.vkCmdDrawIndexedIndirectCount(cmd, buffers_.leaf_commands.buffer, std::uint64_t{first} * sizeof(DrawCommand),
-                                                  buffers_.draw_counts.buffer, (kDrawCounts * plant + count) * sizeof(std::uint32_t), most,
-                                                  sizeof(DrawCommand));
+/// The commands from `first` on, as many as `count` of the plant's draw_counts says, `most` at most.
+void ViewRecorder::draw_indirect(VkCommandBuffer cmd, const Buffer& commands, std::uint32_t plant, const IndirectDraws& draws) const {
+  if (draws.most == 0) return;
+  const Functions& vk = shared_.device.vk;
+  const VkDeviceSize first = VkDeviceSize{draws.first} * sizeof(DrawCommand);
+  // With counts for single commands too: after draws with a count, lavapipe of Mesa 22.3 reads their count for those without.
+  if (shared_.device.draw_counts)
+    vk.vkCmdDrawIndexedIndirectCount(cmd, commands.buffer, first, buffers_.draw_counts.buffer,
+                                     (kDrawCounts * plant + draws.count) * sizeof(std::uint32_t), draws.most, sizeof(DrawCommand));
+  else
+    vk.vkCmdDrawIndexedIndirect(cmd, commands.buffer, first, draws.most, sizeof(DrawCommand));
 }
 
 void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const {
@@ -407,9 +417,10 @@ void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const
       continue;
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
     if (by_ == CulledBy::hardware)
-      draw_commands(draws.cmd, plant, record.leaf_command_base, kSingleCount,
-                    std::min(record.instance_count, shared_.device.max_draw_count));
-    draw_commands(draws.cmd, plant, record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity);
+      draw_indirect(draws.cmd, buffers_.leaf_commands, plant,
+                    {record.leaf_command_base, kSingleCount, std::min(record.instance_count, shared_.device.max_draw_count)});
+    draw_indirect(draws.cmd, buffers_.leaf_commands, plant,
+                  {record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity});
   }
 }
 
@@ -450,12 +461,9 @@ void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const M
                         .normal_map = textures.normal_map,
                         .eye = draws.eye};
     if (!bind_draw(draws.cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
-    // Not vkCmdDrawIndexedIndirect: after draws with a count, lavapipe of Mesa 22.3 reads their count for it too, and in a view without
-    // quads everything would vanish.
-    shared_.device.vk.vkCmdDrawIndexedIndirectCount(
-        draws.cmd, buffers_.wood_commands.buffer, (index * kMeshCommands + draw.mesh) * sizeof(DrawCommand), buffers_.draw_counts.buffer,
-        (kDrawCounts * index + kMeshDrawn + draw.mesh) * sizeof(std::uint32_t), 1, sizeof(DrawCommand));
-    draw_commands(draws.cmd, index, draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity);
+    draw_indirect(draws.cmd, buffers_.wood_commands, index, {index * kMeshCommands + draw.mesh, kMeshDrawn + draw.mesh, 1});
+    draw_indirect(draws.cmd, buffers_.leaf_commands, index,
+                  {draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity});
   }
 }
 

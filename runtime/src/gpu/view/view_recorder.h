@@ -127,6 +127,10 @@ class ViewRecorder {
   struct MeshDraw {
     std::uint32_t mesh = 0, list_first = 0, part_first = 0, part_count = 0;
   };
+  /// Commands from `first` on: as many as this one of the plant's draw_counts says.
+  struct IndirectDraws {
+    std::uint32_t first = 0, count = 0, most = 0;
+  };
 
   Result<void> rebuild_set();
   [[nodiscard]] FrameBindings bindings() const;
@@ -148,7 +152,7 @@ class ViewRecorder {
   void draw_wood(const EyeDraws& draws, std::uint32_t plant, std::uint32_t lod) const;
   void draw_leaf_mesh(const EyeDraws& draws, std::uint32_t plant, std::uint32_t chunk) const;
   void draw_mesh(const EyeDraws& draws, std::uint32_t plant, const MeshDraw& draw) const;
-  void draw_commands(VkCommandBuffer cmd, std::uint32_t plant, std::uint32_t first, std::uint32_t count, std::uint32_t most) const;
+  void draw_indirect(VkCommandBuffer cmd, const Buffer& commands, std::uint32_t plant, const IndirectDraws& draws) const;
   bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const;
 
   ViewShared shared_;

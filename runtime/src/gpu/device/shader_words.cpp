@@ -1,7 +1,7 @@
 // A SPIR-V module is a header of five words, then instructions: opcode in the low half of the first word, count of words in the high half.
 // All outputs that have a location are of one type, so that one more pointer type is all that has to be declared.
 
-#include "shader_outputs.h"
+#include "shader_words.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,8 +12,9 @@ namespace {
 
 constexpr std::size_t kHeaderWords = 5, kBound = 3;
 constexpr std::uint32_t kOpTypePointer = 32, kOpVariable = 59, kOpDecorate = 71;
-constexpr std::uint32_t kOutput = 3, kPrivate = 6;  // storage classes
-constexpr std::uint32_t kLocation = 30;             // decoration
+constexpr std::uint32_t kOpSelectionMerge = 247, kOpBranch = 249, kOpBranchConditional = 250;
+constexpr std::uint32_t kOutput = 3, kPrivate = 6;    // storage classes
+constexpr std::uint32_t kSpecId = 1, kLocation = 30;  // decorations
 
 std::uint32_t opcode(std::uint32_t word) {
   return word & 0xffffu;
@@ -84,6 +85,26 @@ std::vector<std::uint32_t> with_outputs(std::span<const std::uint32_t> words, st
     if (!dropped) return;
     kept[at + 1] = private_pointer;
     kept[at + 3] = kPrivate;
+  });
+  return kept;
+}
+
+std::vector<std::uint32_t> without_branches(std::span<const std::uint32_t> words, std::uint32_t constant_id) {
+  std::uint32_t constant = 0;
+  for_each_instruction(words, [&](std::span<const std::uint32_t> op) {
+    if (opcode(op[0]) == kOpDecorate && op.size() == 4 && op[2] == kSpecId && op[3] == constant_id) constant = op[1];
+  });
+  std::vector<std::uint32_t> kept(words.begin(), words.begin() + kHeaderWords);
+  kept.reserve(words.size());
+  std::size_t before = 0;  // where the last instruction is in kept
+  for_each_instruction(words, [&](std::span<const std::uint32_t> op) {
+    if (opcode(op[0]) == kOpBranchConditional && op[1] == constant && opcode(kept[before]) == kOpSelectionMerge) {
+      kept.resize(before);
+      kept.insert(kept.end(), {2u << 16 | kOpBranch, op[3]});
+      return;
+    }
+    before = kept.size();
+    kept.insert(kept.end(), op.begin(), op.end());
   });
   return kept;
 }

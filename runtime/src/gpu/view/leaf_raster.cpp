@@ -16,6 +16,8 @@
 #include <utility>
 
 #include "attachments.h"
+#include "big_leaves_comp.h"
+#include "big_leaves_int64_comp.h"
 #include "cluster_motion_comp.h"
 #include "convert.h"
 #include "cull_raster_comp.h"
@@ -200,17 +202,13 @@ void LeafRaster::add_pipelines() {
   pipelines_.motion = add("cluster_motion.comp", cluster_motion_comp_spirv, {.lanes = lanes_});
   pipelines_.occluder = add("occluder.comp", occluder_comp_spirv, {.lanes = lanes_});
   const Words leaves = desc_.int64_atomics ? Words(leaf_raster_int64_comp_spirv) : Words(leaf_raster_comp_spirv);
+  const Words big = desc_.int64_atomics ? Words(big_leaves_int64_comp_spirv) : Words(big_leaves_comp_spirv);
   const Words splats = desc_.int64_atomics ? Words(leaf_splats_int64_comp_spirv) : Words(leaf_splats_comp_spirv);
   for (std::uint32_t pass = 0; pass < kPassCount; ++pass) {
     pipelines_.splats[pass] =
         add("leaf_splats.comp", splats, {.lanes = shape_.splat_lanes, .pass = pass, .cluster_lanes = shape_.cluster_lanes});
-    for (std::uint32_t source = 0; source < kSourceCount; ++source)
-      pipelines_.leaves[pass][source] = add("leaf_raster.comp", leaves,
-                                            {.kind = source,
-                                             .lanes = source == kBig ? shape_.big_lanes : shape_.leaf_lanes,
-                                             .pass = pass,
-                                             .big_pixels = shape_.big_pixels,
-                                             .row_lanes = shape_.row_lanes});
+    pipelines_.leaves[pass] = add("leaf_raster.comp", leaves, {.lanes = shape_.leaf_lanes, .pass = pass, .big_pixels = shape_.big_pixels});
+    pipelines_.big[pass] = add("big_leaves.comp", big, {.lanes = shape_.big_lanes, .pass = pass, .row_lanes = shape_.row_lanes});
   }
 }
 
@@ -239,7 +237,8 @@ bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pi
   want(pipelines_.expand.of(eye_count));
   for (const RasterPass pass : passes(debug_view)) {
     want(pipelines_.splats[pass]);
-    std::ranges::for_each(pipelines_.leaves[pass], want);
+    want(pipelines_.leaves[pass]);
+    want(pipelines_.big[pass]);
   }
   want(pipelines_.finest_tiles);
   want(pipelines_.other_tiles);
@@ -397,16 +396,13 @@ void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, c
 }
 
 void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const {
-  bool first = true;
   for (const RasterPass pass : passes(of.view.debug_view)) {
-    const auto& leaves = pipelines_.leaves[pass];
-    if (!first) barrier(cmd);
+    if (pass != passes(of.view.debug_view).front()) barrier(cmd);
     dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(RasterRound, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
-    dispatch_stage(cmd, *leaves[kClusters], of, offsetof(RasterRound, work));
-    // The first pass finds out which leaves are big.
-    if (std::exchange(first, false)) barrier(cmd);
-    dispatch_stage(cmd, *leaves[kBig], of, offsetof(RasterRound, big));
+    dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(RasterRound, work));
+    barrier(cmd);
+    dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(RasterRound, big));
     if (timer != nullptr && pass != passes(of.view.debug_view).back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }

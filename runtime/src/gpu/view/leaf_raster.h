@@ -111,16 +111,13 @@ class LeafRaster {
   void record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const;
 
  private:
-  /// Of leaf_raster.comp.
-  enum Source : std::uint32_t { kClusters, kBig, kSourceCount };
   /// kPass of write_pixel.glsl. With 64-bit atomics the first writes names too, and the second is never needed.
   enum RasterPass : std::uint32_t { kDepth, kName, kCount, kPassCount };
   struct Pipelines {
     CullPipelines cull;
     EyePipelines blocks, expand, draws;
     Pipeline *finest_tiles = nullptr, *other_tiles = nullptr, *motion = nullptr, *occluder = nullptr;
-    std::array<std::array<Pipeline*, kSourceCount>, kPassCount> leaves{};
-    std::array<Pipeline*, kPassCount> splats{};
+    std::array<Pipeline*, kPassCount> splats{}, leaves{}, big{};
   };
   struct Buffers {
     Buffer blocks, visible_blocks, items, big;

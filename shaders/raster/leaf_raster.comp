@@ -65,7 +65,8 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
     uint bit = next_bit(left);
     vec2 center = center_of(block, bit);
     vec3 one = vec3(1.0, center);
-    precise float key = max(mix(0.0, dot(drawn.first.key, one), has_bit(first, bit)), mix(0.0, dot(drawn.other.key, one), has_bit(other, bit)));
+    precise float key =
+        max(mix(0.0, dot(drawn.first.key, one), has_bit(first, bit)), mix(0.0, dot(drawn.other.key, one), has_bit(other, bit)));
     if ((left.x | left.y) != 0) write_pixel(drawn.first_pixel + uint(center.y) * push.width_px + uint(center.x), key, drawn.name);
     left &= ~bit_mask(bit);
   } while ((left.x | left.y) != 0);

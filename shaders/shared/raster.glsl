@@ -26,8 +26,8 @@ uint big_leaf(uint eye, uint leaf) { return eye << 31 | leaf; }
 uint eye_of_big(uint big) { return big >> 31; }
 uint leaf_of_big(uint big) { return big & ~(1u << 31); }
 
-// Places in work_items. Clusters of splats lie one behind the other from the first place on, those of leaves from the last one on, of all rounds: a pixel names
-// a place until the view is culled again.
+// Places in work_items. Clusters of splats lie one behind the other from the first place on, those of leaves from the last one on, of all
+// rounds: a pixel names a place until the view is culled again.
 const uint kLeafWork = 0, kSplatWork = 1;
 uint work_place(uint list, uint index) { return list == kSplatWork ? index : push.work_capacity - 1 - index; }
 // Clusters of a list in earlier rounds.

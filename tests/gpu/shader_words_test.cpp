@@ -27,20 +27,13 @@ Words module(std::initializer_list<Words> ops) {
   return words;
 }
 
-const Words kDecorations = module({op(kDecorate, {kReads, kSpecId, 8}), op(kDecorate, {kOther, kSpecId, 9})});
-
-Words with_decorations(std::initializer_list<Words> ops) {
-  Words words = kDecorations;
-  for (const Words& one : ops) words.insert(words.end(), one.begin(), one.end());
-  return words;
-}
-
 TEST(ShaderWords, BranchesOnTheConstantAloneGoToWhereItIsFalse) {
+  const Words reads = op(kDecorate, {kReads, kSpecId, 8}), other = op(kDecorate, {kOther, kSpecId, 9});
   const Words other_merge = op(kSelectionMerge, {33, 0}), other_branch = op(kBranchConditional, {kOther, 31, 32});
-  const Words before = with_decorations({op(kSelectionMerge, {43, 0}), op(kBranchConditional, {kReads, 41, 42}), op(kLabel, {41}),
-                                         op(kBranch, {43}), op(kLabel, {42}), other_merge, other_branch});
+  const Words before = module({reads, other, op(kSelectionMerge, {43, 0}), op(kBranchConditional, {kReads, 41, 42}), op(kLabel, {41}),
+                               op(kBranch, {43}), op(kLabel, {42}), other_merge, other_branch});
   const Words after =
-      with_decorations({op(kBranch, {42}), op(kLabel, {41}), op(kBranch, {43}), op(kLabel, {42}), other_merge, other_branch});
+      module({reads, other, op(kBranch, {42}), op(kLabel, {41}), op(kBranch, {43}), op(kLabel, {42}), other_merge, other_branch});
   EXPECT_EQ(without_branches(before, 8), after);
 }
 

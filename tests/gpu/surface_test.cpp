@@ -394,8 +394,8 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
     // In the next frame all of them stand.
     draw(now, target);
     for (const glm::vec4& velocity : read_texels<glm::vec4>(gpu(), *target.colors[4])) {
-      if (velocity.w == 1.0f) continue;                    // the background
-      ASSERT_LT(glm::length(glm::vec2(velocity)), 0.05f);  // px; drivers interpolate with errors of their own
+      if (velocity.w == 1.0f) continue;  // the background
+      ASSERT_LT(glm::length(glm::vec2(velocity)), 0.01f);
       ASSERT_EQ(velocity.z, 0.0f);
     }
     ASSERT_EQ(coppice_instances_remove(context_, &added, 1), COPPICE_OK) << log_;

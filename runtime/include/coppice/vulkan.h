@@ -96,9 +96,8 @@ typedef struct coppice_vulkan_desc {
   VkInstance instance;
   VkPhysicalDevice physical_device;
   VkDevice device; /* Vulkan 1.3, created with these features enabled: dynamicRendering (not where each view has a render_pass),
-                      synchronization2, bufferDeviceAddress, scalarBlockLayout, multiDrawIndirect,
-                      drawIndirectFirstInstance. What the physical device lacks is named in the log; what was merely not
-                      enabled Vulkan gives no way to see */
+                      synchronization2, bufferDeviceAddress, scalarBlockLayout, multiDrawIndirect, drawIndirectFirstInstance. What the
+                      physical device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache;             /* may be null. Used by jobs, at any time until the context is destroyed: not one of
                                                  VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
@@ -114,9 +113,9 @@ typedef struct coppice_vulkan_desc {
    * where plants are many or far. Instances are then culled in blocks of those that were added one after the other: add neighbours
    * together. Takes 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. Views with
    * COPPICE_LOD_FULL are drawn as with VK_FALSE, and all views on a device without subgroup ballots, with fewer than 15 storage buffers a
-   * stage, or with max_instances above 16,777,216; a warning in the log says so. With the first
-   * instance its lists take 2 MB, 10 MB of each view with colours, 31 MB more of each with COPPICE_CONTENT_VELOCITY, and 10 MB of all those
-   * of depth alone; from 131,072 instances on up to twice that. */
+   * stage, or with max_instances above 16,777,216; a warning in the log says so. With the first instance its lists take 2 MB, 10 MB of each
+   * view with colours, 31 MB more of each with COPPICE_CONTENT_VELOCITY, and 10 MB of all those of depth alone; from 131,072 instances on
+   * up to twice that. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, always right: the compute shaders then

@@ -11,26 +11,26 @@ namespace coppice {
 Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with, const BackendOptions& options) {
   const coppice_vulkan_desc& vulkan = with.desc;
   COPPICE_TRY(device, gpu::open_device(vulkan.instance, vulkan.physical_device, vulkan.device, vulkan.get_instance_proc_addr));
-  device.block_textures = vulkan.texture_compression_bc == VK_TRUE && gpu::has_block_textures(device);
-  device.draw_counts = vulkan.draw_indirect_count == VK_TRUE && gpu::has_draw_counts(device);
+  const gpu::OptionalFeatures has = gpu::optional_features(device);
+  device.block_textures = vulkan.texture_compression_bc == VK_TRUE && has.block_textures;
+  device.draw_counts = vulkan.draw_indirect_count == VK_TRUE && has.draw_counts;
   device.log = options.log;
   device.queue_families = std::vector(vulkan.queue_families, vulkan.queue_families + vulkan.queue_family_count);
   device.memory.hook = with.device_memory;
   device.memory.ledger = &options.ledger;
-  COPPICE_TRY(renderer,
-              gpu::Renderer::create({.device = device,
-                                     .allocator = options.hooks.allocator,
-                                     .views = {.max_instances = options.max_instances,
-                                               .compute_raster = vulkan.compute_raster == VK_TRUE,
-                                               .int64_atomics = vulkan.shader_int64_atomics == VK_TRUE && gpu::has_int64_atomics(device),
-                                               .many_lanes = {},
-                                               .pass_times = vulkan.pass_times == VK_TRUE},
-                                     .pipeline_cache = vulkan.pipeline_cache,
-                                     .memory_budget_bytes = options.memory_budget_bytes,
-                                     .max_plants = options.max_plants,
-                                     .jobs = options.hooks.long_jobs,
-                                     .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
-                                     .only_measured = options.hooks.jobs.submit == nullptr}));
+  COPPICE_TRY(renderer, gpu::Renderer::create({.device = device,
+                                               .allocator = options.hooks.allocator,
+                                               .views = {.max_instances = options.max_instances,
+                                                         .compute_raster = vulkan.compute_raster == VK_TRUE,
+                                                         .int64_atomics = vulkan.shader_int64_atomics == VK_TRUE && has.int64_atomics,
+                                                         .many_lanes = {},
+                                                         .pass_times = vulkan.pass_times == VK_TRUE},
+                                               .pipeline_cache = vulkan.pipeline_cache,
+                                               .memory_budget_bytes = options.memory_budget_bytes,
+                                               .max_plants = options.max_plants,
+                                               .jobs = options.hooks.long_jobs,
+                                               .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
+                                               .only_measured = options.hooks.jobs.submit == nullptr}));
   std::unique_ptr<Backend> backend(new (std::nothrow) VulkanBackend(std::move(renderer)));
   if (!backend) return Error{Status::out_of_memory, "renderer"};
   return backend;

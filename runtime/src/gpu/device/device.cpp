@@ -169,24 +169,13 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   return opened;
 }
 
-bool has_block_textures(const Device& device) {
-  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
-  device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
-  return features.features.textureCompressionBC == VK_TRUE;
-}
-
-bool has_draw_counts(const Device& device) {
+OptionalFeatures optional_features(const Device& device) {
   VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
   device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
-  return vulkan12.drawIndirectCount == VK_TRUE;
-}
-
-bool has_int64_atomics(const Device& device) {
-  VkPhysicalDeviceVulkan12Features vulkan12{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
-  VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &vulkan12};
-  device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
-  return features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE;
+  return {.block_textures = features.features.textureCompressionBC == VK_TRUE,
+          .draw_counts = vulkan12.drawIndirectCount == VK_TRUE,
+          .int64_atomics = features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE};
 }
 
 Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {

@@ -39,14 +39,13 @@ struct Device {
 Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device, VkDevice device,
                            PFN_vkGetInstanceProcAddr get_instance_proc_addr);
 
-/// Whether the feature textureCompressionBC can have been enabled.
-bool has_block_textures(const Device& device);
-
-/// Whether the feature drawIndirectCount can have been enabled.
-bool has_draw_counts(const Device& device);
-
-/// Whether shaderInt64 and shaderBufferInt64Atomics can have been enabled.
-bool has_int64_atomics(const Device& device);
+/// Features that can have been enabled.
+struct OptionalFeatures {
+  bool block_textures = false;  ///< textureCompressionBC
+  bool draw_counts = false;     ///< drawIndirectCount
+  bool int64_atomics = false;   ///< shaderInt64 and shaderBufferInt64Atomics
+};
+OptionalFeatures optional_features(const Device& device);
 
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
@@ -54,8 +53,8 @@ struct Buffer {
   std::uint64_t size_bytes = 0;    ///< as asked for
   VkDeviceAddress address = 0;     ///< 0 unless created with SHADER_DEVICE_ADDRESS
   std::uint8_t* mapped = nullptr;  ///< MemoryKind::host only
-  VkBufferView texels =
-      VK_NULL_HANDLE;  ///< all of it, without Device::reads_texels as much as there may be; null unless created with UNIFORM_TEXEL_BUFFER
+  /// All of it; without Device::reads_texels as much as the device binds. Null unless created with UNIFORM_TEXEL_BUFFER.
+  VkBufferView texels = VK_NULL_HANDLE;
 };
 
 /// How a buffer is used that shaders write or read and copies fill.
@@ -63,6 +62,7 @@ inline constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BI
 
 /// A device address has so many bits.
 inline constexpr std::uint32_t kAddressBits = 57;
+
 /// Texels that a device's buffers have at least where shaders read them: enough for the picture of two eyes of 7,680 x 4,320 px. Nearly all
 /// devices have as many; some of phones, and SwiftShader, have 65,536.
 inline constexpr std::uint64_t kManyTexels = std::uint64_t{1} << 27;

@@ -22,6 +22,8 @@ class ShaderModule {
 
   Result<VkPipelineShaderStageCreateInfo> create(VkShaderStageFlagBits stage, std::span<const std::uint32_t> words,
                                                  const VkSpecializationInfo* constants) {
+    std::vector<std::uint32_t> by_address;
+    if (!device_.reads_texels) words = by_address = without_branches(words, kReadsTexelsId);
     const VkShaderModuleCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
     const VkResult result = device_.vk.vkCreateShaderModule(device_.device, &info, nullptr, &module_);
@@ -120,17 +122,7 @@ Result<VkPipeline> create_pipeline(const Device& device, VkPipelineCache cache, 
                                        .pMapEntries = entries.data(),
                                        .dataSize = sizeof recipe.constants,
                                        .pData = recipe.constants.data()};
-  const auto create = [&](const PipelineRecipe& made) {
-    return made.fragment.empty() ? create_compute(device, cache, made, constants) : create_draw(device, cache, made, constants);
-  };
-  if (device.reads_texels) return create(recipe);
-  const std::vector<std::uint32_t> first = without_branches(recipe.first, kReadsTexelsId);
-  const std::vector<std::uint32_t> fragment =
-      recipe.fragment.empty() ? std::vector<std::uint32_t>{} : without_branches(recipe.fragment, kReadsTexelsId);
-  PipelineRecipe by_address = recipe;
-  by_address.first = first;
-  by_address.fragment = fragment;
-  return create(by_address);
+  return recipe.fragment.empty() ? create_compute(device, cache, recipe, constants) : create_draw(device, cache, recipe, constants);
 }
 
 }  // namespace

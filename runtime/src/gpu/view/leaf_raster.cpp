@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstring>
 #include <new>
-#include <utility>
 
 #include "attachments.h"
 #include "big_leaves_comp.h"
@@ -396,14 +395,15 @@ void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, c
 }
 
 void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const {
-  for (const RasterPass pass : passes(of.view.debug_view)) {
-    if (pass != passes(of.view.debug_view).front()) barrier(cmd);
+  const std::span<const RasterPass> drawn = passes(of.view.debug_view);
+  for (const RasterPass pass : drawn) {
+    if (pass != drawn.front()) barrier(cmd);
     dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(RasterRound, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
     dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(RasterRound, work));
     barrier(cmd);
     dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(RasterRound, big));
-    if (timer != nullptr && pass != passes(of.view.debug_view).back()) timer->mark(device_, cmd, Pass::leaves);
+    if (timer != nullptr && pass != drawn.back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 

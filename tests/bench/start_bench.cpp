@@ -59,6 +59,7 @@ void measure(const char* name, const ContextDesc& desc, bool shadows = false) {
 int main() {
   using namespace coppice::test;
   ContextDesc desc = context_desc(vulkan_device(Validation::off));
+  desc.pipeline_cache = VK_NULL_HANDLE;
   desc.blocking_pipelines = VK_FALSE;
   measure("hardware", desc);
   desc.compute_raster = VK_TRUE;

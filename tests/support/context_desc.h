@@ -41,6 +41,7 @@ inline ContextDesc context_desc(const VulkanDevice& gpu) {
   desc.physical_device = gpu.physical_device;
   desc.device = gpu.device;
   desc.get_instance_proc_addr = vkGetInstanceProcAddr;
+  desc.pipeline_cache = gpu.pipeline_cache;
   desc.compute_raster = VK_FALSE;
   desc.draw_indirect_count = gpu.draw_indirect_count ? VK_TRUE : VK_FALSE;
   desc.blocking_pipelines = VK_TRUE;

@@ -203,6 +203,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                                       .compute_raster = options.compute_raster,
                                                       .int64_atomics = options.int64_atomics && gpu.int64_atomics,
                                                       .many_lanes = options.many_lanes},
+                                            .pipeline_cache = gpu.pipeline_cache,
                                             .memory_budget_bytes = options.memory_budget_bytes,
                                             .max_plants = kMaxPlants}));
   view_ = expect(renderer_->add_view({.color_formats = {VK_FORMAT_R8G8B8A8_SRGB},

@@ -162,10 +162,13 @@ VulkanDevice open_device(Validation validation, Rendering rendering) {
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
   pool.queueFamilyIndex = gpu.queue_family;
   check_vk(vkCreateCommandPool(gpu.device, &pool, nullptr, &gpu.command_pool), "vkCreateCommandPool");
+  const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+  check_vk(vkCreatePipelineCache(gpu.device, &cache, nullptr, &gpu.pipeline_cache), "vkCreatePipelineCache");
   return gpu;
 }
 
 void close_device(VulkanDevice& gpu) {
+  vkDestroyPipelineCache(gpu.device, gpu.pipeline_cache, nullptr);
   vkDestroyCommandPool(gpu.device, gpu.command_pool, nullptr);
   vkDestroyDevice(gpu.device, nullptr);
   vkDestroyDebugUtilsMessengerEXT(gpu.instance, gpu.messenger, nullptr);

@@ -41,6 +41,7 @@ struct VulkanDevice {
   VkPhysicalDeviceMemoryProperties memory{};
 
   VkCommandPool command_pool = VK_NULL_HANDLE;
+  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;  ///< what a test creates is compiled once a process
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
 };
 

@@ -1,6 +1,8 @@
 // Pictures of coppice-forest on a second Vulkan driver beside those of the first.
 
 #include <filesystem>
+#include <regex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,13 +42,17 @@ fs::path baked(const std::string& species) {
   });
 }
 
+std::vector<std::string> arguments_of(const Scene& scene) {
+  return {"--plants", baked(scene.species), "--count", scene.count, "--path",     scene.path,    "--size",
+          "256x256",  "--frames",           "2",       "--no-taa",  "--headless", "--validation"};
+}
+
 Picture picture_of(const Scene& scene, const char* driver, const std::vector<std::string>& environment) {
   const TemporaryFolder folder;
   const fs::path png = folder / "picture.png";
-  const ProcessResult result = run_process(coppice::test::kForest,
-                                           {"--plants", baked(scene.species), "--count", scene.count, "--path", scene.path, "--size",
-                                            "256x256", "--frames", "2", "--no-taa", "--headless", "--validation", "--screenshot", png},
-                                           {.environment = environment});
+  std::vector<std::string> arguments = arguments_of(scene);
+  arguments.insert(arguments.end(), {"--screenshot", png});
+  const ProcessResult result = run_process(coppice::test::kForest, arguments, {.environment = environment});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(coppice::test::mentions(result.out, {driver}));
   EXPECT_TRUE(coppice::test::mentions(result.out, {"validation messages  0"})) << result.out << result.err;
@@ -74,5 +80,34 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Drivers,
                                          Scene{"juniper", "1", "compute"}, Scene{"juniper", "1", "hardware"},
                                          Scene{"juniper", "400", "compute"}, Scene{"juniper", "400", "hardware"}),
                          name_of_scene);
+
+// What the validation layer calls bad practice, and here is none.
+const std::set<std::string> kFine = {
+    "ImageBarrierAccessLayout",                // it does not know VK_ACCESS_2_SHADER_SAMPLED_READ_BIT
+    "SpirvDeprecated_WorkgroupSize",           // sizes of groups are constants; its other way needs maintenance4
+    "TransitionUndefinedToReadOnly",           // an image that is bound and never read, where there are no shadows
+    "vkAllocateMemory-small-allocation",       // a small scene
+    "vkBindMemory-small-dedicated-allocation"  // the demo's own images
+};
+
+class BestPractices : public testing::TestWithParam<const char*> {};
+
+TEST_P(BestPractices, AreKeptButForThoseListed) {
+  const ProcessResult result = run_process(coppice::test::kForest, arguments_of({"corylus", "400", GetParam()}),
+                                           {.environment = {"VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT"}});
+  const std::string out = result.out + result.err;
+  const std::regex message("Validation (?:Warning|Error|Performance Warning): \\[ ([^ ]+) \\]");
+  std::set<std::string> found;
+  for (std::sregex_iterator it(out.begin(), out.end(), message), end; it != end; ++it) {
+    const std::string id = (*it)[1];
+    const std::string prefix = "UNASSIGNED-BestPractices-";
+    found.insert(id.starts_with(prefix) ? id.substr(prefix.size()) : id);
+  }
+  EXPECT_TRUE(found.contains("SpirvDeprecated_WorkgroupSize")) << "the layer did not look:\n" << out;
+  for (const std::string& id : found) EXPECT_TRUE(kFine.contains(id)) << id << ":\n" << out.substr(0, 4000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Paths, BestPractices, testing::Values("hardware", "compute"),
+                         [](const auto& path) { return std::string(path.param); });
 
 }  // namespace drivers_test

@@ -17,6 +17,7 @@ extern const char* const kTestFolder;         ///< tests/
 extern const char* const kTestData;           ///< tests/data/
 extern const char* const kOutputFolder;       ///< for what tests leave behind: pictures of failures, plants baked once
 extern const char* const kSwiftShader;        ///< the JSON file of a second Vulkan driver; ends with NOTFOUND without one
+extern const char* const kDeviceLayer;        ///< where the loader finds device/limits_layer, for XDG_DATA_DIRS
 extern const char* const kDefaultPlants;      ///< where plants are looked for if COPPICE_PLANTS is not set
 
 }  // namespace coppice::test

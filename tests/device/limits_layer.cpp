@@ -1,0 +1,618 @@
+// VK_LAYER_COPPICE_limits: a driver of one memory type, such as lavapipe, reports the limits, memory and missing features of another device
+// and refuses what that would refuse. Each refusal is a line on standard error that begins with "limits_layer refuses".
+//
+//   COPPICE_TEST_DEVICE=NAME   a row of device_rows.cpp; without it the driver stays as it is
+//   COPPICE_TEST_FILL=0xFF     every new allocation is filled with this byte
+//
+// Memory that is not coherent is a copy beside the driver's: only flushes and invalidations carry bytes from one to the other. It stands
+// below the validation layer, which checks what it says about limits and features that nothing here checks.
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <vulkan/vk_layer.h>
+
+#include "device_rows.h"
+#include "row_figures.h"
+
+namespace limits_layer {
+namespace {
+
+using coppice::test::DeviceRow;
+using coppice::test::for_each_missing;
+using coppice::test::lacks_extension;
+using coppice::test::lower;
+using coppice::test::tighten;
+// VKAPI_ATTR and VKAPI_CALL are left out: they are empty on Linux.
+using Callbacks = const VkAllocationCallbacks*;
+
+// A call of the layer or driver below.
+#define NEXT(state, call) reinterpret_cast<PFN_vk##call>((state).next((state).handle, "vk" #call))
+
+struct Instance {
+  VkInstance handle = VK_NULL_HANDLE;
+  const DeviceRow* row = nullptr;
+  std::optional<int> fill;
+  PFN_vkGetInstanceProcAddr next = nullptr;
+  // Asked for at once: later the loader answers with the first layer's.
+  PFN_vkDestroyInstance DestroyInstance = nullptr;
+  PFN_vkCreateDevice CreateDevice = nullptr;
+  PFN_vkGetPhysicalDeviceFeatures2 GetPhysicalDeviceFeatures2 = nullptr;
+  PFN_vkGetPhysicalDeviceProperties2 GetPhysicalDeviceProperties2 = nullptr;
+  PFN_vkGetPhysicalDeviceMemoryProperties GetPhysicalDeviceMemoryProperties = nullptr;
+  PFN_vkEnumerateDeviceExtensionProperties EnumerateDeviceExtensionProperties = nullptr;
+};
+
+/// A buffer or image in an allocation.
+struct Bound {
+  std::uint64_t object;
+  VkDeviceSize offset, bytes;
+  bool optimal;
+};
+
+struct Allocation {
+  VkDeviceSize bytes = 0;
+  std::uint32_t type = 0;
+  std::uint8_t* real = nullptr;      ///< the driver's
+  std::vector<std::uint8_t> shadow;  ///< of a type that is not coherent
+  std::vector<Bound> bound;
+};
+
+struct Device {
+  VkDevice handle = VK_NULL_HANDLE;
+  const Instance* instance = nullptr;
+  VkPhysicalDeviceLimits limits{};
+  VkPhysicalDeviceMemoryProperties memory{};
+  VkDeviceSize max_allocation_bytes = 0;
+  PFN_vkGetDeviceProcAddr next = nullptr;
+  std::mutex mutex;  ///< of what follows
+  std::map<VkDeviceMemory, Allocation> allocations;
+  std::map<VkBuffer, VkDeviceSize> buffer_bytes;
+  std::map<VkImage, bool> optimal_images;
+  VkDeviceSize heap_bytes[VK_MAX_MEMORY_HEAPS] = {};  ///< allocated
+};
+
+/// Whatever was dispatched by the same loader's table.
+std::mutex states_mutex;
+std::map<void*, std::unique_ptr<Instance>> instances;
+std::map<void*, std::unique_ptr<Device>> devices;
+
+template <class State>
+State& state_of(std::map<void*, std::unique_ptr<State>>& states, const void* handle) {
+  const std::lock_guard lock(states_mutex);
+  return *states.at(*static_cast<void* const*>(handle));
+}
+Instance& instance_of(const void* handle) {
+  return state_of(instances, handle);
+}
+Device& device_of(const void* handle) {
+  return state_of(devices, handle);
+}
+
+[[gnu::format(printf, 2, 3)]] void refuse(const DeviceRow& row, const char* format, ...) {
+  char text[400];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  std::fprintf(stderr, "limits_layer refuses, as %s: %s\n", row.name, text);
+}
+
+/// Says so if it is not.
+bool within(const DeviceRow& row, const char* what, std::uint64_t value, std::uint64_t most) {
+  if (value <= most) return true;
+  refuse(row, "%s %" PRIu64 ", at most %" PRIu64, what, value, most);
+  return false;
+}
+
+// ---- What is reported
+
+void GetPhysicalDeviceFeatures2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
+  const Instance& instance = instance_of(physical);
+  instance.GetPhysicalDeviceFeatures2(physical, features);
+  for_each_missing(*instance.row, *features, [](const char*, VkBool32& present) { present = VK_FALSE; });
+}
+
+void GetPhysicalDeviceFeatures(VkPhysicalDevice physical, VkPhysicalDeviceFeatures* features) {
+  VkPhysicalDeviceFeatures2 chain{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
+  GetPhysicalDeviceFeatures2(physical, &chain);
+  *features = chain.features;
+}
+
+void GetPhysicalDeviceProperties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
+  const Instance& instance = instance_of(physical);
+  const DeviceRow& row = *instance.row;
+  instance.GetPhysicalDeviceProperties2(physical, properties);
+  tighten(properties->properties.limits, row);
+  if (row.type != VK_PHYSICAL_DEVICE_TYPE_MAX_ENUM) properties->properties.deviceType = row.type;
+  const std::uint32_t size = row.subgroup_size;
+  for (auto* next = static_cast<VkBaseOutStructure*>(properties->pNext); next != nullptr; next = next->pNext) {
+    if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES) {
+      auto& vulkan11 = *reinterpret_cast<VkPhysicalDeviceVulkan11Properties*>(next);
+      if (size != 0) vulkan11.subgroupSize = size;
+      lower(vulkan11.maxMemoryAllocationSize, row.max_allocation_bytes);
+    } else if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES) {
+      if (size != 0) reinterpret_cast<VkPhysicalDeviceSubgroupProperties*>(next)->subgroupSize = size;
+    } else if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES) {
+      lower(reinterpret_cast<VkPhysicalDeviceMaintenance3Properties*>(next)->maxMemoryAllocationSize, row.max_allocation_bytes);
+    }
+  }
+}
+
+void GetPhysicalDeviceProperties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
+  VkPhysicalDeviceProperties2 chain{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+  GetPhysicalDeviceProperties2(physical, &chain);
+  *properties = chain.properties;
+}
+
+void GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties* memory) {
+  const Instance& instance = instance_of(physical);
+  instance.GetPhysicalDeviceMemoryProperties(physical, memory);
+  *memory = tighten(*memory, *instance.row);
+}
+
+void GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties2* memory) {
+  GetPhysicalDeviceMemoryProperties(physical, &memory->memoryProperties);
+}
+
+VkResult EnumerateDeviceExtensionProperties(VkPhysicalDevice physical, const char* layer, std::uint32_t* count,
+                                            VkExtensionProperties* properties) {
+  const Instance& instance = instance_of(physical);
+  if (layer != nullptr) return instance.EnumerateDeviceExtensionProperties(physical, layer, count, properties);
+  std::uint32_t all_count = 0;
+  instance.EnumerateDeviceExtensionProperties(physical, nullptr, &all_count, nullptr);
+  std::vector<VkExtensionProperties> all(all_count);
+  instance.EnumerateDeviceExtensionProperties(physical, nullptr, &all_count, all.data());
+  std::erase_if(all, [&](const VkExtensionProperties& extension) { return lacks_extension(*instance.row, extension.extensionName); });
+  const auto most = static_cast<std::uint32_t>(all.size());
+  if (properties == nullptr) {
+    *count = most;
+    return VK_SUCCESS;
+  }
+  *count = std::min(*count, most);
+  std::copy_n(all.begin(), *count, properties);
+  return *count < most ? VK_INCOMPLETE : VK_SUCCESS;
+}
+
+// ---- Memory
+
+bool has(const Device& device, std::uint32_t type, VkMemoryPropertyFlags flags) {
+  return (device.memory.memoryTypes[type].propertyFlags & flags) == flags;
+}
+
+VkResult AllocateMemory(VkDevice handle, const VkMemoryAllocateInfo* info, Callbacks callbacks, VkDeviceMemory* memory) {
+  Device& device = device_of(handle);
+  const DeviceRow& row = *device.instance->row;
+  const std::lock_guard lock(device.mutex);
+  const std::uint32_t type = info->memoryTypeIndex;
+  if (!within(row, "memory type", type + 1, device.memory.memoryTypeCount)) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  const std::uint32_t heap = device.memory.memoryTypes[type].heapIndex;
+  if (!within(row, "bytes of an allocation", info->allocationSize, device.max_allocation_bytes) ||
+      !within(row, "bytes allocated of a heap", device.heap_bytes[heap] + info->allocationSize, device.memory.memoryHeaps[heap].size))
+    return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  if (!within(row, "allocations", device.allocations.size() + 1, device.limits.maxMemoryAllocationCount)) return VK_ERROR_TOO_MANY_OBJECTS;
+  VkMemoryAllocateInfo real = *info;
+  real.memoryTypeIndex = 0;
+  if (const VkResult result = NEXT(device, AllocateMemory)(handle, &real, callbacks, memory); result != VK_SUCCESS) return result;
+  Allocation made{.bytes = info->allocationSize, .type = type};
+  void* mapped = nullptr;
+  if (const VkResult result = NEXT(device, MapMemory)(handle, *memory, 0, VK_WHOLE_SIZE, 0, &mapped); result != VK_SUCCESS) {
+    NEXT(device, FreeMemory)(handle, *memory, callbacks);
+    return result;
+  }
+  made.real = static_cast<std::uint8_t*>(mapped);
+  if (device.instance->fill) std::memset(made.real, *device.instance->fill, made.bytes);
+  // What nobody has flushed or invalidated is neither 0 nor what the other side has.
+  if (has(device, type, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) && !has(device, type, VK_MEMORY_PROPERTY_HOST_COHERENT_BIT))
+    made.shadow.assign(made.bytes, static_cast<std::uint8_t>(~device.instance->fill.value_or(0x5a)));
+  device.heap_bytes[heap] += made.bytes;
+  device.allocations[*memory] = std::move(made);
+  return VK_SUCCESS;
+}
+
+void FreeMemory(VkDevice handle, VkDeviceMemory memory, Callbacks callbacks) {
+  Device& device = device_of(handle);
+  const std::lock_guard lock(device.mutex);
+  if (const auto found = device.allocations.find(memory); found != device.allocations.end()) {
+    device.heap_bytes[device.memory.memoryTypes[found->second.type].heapIndex] -= found->second.bytes;
+    device.allocations.erase(found);
+  }
+  NEXT(device, FreeMemory)(handle, memory, callbacks);
+}
+
+VkResult MapMemory(VkDevice handle, VkDeviceMemory memory, VkDeviceSize offset, VkDeviceSize, VkMemoryMapFlags, void** data) {
+  Device& device = device_of(handle);
+  const std::lock_guard lock(device.mutex);
+  Allocation& allocation = device.allocations.at(memory);
+  if (!has(device, allocation.type, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) {
+    refuse(*device.instance->row, "mapping memory of type %u, which is not host-visible", allocation.type);
+    return VK_ERROR_MEMORY_MAP_FAILED;
+  }
+  *data = (allocation.shadow.empty() ? allocation.real : allocation.shadow.data()) + offset;
+  return VK_SUCCESS;
+}
+
+// The driver's stays mapped.
+void UnmapMemory(VkDevice, VkDeviceMemory) {}
+
+enum class Way { to_device, to_host };
+
+VkResult carry(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges, Way way) {
+  Device& device = device_of(handle);
+  const std::lock_guard lock(device.mutex);
+  for (const VkMappedMemoryRange& range : std::vector(ranges, ranges + count)) {
+    Allocation& allocation = device.allocations.at(range.memory);
+    const VkDeviceSize atom = device.limits.nonCoherentAtomSize;
+    const VkDeviceSize end = range.size == VK_WHOLE_SIZE ? allocation.bytes : range.offset + range.size;
+    if (range.offset % atom != 0 || (end % atom != 0 && end != allocation.bytes) || end > allocation.bytes || range.offset > end) {
+      refuse(*device.instance->row, "a mapped range from byte %" PRIu64 " to %" PRIu64 " of %" PRIu64 ", atoms of %" PRIu64, range.offset,
+             end, allocation.bytes, atom);
+      return VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    if (allocation.shadow.empty()) continue;
+    std::uint8_t* real = allocation.real + range.offset;
+    std::uint8_t* shadow = allocation.shadow.data() + range.offset;
+    std::memcpy(way == Way::to_device ? real : shadow, way == Way::to_device ? shadow : real, end - range.offset);
+  }
+  return VK_SUCCESS;
+}
+
+VkResult FlushMappedMemoryRanges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
+  return carry(handle, count, ranges, Way::to_device);
+}
+
+VkResult InvalidateMappedMemoryRanges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
+  return carry(handle, count, ranges, Way::to_host);
+}
+
+// ---- Buffers and images
+
+VkResult CreateImage(VkDevice handle, const VkImageCreateInfo* info, Callbacks callbacks, VkImage* image) {
+  Device& device = device_of(handle);
+  const VkResult result = NEXT(device, CreateImage)(handle, info, callbacks, image);
+  const std::lock_guard lock(device.mutex);
+  if (result == VK_SUCCESS) device.optimal_images[*image] = info->tiling == VK_IMAGE_TILING_OPTIMAL;
+  return result;
+}
+
+bool is_optimal(Device& device, VkImage image) {
+  const std::lock_guard lock(device.mutex);
+  const auto found = device.optimal_images.find(image);
+  return found == device.optimal_images.end() || found->second;
+}
+
+void as_of_row(const Device& device, VkMemoryRequirements& needs, bool optimal) {
+  const DeviceRow& row = *device.instance->row;
+  const std::uint32_t all = (1u << device.memory.memoryTypeCount) - 1;
+  needs.memoryTypeBits = all & (optimal ? row.image_types : row.buffer_types);
+  if (!optimal) return;
+  needs.alignment = std::max(needs.alignment, row.image_alignment_bytes);
+  needs.size = (needs.size + needs.alignment - 1) / needs.alignment * needs.alignment;
+}
+
+void GetBufferMemoryRequirements2(VkDevice handle, const VkBufferMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
+  Device& device = device_of(handle);
+  NEXT(device, GetBufferMemoryRequirements2)(handle, info, needs);
+  as_of_row(device, needs->memoryRequirements, false);
+}
+
+void GetBufferMemoryRequirements(VkDevice handle, VkBuffer buffer, VkMemoryRequirements* needs) {
+  const VkBufferMemoryRequirementsInfo2 info{.sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_REQUIREMENTS_INFO_2, .buffer = buffer};
+  VkMemoryRequirements2 chain{.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+  GetBufferMemoryRequirements2(handle, &info, &chain);
+  *needs = chain.memoryRequirements;
+}
+
+void GetImageMemoryRequirements2(VkDevice handle, const VkImageMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
+  Device& device = device_of(handle);
+  NEXT(device, GetImageMemoryRequirements2)(handle, info, needs);
+  as_of_row(device, needs->memoryRequirements, is_optimal(device, info->image));
+}
+
+void GetImageMemoryRequirements(VkDevice handle, VkImage image, VkMemoryRequirements* needs) {
+  const VkImageMemoryRequirementsInfo2 info{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_REQUIREMENTS_INFO_2, .image = image};
+  VkMemoryRequirements2 chain{.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+  GetImageMemoryRequirements2(handle, &info, &chain);
+  *needs = chain.memoryRequirements;
+}
+
+/// What one may not bind: memory of a type or at an offset that the row does not allow, or a page of bufferImageGranularity that buffers
+/// and optimal images share.
+void check_bound(Device& device, VkDeviceMemory memory, const Bound& bound, const VkMemoryRequirements& needs) {
+  const DeviceRow& row = *device.instance->row;
+  const std::lock_guard lock(device.mutex);
+  Allocation& allocation = device.allocations.at(memory);
+  if ((needs.memoryTypeBits >> allocation.type & 1u) == 0) refuse(row, "binding to memory of type %u", allocation.type);
+  if (bound.offset % needs.alignment != 0)
+    refuse(row, "binding at byte %" PRIu64 ", which is no multiple of %" PRIu64, bound.offset, needs.alignment);
+  const VkDeviceSize page = device.limits.bufferImageGranularity;
+  for (const Bound& other : allocation.bound)
+    if (other.optimal != bound.optimal && bound.offset / page <= (other.offset + other.bytes - 1) / page &&
+        other.offset / page <= (bound.offset + bound.bytes - 1) / page)
+      refuse(row, "a buffer and an image, at bytes %" PRIu64 " and %" PRIu64 ", within one page of bufferImageGranularity %" PRIu64,
+             bound.offset, other.offset, page);
+  allocation.bound.push_back(bound);
+}
+
+/// The mutex is held.
+void forget(Device& device, std::uint64_t object) {
+  for (auto& [memory, allocation] : device.allocations)
+    std::erase_if(allocation.bound, [&](const Bound& bound) { return bound.object == object; });
+}
+
+template <class Handle>
+std::uint64_t number_of(Handle handle) {
+  return reinterpret_cast<std::uint64_t>(handle);
+}
+
+VkResult BindBufferMemory2(VkDevice handle, std::uint32_t count, const VkBindBufferMemoryInfo* infos) {
+  Device& device = device_of(handle);
+  for (const VkBindBufferMemoryInfo& info : std::vector(infos, infos + count)) {
+    VkMemoryRequirements needs;
+    GetBufferMemoryRequirements(handle, info.buffer, &needs);
+    check_bound(device, info.memory, {number_of(info.buffer), info.memoryOffset, needs.size, false}, needs);
+  }
+  return NEXT(device, BindBufferMemory2)(handle, count, infos);
+}
+
+VkResult BindBufferMemory(VkDevice handle, VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
+  const VkBindBufferMemoryInfo info{VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO, nullptr, buffer, memory, offset};
+  return BindBufferMemory2(handle, 1, &info);
+}
+
+VkResult BindImageMemory2(VkDevice handle, std::uint32_t count, const VkBindImageMemoryInfo* infos) {
+  Device& device = device_of(handle);
+  for (const VkBindImageMemoryInfo& info : std::vector(infos, infos + count)) {
+    VkMemoryRequirements needs;
+    GetImageMemoryRequirements(handle, info.image, &needs);
+    check_bound(device, info.memory, {number_of(info.image), info.memoryOffset, needs.size, is_optimal(device, info.image)}, needs);
+  }
+  return NEXT(device, BindImageMemory2)(handle, count, infos);
+}
+
+VkResult BindImageMemory(VkDevice handle, VkImage image, VkDeviceMemory memory, VkDeviceSize offset) {
+  const VkBindImageMemoryInfo info{VK_STRUCTURE_TYPE_BIND_IMAGE_MEMORY_INFO, nullptr, image, memory, offset};
+  return BindImageMemory2(handle, 1, &info);
+}
+
+void DestroyBuffer(VkDevice handle, VkBuffer buffer, Callbacks callbacks) {
+  Device& device = device_of(handle);
+  {
+    const std::lock_guard lock(device.mutex);
+    forget(device, number_of(buffer));
+    device.buffer_bytes.erase(buffer);
+  }
+  NEXT(device, DestroyBuffer)(handle, buffer, callbacks);
+}
+
+void DestroyImage(VkDevice handle, VkImage image, Callbacks callbacks) {
+  Device& device = device_of(handle);
+  {
+    const std::lock_guard lock(device.mutex);
+    forget(device, number_of(image));
+    device.optimal_images.erase(image);
+  }
+  NEXT(device, DestroyImage)(handle, image, callbacks);
+}
+
+VkResult CreateBuffer(VkDevice handle, const VkBufferCreateInfo* info, Callbacks callbacks, VkBuffer* buffer) {
+  Device& device = device_of(handle);
+  if (!within(*device.instance->row, "bytes of a buffer", info->size, device.max_allocation_bytes)) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  const VkResult result = NEXT(device, CreateBuffer)(handle, info, callbacks, buffer);
+  const std::lock_guard lock(device.mutex);
+  if (result == VK_SUCCESS) device.buffer_bytes[*buffer] = info->size;
+  return result;
+}
+
+/// Of the formats that Coppice reads; any other counts as the largest.
+std::uint32_t texel_bytes(VkFormat format) {
+  if (format == VK_FORMAT_R32_UINT) return 4;
+  return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
+}
+
+VkResult CreateBufferView(VkDevice handle, const VkBufferViewCreateInfo* info, Callbacks callbacks, VkBufferView* view) {
+  Device& device = device_of(handle);
+  VkDeviceSize bytes = info->range;
+  if (bytes == VK_WHOLE_SIZE) {
+    const std::lock_guard lock(device.mutex);
+    bytes = device.buffer_bytes.at(info->buffer) - info->offset;
+  }
+  if (!within(*device.instance->row, "elements of a texel buffer", bytes / texel_bytes(info->format), device.limits.maxTexelBufferElements))
+    return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  return NEXT(device, CreateBufferView)(handle, info, callbacks, view);
+}
+
+VkResult CreatePipelineLayout(VkDevice handle, const VkPipelineLayoutCreateInfo* info, Callbacks callbacks, VkPipelineLayout* layout) {
+  Device& device = device_of(handle);
+  for (std::uint32_t i = 0; i < info->pushConstantRangeCount; ++i) {
+    const VkPushConstantRange& range = info->pPushConstantRanges[i];
+    if (!within(*device.instance->row, "bytes of push constants", range.offset + range.size, device.limits.maxPushConstantsSize))
+      return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  }
+  return NEXT(device, CreatePipelineLayout)(handle, info, callbacks, layout);
+}
+
+/// One that is refused is not recorded.
+void CmdDispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  const Device& device = device_of(cmd);
+  const DeviceRow& row = *device.instance->row;
+  const std::uint32_t* most = device.limits.maxComputeWorkGroupCount;
+  if (within(row, "groups in x", x, most[0]) && within(row, "groups in y", y, most[1]) && within(row, "groups in z", z, most[2]))
+    NEXT(device, CmdDispatch)(cmd, x, y, z);
+}
+
+// ---- Instance and device
+
+/// The loader's link to the next layer, taken off the chain; null: there is none.
+template <class Link, class Info>
+decltype(Link::u.pLayerInfo) take_link(const Info& info, VkStructureType type) {
+  for (auto* next = static_cast<const VkBaseInStructure*>(info.pNext); next != nullptr; next = next->pNext) {
+    if (next->sType != type) continue;
+    auto* link = reinterpret_cast<Link*>(const_cast<VkBaseInStructure*>(next));
+    if (link->function != VK_LAYER_LINK_INFO) continue;
+    auto* taken = link->u.pLayerInfo;
+    link->u.pLayerInfo = taken->pNext;
+    return taken;
+  }
+  return nullptr;
+}
+
+VkResult CreateInstance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* handle) {
+  static const DeviceRow nothing{.name = "no other device", .source = "", .type = VK_PHYSICAL_DEVICE_TYPE_MAX_ENUM};
+  auto made = std::make_unique<Instance>(Instance{.row = &nothing});
+  if (const char* name = std::getenv("COPPICE_TEST_DEVICE")) made->row = coppice::test::find_row(name);
+  if (made->row == nullptr) {
+    std::fprintf(stderr, "limits_layer: COPPICE_TEST_DEVICE=%s is none of\n", std::getenv("COPPICE_TEST_DEVICE"));
+    for (const DeviceRow& row : coppice::test::device_rows()) std::fprintf(stderr, "  %s\n", row.name);
+    return VK_ERROR_INITIALIZATION_FAILED;
+  }
+  if (const char* fill = std::getenv("COPPICE_TEST_FILL")) made->fill = static_cast<int>(std::strtol(fill, nullptr, 0));
+  const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
+  if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
+  made->next = link->pfnNextGetInstanceProcAddr;
+  const auto create = reinterpret_cast<PFN_vkCreateInstance>(made->next(VK_NULL_HANDLE, "vkCreateInstance"));
+  if (const VkResult result = create(info, callbacks, handle); result != VK_SUCCESS) return result;
+  made->handle = *handle;
+  made->DestroyInstance = NEXT(*made, DestroyInstance);
+  made->CreateDevice = NEXT(*made, CreateDevice);
+  made->GetPhysicalDeviceFeatures2 = NEXT(*made, GetPhysicalDeviceFeatures2);
+  made->GetPhysicalDeviceProperties2 = NEXT(*made, GetPhysicalDeviceProperties2);
+  made->GetPhysicalDeviceMemoryProperties = NEXT(*made, GetPhysicalDeviceMemoryProperties);
+  made->EnumerateDeviceExtensionProperties = NEXT(*made, EnumerateDeviceExtensionProperties);
+  const std::lock_guard lock(states_mutex);
+  instances[*reinterpret_cast<void**>(*handle)] = std::move(made);
+  return VK_SUCCESS;
+}
+
+void DestroyInstance(VkInstance handle, Callbacks callbacks) {
+  if (handle == VK_NULL_HANDLE) return;
+  void* const key = *reinterpret_cast<void**>(handle);
+  instance_of(handle).DestroyInstance(handle, callbacks);
+  const std::lock_guard lock(states_mutex);
+  instances.erase(key);
+}
+
+VkResult CreateDevice(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* handle) {
+  Instance& instance = instance_of(physical);
+  const DeviceRow& row = *instance.row;
+  for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i) {
+    if (!lacks_extension(row, info->ppEnabledExtensionNames[i])) continue;
+    refuse(row, "the extension %s", info->ppEnabledExtensionNames[i]);
+    return VK_ERROR_EXTENSION_NOT_PRESENT;
+  }
+  VkPhysicalDeviceFeatures2 wanted{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = const_cast<void*>(info->pNext)};
+  if (info->pEnabledFeatures != nullptr) wanted.features = *info->pEnabledFeatures;
+  bool lacking = false;
+  for_each_missing(row, wanted, [&](const char* name, const VkBool32& enabled) {
+    if (!enabled) return;
+    lacking = true;
+    refuse(row, "the feature %s", name);
+  });
+  if (lacking) return VK_ERROR_FEATURE_NOT_PRESENT;
+
+  auto made = std::make_unique<Device>();
+  made->instance = &instance;
+  VkPhysicalDeviceMemoryProperties driver;
+  instance.GetPhysicalDeviceMemoryProperties(physical, &driver);
+  if (!within(row, "memory types of the driver below", driver.memoryTypeCount, 1)) return VK_ERROR_INITIALIZATION_FAILED;
+  made->memory = tighten(driver, row);
+  VkPhysicalDeviceMaintenance3Properties maintenance{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &maintenance};
+  GetPhysicalDeviceProperties2(physical, &properties);
+  made->limits = properties.properties.limits;
+  made->max_allocation_bytes = maintenance.maxMemoryAllocationSize;
+
+  const auto* link = take_link<VkLayerDeviceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
+  if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
+  made->next = link->pfnNextGetDeviceProcAddr;
+  if (const VkResult result = instance.CreateDevice(physical, info, callbacks, handle); result != VK_SUCCESS) return result;
+  made->handle = *handle;
+  const std::lock_guard lock(states_mutex);
+  devices[*reinterpret_cast<void**>(*handle)] = std::move(made);
+  return VK_SUCCESS;
+}
+
+void DestroyDevice(VkDevice handle, Callbacks callbacks) {
+  if (handle == VK_NULL_HANDLE) return;
+  void* const key = *reinterpret_cast<void**>(handle);
+  NEXT(device_of(handle), DestroyDevice)(handle, callbacks);
+  const std::lock_guard lock(states_mutex);
+  devices.erase(key);
+}
+
+PFN_vkVoidFunction our_function(std::string_view name);
+
+PFN_vkVoidFunction GetDeviceProcAddr(VkDevice handle, const char* name) {
+  const PFN_vkVoidFunction ours = our_function(name);
+  return ours != nullptr ? ours : device_of(handle).next(handle, name);
+}
+
+PFN_vkVoidFunction GetInstanceProcAddr(VkInstance handle, const char* name) {
+  if (const PFN_vkVoidFunction ours = our_function(name)) return ours;
+  return handle != VK_NULL_HANDLE ? instance_of(handle).next(handle, name) : nullptr;
+}
+
+/// Of a call's old name too, which ends in KHR.
+PFN_vkVoidFunction our_function(std::string_view name) {
+#define OURS(call) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(call)))
+  static const std::map<std::string_view, PFN_vkVoidFunction> hooks{OURS(GetInstanceProcAddr),
+                                                                    OURS(GetDeviceProcAddr),
+                                                                    OURS(CreateInstance),
+                                                                    OURS(DestroyInstance),
+                                                                    OURS(CreateDevice),
+                                                                    OURS(DestroyDevice),
+                                                                    OURS(GetPhysicalDeviceFeatures),
+                                                                    OURS(GetPhysicalDeviceFeatures2),
+                                                                    OURS(GetPhysicalDeviceProperties),
+                                                                    OURS(GetPhysicalDeviceProperties2),
+                                                                    OURS(GetPhysicalDeviceMemoryProperties),
+                                                                    OURS(GetPhysicalDeviceMemoryProperties2),
+                                                                    OURS(EnumerateDeviceExtensionProperties),
+                                                                    OURS(AllocateMemory),
+                                                                    OURS(FreeMemory),
+                                                                    OURS(MapMemory),
+                                                                    OURS(UnmapMemory),
+                                                                    OURS(FlushMappedMemoryRanges),
+                                                                    OURS(InvalidateMappedMemoryRanges),
+                                                                    OURS(CreateBuffer),
+                                                                    OURS(DestroyBuffer),
+                                                                    OURS(CreateImage),
+                                                                    OURS(DestroyImage),
+                                                                    OURS(GetBufferMemoryRequirements),
+                                                                    OURS(GetBufferMemoryRequirements2),
+                                                                    OURS(GetImageMemoryRequirements),
+                                                                    OURS(GetImageMemoryRequirements2),
+                                                                    OURS(BindBufferMemory),
+                                                                    OURS(BindBufferMemory2),
+                                                                    OURS(BindImageMemory),
+                                                                    OURS(BindImageMemory2),
+                                                                    OURS(CreateBufferView),
+                                                                    OURS(CreatePipelineLayout),
+                                                                    OURS(CmdDispatch)};
+  if (name.ends_with("KHR")) name.remove_suffix(3);
+  const auto found = hooks.find(name);
+  return found == hooks.end() ? nullptr : found->second;
+}
+
+}  // namespace
+}  // namespace limits_layer
+
+extern "C" __attribute__((visibility("default"))) VkResult vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
+  version->loaderLayerInterfaceVersion = std::min(version->loaderLayerInterfaceVersion, 2u);
+  version->pfnGetInstanceProcAddr = limits_layer::GetInstanceProcAddr;
+  version->pfnGetDeviceProcAddr = limits_layer::GetDeviceProcAddr;
+  version->pfnGetPhysicalDeviceProcAddr = nullptr;
+  return VK_SUCCESS;
+}

@@ -1,0 +1,102 @@
+// Pictures of coppice-forest on other people's devices: those of the driver as it is, or a refusal that says what is missing.
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "device_environment.h"
+#include "device_rows.h"
+#include "forest_picture.h"
+#include "golden.h"
+#include "mentions.h"
+
+namespace limits_picture_test {
+
+using coppice::test::DeviceRow;
+using coppice::test::environment_of_device;
+using coppice::test::ForestScene;
+using coppice::test::Picture;
+using coppice::test::ProcessResult;
+
+constexpr ForestScene kNear{"corylus", "1", "compute"}, kFar{"corylus", "400", "compute"}, kFarHardware{"corylus", "400", "hardware"};
+
+bool lacks(const DeviceRow& row, std::string_view feature) {
+  return std::ranges::find(row.missing_features, feature, [](const char* name) { return std::string_view(name); }) !=
+         row.missing_features.end();
+}
+
+/// A picture under validation that nothing was refused for.
+Picture picture_of(const ForestScene& scene, const std::vector<std::string>& environment) {
+  const coppice::test::TemporaryFolder folder;
+  const std::filesystem::path png = folder / "picture.png";
+  const ProcessResult result = coppice::test::draw_forest(scene, png, environment);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(coppice::test::mentions(result.out, {"validation messages  0"})) << result.out << result.err;
+  EXPECT_FALSE(coppice::test::stands_in(result.err, "limits_layer")) << result.err;
+  return coppice::test::read_png(png);
+}
+
+/// The driver's, which is a GPU too: drawn once a process.
+const Picture& reference(const ForestScene& scene) {
+  static std::map<std::string, Picture> drawn;
+  const std::string name = name_of(scene);
+  if (!drawn.contains(name)) drawn[name] = picture_of(scene, environment_of_device("driver"));
+  return drawn[name];
+}
+
+struct Case {
+  const char* row;
+  ForestScene scene;
+};
+
+class Limits : public testing::TestWithParam<Case> {};
+
+TEST_P(Limits, ThePictureIsTheDriversOwn) {
+  const DeviceRow& row = *coppice::test::find_row(GetParam().row);
+  ForestScene drawn_as = GetParam().scene;
+  const std::uint32_t storage_buffers = row.limits.maxPerStageDescriptorStorageBuffers;
+  // Without enough of them the hardware draws whatever the path.
+  if (storage_buffers != 0 && storage_buffers < 15) drawn_as.path = "hardware";
+  const Picture picture = picture_of(GetParam().scene, environment_of_device(row.name));
+  // Nothing that a device may do otherwise changes a pixel, but for textures that are decoded on the way in: their texels are rounded to
+  // 8 bits before they are filtered, 0.14 in these scenes.
+  EXPECT_LE(coppice::test::rmse(reference(drawn_as), picture), lacks(row, "textureCompressionBC") ? 0.5 : 0.0);
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  for (const DeviceRow& row : coppice::test::device_rows())
+    for (const ForestScene& scene : {kNear, kFar, kFarHardware})
+      if (!lacks(row, "multiDrawIndirect") && std::string_view(row.name) != "driver") all.push_back({row.name, scene});
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, Limits, testing::ValuesIn(cases()),
+                         [](const testing::TestParamInfo<Case>& it) { return it.param.row + ("_" + name_of(it.param.scene)); });
+
+TEST(RefusedDevice, IsRefusedByTheNameOfWhatItLacks) {
+  const coppice::test::TemporaryFolder folder;
+  const std::filesystem::path png = folder / "picture.png";
+  const ProcessResult result = coppice::test::draw_forest(kNear, png, environment_of_device("mali_g72"));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(coppice::test::mentions(result.err, {"multiDrawIndirect"}));
+  EXPECT_FALSE(coppice::test::stands_in(result.err, "limits_layer")) << "found by asking, not by being refused: " << result.err;
+  EXPECT_FALSE(std::filesystem::exists(png));
+}
+
+class FreshMemory : public testing::TestWithParam<ForestScene> {};
+
+TEST_P(FreshMemory, ShowsInNoPicture) {
+  for (const char* fill : {"0xFF", "0xCD"})
+    EXPECT_EQ(picture_of(GetParam(), environment_of_device("driver", fill)).rgba, reference(GetParam()).rgba) << fill;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, FreshMemory, testing::Values(kNear, kFar, kFarHardware),
+                         [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
+
+}  // namespace limits_picture_test

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -53,6 +54,10 @@ struct Case {
   const char* row;
   ForestScene scene;
 };
+
+void PrintTo(const Case& it, std::ostream* out) {
+  *out << it.row << " " << name_of(it.scene);
+}
 
 class Limits : public testing::TestWithParam<Case> {};
 

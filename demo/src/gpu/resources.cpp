@@ -182,6 +182,18 @@ void record_barrier(VkCommandBuffer commands, const ImageBarrier& barrier) {
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
+void record_to_host(VkCommandBuffer commands) {
+  VkMemoryBarrier2 barrier = vk_struct<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+  barrier.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT;
+  barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+  barrier.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
+  barrier.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
+  VkDependencyInfo dependency = vk_struct<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+  dependency.memoryBarrierCount = 1;
+  dependency.pMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(commands, &dependency);
+}
+
 ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage) {
   ImageBarrier barrier;
   barrier.image = image.image;

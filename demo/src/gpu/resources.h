@@ -63,6 +63,8 @@ struct ImageBarrier {
   VkImageLayout to_layout = VK_IMAGE_LAYOUT_UNDEFINED;
 };
 void record_barrier(VkCommandBuffer commands, const ImageBarrier& barrier);
+/// What was copied to buffers is next read by the host.
+void record_to_host(VkCommandBuffer commands);
 /// A colour image about to be drawn to from scratch: its old content is dropped, reads of it in last_stage are waited for.
 ImageBarrier to_attachment(const Image& image, VkPipelineStageFlags2 last_stage);
 /// A colour image that has been drawn to and is next used in `stage`.

@@ -178,6 +178,26 @@ void declare_figures(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.001f, 1e6f));
 }
 
+void declare_doctor(CLI::App& app, Options& options) {
+  app.option_defaults()->group("When something is wrong");
+  CLI::Option* doctor = app.add_flag(
+      "--doctor", options.doctor,
+      "Say whether Coppice runs on this machine: list what its device has of what is needed, try each part of drawing by itself, compare "
+      "its picture with the processor's, and print a text for a bug report. The exit code is 0 if all is well, else 1");
+  app.add_option("--doctor-limit-s", options.doctor_limit_s, "A part that takes longer hangs")
+      ->check(CLI::Range(0.1, 1e5))
+      ->needs(doctor)
+      ->capture_default_str();
+}
+
+/// The doctor has its own plant and pictures: whoever asks for others would wait for them in vain.
+void refuse_with_doctor(const CLI::App& app) {
+  if (app.count("--doctor") == 0) return;
+  for (const CLI::Option* option : app.get_options())
+    if (const std::string name = option->get_name(); option->count() > 0 && !name.starts_with("--doctor"))
+      throw CLI::ValidationError("--doctor", "excludes " + name);
+}
+
 /// Values of options that depend on others.
 void choose_defaults(const CLI::App& app, Options& options) {
   std::error_code absent;
@@ -209,7 +229,7 @@ ParsedOptions parse_options(int argc, char** argv) {
   app.formatter(coppice::command_line::help_format());
   std::string shell;
   app.footer(key_table());
-  app.set_version_flag("--version", COPPICE_FOREST_VERSION);
+  app.set_version_flag("--version", version());
   app.add_option("--completion", shell, "Print a script with which bash, zsh or fish completes these options")
       ->check(CLI::IsMember(std::vector<std::string>(kShells.begin(), kShells.end())))
       ->type_name("SHELL");
@@ -217,8 +237,10 @@ ParsedOptions parse_options(int argc, char** argv) {
   declare_pictures(app, parsed.options);
   declare_detail(app, parsed.options);
   declare_figures(app, parsed.options);
+  declare_doctor(app, parsed.options);
   try {
     app.parse(argc, argv);
+    refuse_with_doctor(app);
     choose_defaults(app, parsed.options);
     if (!shell.empty()) {
       std::fputs(coppice::command_line::completion_script(app, shell).c_str(), stdout);
@@ -233,6 +255,10 @@ ParsedOptions parse_options(int argc, char** argv) {
     parsed.exit_code = error.get_exit_code() == 0 ? 0 : 2;
   }
   return parsed;
+}
+
+const char* version() {
+  return COPPICE_FOREST_VERSION;
 }
 
 }  // namespace forest

@@ -85,6 +85,8 @@ struct Options {
   bool pass_times = false;
   bool validation = false;
   std::optional<float> gpu_wait_s;  ///< none: as the device has it
+  bool doctor = false;              ///< nothing is shown: see run_doctor
+  double doctor_limit_s = 60;       ///< for each of its trials
 };
 
 /// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version or --completion printed, 2 after
@@ -94,5 +96,8 @@ struct ParsedOptions {
   std::optional<int> exit_code;
 };
 ParsedOptions parse_options(int argc, char** argv);
+
+/// This program's, with points between its numbers.
+const char* version();
 
 }  // namespace forest

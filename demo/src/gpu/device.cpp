@@ -115,15 +115,19 @@ VkPhysicalDevice choose_physical(VkInstance instance) {
   check(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "vkEnumeratePhysicalDevices");
   VkPhysicalDevice best = VK_NULL_HANDLE;
   int best_preference = 0;
+  std::string others;
   for (VkPhysicalDevice device : devices) {
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(device, &properties);
     const int rank = preference(properties.deviceType);
+    others += std::string(others.empty() ? "; there is " : ", ") + properties.deviceName + " with Vulkan " +
+              std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
+              std::to_string(VK_API_VERSION_MINOR(properties.apiVersion));
     if (properties.apiVersion < VK_API_VERSION_1_3 || !graphics_family(device) || rank <= best_preference) continue;
     best = device;
     best_preference = rank;
   }
-  if (!best) throw Failure("no Vulkan 1.3 device with a graphics queue (on Debian, mesa-vulkan-drivers has a software one)");
+  if (!best) throw Failure("no Vulkan 1.3 device with a graphics queue (on Debian, mesa-vulkan-drivers has a software one)" + others);
   return best;
 }
 
@@ -189,6 +193,7 @@ Device::Device(const DeviceOptions& options) {
   volkLoadInstanceOnly(instance);
   if (options.validation) messenger = create_messenger(instance, this);
   physical = choose_physical(instance);
+  if (options.chosen) options.chosen(physical);
   queue_family = *graphics_family(physical);
   VkPhysicalDeviceDriverProperties driver_info =
       vk_struct<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
@@ -224,7 +229,9 @@ VkResult wait_patiently(const Device& device, const std::string& what, const std
   std::fprintf(stderr, "coppice-forest: the GPU has not finished %s in %g s: it hangs, or has too much to do\n  device: %s, driver: %s\n%s",
                what.c_str(), static_cast<double>(device.patience_s), device.name.c_str(), device.driver.c_str(),
                device.say_state ? device.say_state().c_str() : "");
-  std::fprintf(stderr, "  --gpu-wait-s waits longer; --path hardware draws without the compute rasteriser\n");
+  std::fprintf(
+      stderr,
+      "  --gpu-wait-s waits longer; --path hardware draws without the compute rasteriser; --doctor tries each part of drawing by itself\n");
   std::fflush(nullptr);
   std::_Exit(1);
 }

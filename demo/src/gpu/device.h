@@ -14,7 +14,8 @@ struct DeviceOptions {
   bool validation = false;                           ///< core and synchronization validation, counted in Device::messages
   std::span<const char* const> instance_extensions;  ///< what the window system asks for; empty for headless
   bool swapchain = false;
-  float patience_s = 0;  ///< 0: kPatience_s, or kSoftwarePatience_s where a processor does the GPU's work
+  float patience_s = 0;                          ///< 0: kPatience_s, or kSoftwarePatience_s where a processor does the GPU's work
+  std::function<void(VkPhysicalDevice)> chosen;  ///< called before features are asked for; empty: nothing
 };
 
 /// A frame of a GPU takes milliseconds; one of a processor may take minutes.

@@ -59,12 +59,12 @@ float sun_past_others(Instance instance, Plant plant, vec3 world) {
   float along = dot(off, view.sun_direction);
   vec3 entry = world + view.sun_direction * max(sqrt(max(along * along - dot(off, off) + radius_m * radius_m, 0.0)) - along, 0.0);
   vec3 place = vec3(0.0);
-  uint map = 0;
-  for (; map < view.shadow_map_count; ++map) {
+  uint map = 0, map_count = min(view.shadow_map_count, kMaxShadowMaps);
+  for (; map < map_count; ++map) {
     place = place_in_map(map, entry);
     if (is_in_map(place)) break;
   }
-  return map < view.shadow_map_count ? sun_in_map(map, place) : 1.0;
+  return map < map_count ? sun_in_map(map, place) : 1.0;
 }
 
 // The share of the sun on a leaf's back that shines through it.

@@ -22,7 +22,7 @@ void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint f
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   float reach_m = candidate.reach_m - candidate.radius_m;
-  for (uint i = 0; i < end - first; ++i) {
+  for (uint i = 0; i < min(end - first, kMostListClusters); ++i) {
     uint shown_count = 0;
     if (i < cluster_count) {
       Cluster cluster = cluster_at(list, i);
@@ -41,7 +41,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
   uint slot = candidate.slot;
   if (leaf_count > kReadyLeaves) {
     uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
-    uint first = min(take_commands(kDrawCounts * candidate.instance.plant + kClusterCount, count), capacity);
+    uint first = min(take_commands(kDrawCounts * candidate.instance.plant + kClusterCount, count, capacity), capacity);
     uint end = min(first + count, capacity);
     for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
       count = page_cluster_count(leaf_count);

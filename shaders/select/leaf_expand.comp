@@ -36,7 +36,7 @@ uint cluster_count(uint item) {
 // False where the plant has no command left.
 bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
-  uint place = take_commands(kDrawCounts * plant_index + kClusterCount, 1);
+  uint place = take_commands(kDrawCounts * plant_index + kClusterCount, 1, plant.leaf_command_capacity);
   if (place >= plant.leaf_command_capacity) return false;
   leaf_commands[plant.leaf_command_base + plant.instance_count + place] = cluster_command(item, cluster, shown.count);
   return true;

@@ -61,7 +61,7 @@ bool wants_parts(Plant plant, uint slot) {
 // A place among the commands for parts that a count is of; plant.part_capacity where none is left.
 uint part_place(Plant plant, uint plant_index, uint slot, uint count) {
   if (!wants_parts(plant, slot)) return plant.part_capacity;
-  return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts), plant.part_capacity);
+  return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts, plant.part_capacity), plant.part_capacity);
 }
 
 // One more instance of a mesh command: its place in the command's list.

@@ -26,7 +26,9 @@ bool is_wanted(Instance instance) { return instance.plant != kNoPlant && (instan
 
 Candidate candidate_of(uint slot, Instance instance) {
   Plant plant = plants[instance.plant];
-  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, plant.error_level_count, plant.error_size_count, plant.wood_lod_count);
+  // Loops go through the table: no count from memory is taken as it is.
+  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, min(plant.error_level_count, kMostErrorLevels),
+                                    min(plant.error_size_count, kMostErrorSizes), min(plant.wood_lod_count, kMaxWoodLods));
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
   float distance_m = size_distance_m(center);

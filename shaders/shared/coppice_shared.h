@@ -52,9 +52,11 @@ const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
 // How far a leaf that stands for a whole crown is open to the sky.
 const float kBulkSky = 0.8f;
-// Words of the buffer of packed tables that belong to one plant: those of coppice_lod.h (32 levels, 16 sizes, leaf meshes, 8 wood LoDs),
-// then those of coppice_wind.h, a PlantWind and the nodes of its grid.
-const uint kWindWord = 32 + 16 + (32 + 1 + 8) * 16;
+// Levels and sizes of an error table.
+const uint kMostErrorLevels = 32, kMostErrorSizes = 16;
+// Words of the buffer of packed tables that belong to one plant: those of coppice_lod.h, of leaf meshes and wood LoDs too, then those of
+// coppice_wind.h, a PlantWind and the nodes of its grid.
+const uint kWindWord = kMostErrorLevels + kMostErrorSizes + (kMostErrorLevels + 1 + kMaxWoodLods) * kMostErrorSizes;
 const uint kWindNodes = 15;
 const uint kMostWindNodes = 8 * 8 * 8;
 const uint kTableStride = kWindWord + kWindNodes + kMostWindNodes;

@@ -5,6 +5,8 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "context_fixture.h"
 #include "fake_hooks.h"
@@ -14,6 +16,32 @@ namespace coppice::test {
 namespace start_test {
 
 constexpr std::uint32_t kSidePx = 128;
+
+/// The cache that each pipeline of a context was created with.
+std::vector<VkPipelineCache>& caches() {
+  static std::vector<VkPipelineCache> of_test;
+  return of_test;
+}
+
+template <auto& real, class Info>
+VKAPI_ATTR VkResult VKAPI_CALL create_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const Info* infos,
+                                                const VkAllocationCallbacks* callbacks, VkPipeline* out) {
+  caches().push_back(cache);
+  return real(device, cache, count, infos, callbacks, out);
+}
+
+PFN_vkVoidFunction device_function(VkDevice device, const char* name) {
+  if (std::string_view(name) == "vkCreateComputePipelines")
+    return reinterpret_cast<PFN_vkVoidFunction>(create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>);
+  if (std::string_view(name) == "vkCreateGraphicsPipelines")
+    return reinterpret_cast<PFN_vkVoidFunction>(create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>);
+  return vkGetDeviceProcAddr(device, name);
+}
+
+PFN_vkVoidFunction instance_function(VkInstance instance, const char* name) {
+  return std::string_view(name) == "vkGetDeviceProcAddr" ? reinterpret_cast<PFN_vkVoidFunction>(device_function)
+                                                         : vkGetInstanceProcAddr(instance, name);
+}
 
 bool is_drawn(const Picture& picture) {
   return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
@@ -112,6 +140,87 @@ TEST_F(StartTest, TheHardwareDrawsUntilTheRasteriserIsThere) {
   }
   EXPECT_TRUE(drawn);
   EXPECT_TRUE(ready());
+}
+
+TEST_F(StartTest, WithoutOnePipelineOfTheRasteriserTheHardwareDraws) {
+  create(held_back(VK_TRUE));
+  plant();
+  const auto held = jobs_.waiting.begin() + 8;  // the first three are the hardware's
+  const auto [function, argument] = *held;
+  jobs_.waiting.erase(held);
+  jobs_.run_all();
+  const Shot view = view_of(20.0f);
+  EXPECT_TRUE(is_drawn(frame(view)));
+  jobs_.run_all();
+  EXPECT_EQ(stats().pipelines_built + 1, stats().pipelines_wanted);
+  EXPECT_TRUE(is_drawn(frame(view)));
+  function(argument);
+  EXPECT_TRUE(ready());
+  EXPECT_TRUE(is_drawn(frame(view)));
+}
+
+TEST_F(StartTest, WhatHasNoTextureIsDrawnByThePipelineForTexturesUntilItsOwnIsThere) {
+  std::filesystem::remove(plant_path_);
+  // One page and one wood LoD: nothing streams in between the pictures.
+  plant_path_ =
+      temporary_plant({.leaf_count = 300, .seed = 5, .wood_lod_count = 1, .texture_side = 0, .fades = Fades::noise}, "start_test");
+  create(held_back(VK_FALSE));
+  jobs_.run_all();
+  const std::uint32_t with_textures = stats().pipelines_built;
+  plant();
+  const Shot view = view_of(5.0f);
+  const Picture before = frame(view);
+  EXPECT_EQ(stats().pipelines_built, with_textures);
+  EXPECT_EQ(stats().pipelines_wanted, with_textures + 2) << "leaves and wood without a texture";
+  EXPECT_TRUE(is_drawn(before));
+  jobs_.run_all();
+  EXPECT_TRUE(ready());
+  EXPECT_EQ(frame(view).rgba, before.rgba);
+}
+
+TEST_F(StartTest, StatisticsSayHowLongPipelinesTook) {
+  create(held_back(VK_FALSE));
+  EXPECT_EQ(stats().pipelines_ms, 0.0);
+  EXPECT_EQ(stats().longest_pipeline_ms, 0.0f);
+  EXPECT_EQ(stats().longest_pipeline, nullptr);
+  const auto [function, argument] = jobs_.waiting.front();
+  jobs_.waiting.pop_front();
+  function(argument);
+  const coppice_stats one = stats();
+  EXPECT_GT(one.pipelines_ms, 0.0);
+  EXPECT_FLOAT_EQ(one.longest_pipeline_ms, static_cast<float>(one.pipelines_ms));
+  EXPECT_STREQ(one.longest_pipeline, "cull.comp");
+  jobs_.run_all();
+  const coppice_stats all = stats();
+  EXPECT_GT(all.pipelines_built, 1u);
+  EXPECT_GT(all.pipelines_ms, one.pipelines_ms);
+  EXPECT_GE(all.longest_pipeline_ms, one.longest_pipeline_ms);
+  EXPECT_LT(all.longest_pipeline_ms, all.pipelines_ms);
+  EXPECT_GT(1.001 * all.longest_pipeline_ms * all.pipelines_built, all.pipelines_ms);
+}
+
+// What a driver keeps in a cache is its own affair: lavapipe and SwiftShader keep nothing.
+TEST_F(StartTest, PipelinesAreCreatedWithTheEnginesCache) {
+  VkPipelineCache cache = VK_NULL_HANDLE;
+  const VkPipelineCacheCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+  check_vk(vkCreatePipelineCache(gpu().device, &info, nullptr, &cache), "vkCreatePipelineCache");
+  std::vector<Picture> pictures;
+  for (const VkPipelineCache given : {VkPipelineCache{}, cache, cache}) {
+    ContextDesc with = desc();
+    with.pipeline_cache = given;
+    with.get_instance_proc_addr = instance_function;
+    caches().clear();
+    create(with);
+    plant();
+    pictures.push_back(frame(view_of(5.0f)));
+    EXPECT_EQ(caches(), std::vector(stats().pipelines_built, given));
+    EXPECT_EQ(pictures.back().rgba, pictures.front().rgba);
+    coppice_context_destroy(context_);
+    context_ = nullptr;
+    frame_number_ = 0;
+  }
+  EXPECT_TRUE(is_drawn(pictures.front()));
+  vkDestroyPipelineCache(gpu().device, cache, nullptr);
 }
 
 TEST_F(StartTest, WhatIsNeverDrawnIsNeverBuilt) {

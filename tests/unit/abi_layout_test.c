@@ -194,7 +194,9 @@ FIELD(coppice_stats, scene_tiles_missing, 476);
 FIELD(coppice_stats, scene_tiles_failed, 480);
 FIELD(coppice_stats, scene_species_failed, 484);
 FIELD(coppice_stats, scene_threshold_px, 488);
-CHECK(sizeof(coppice_stats) == 496); /* the library fills it: padding at its end does no harm */
+FIELD(coppice_stats, longest_pipeline_ms, 492);
+FIELD(coppice_stats, longest_pipeline, 496);
+LAST_FIELD(coppice_stats, pipelines_ms, 504, 512);
 
 FIELD(coppice_view_stats, struct_size, 0);
 FIELD(coppice_view_stats, visible_instance_count, 4);
@@ -206,7 +208,7 @@ FIELD(coppice_view_stats, drawn_wood_triangle_count, 32);
 FIELD(coppice_view_stats, drawn_leaf_mesh_triangle_count, 40);
 FIELD(coppice_view_stats, threshold_px, 48);
 FIELD(coppice_view_stats, pass_ms, 52);
-CHECK(sizeof(coppice_view_stats) == 120); /* likewise */
+CHECK(sizeof(coppice_view_stats) == 120); /* the library fills it: padding at its end does no harm */
 
 FIELD(coppice_view_desc, struct_size, 0);
 LAST_FIELD(coppice_view_desc, output, 4, 8);

@@ -902,6 +902,10 @@ typedef struct coppice_stats {
   uint32_t scene_tiles_failed;
   uint32_t scene_species_failed; /* plants that it names, but that could not be opened or may not be: their instances are left out */
   float scene_threshold_px;      /* the largest; above 1 where not all that is larger than a pixel fits */
+
+  float longest_pipeline_ms;    /* of the pipelines_built, the one that took longest to create; see coppice_vulkan_desc.pipeline_cache */
+  const char* longest_pipeline; /* names its first shader; static storage; null before the first */
+  double pipelines_ms;          /* time of their creation, added up over all threads */
 } coppice_stats;
 static inline void coppice_stats_init(coppice_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_STATS, stats, sizeof *stats);

@@ -100,7 +100,8 @@ typedef struct coppice_vulkan_desc {
                       physical device lacks is named in the log; what was merely not enabled Vulkan gives no way to see */
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
   VkPipelineCache pipeline_cache;             /* may be null. Used by jobs, at any time until the context is destroyed: not one of
-                                                 VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT */
+                                                 VK_PIPELINE_CACHE_CREATE_EXTERNALLY_SYNCHRONIZED_BIT. coppice_stats.pipelines_ms says
+                                                 what it saves */
   const coppice_device_memory* device_memory; /* null, the default: vkAllocateMemory */
 
   /* VK_TRUE: `device` was created with the feature textureCompressionBC, so textures stay the BC1 and BC3 blocks they are in the file.
@@ -162,12 +163,12 @@ COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_des
 
 /* Whether all pipelines are built that anything has needed so far. A view asks for the first when it is created, for others when what
  * they draw first comes: wood without a texture, normal maps, leaf meshes, a debug view. Nothing waits for them: what they
- * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, leaf meshes as quads, normal maps and
- * debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An engine may show a loading screen until the first
- * are ready, with frames or without. Where a processor does the GPU's work they take seconds, which count in time, not in frames; the
- * default pool lets reads and decodes go first. One that cannot be built is an error in the log, and what it draws stays away. ready: out;
- * VK_FALSE on an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
- * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
+ * draw is missing meanwhile, or drawn as it can be (the compute rasteriser's work by the hardware, what has no texture by the pipeline for
+ * textures, leaf meshes as quads, normal maps and debug views not at all), and coppice_stats.pipelines_built is below pipelines_wanted. An
+ * engine may show a loading screen until the first are ready, with frames or without. Where a processor does the GPU's work they take
+ * seconds, which count in time, not in frames; the default pool lets reads and decodes go first. One that cannot be built is an error in
+ * the log, and what it draws stays away. ready: out; VK_FALSE on an error. errors: COPPICE_ERROR_INVALID_ARGUMENT; else of the first that
+ * could not be built: COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
 COPPICE_API coppice_status coppice_pipelines_ready(const coppice_context* context, VkBool32* ready);
 
 /* ---- views ----------------------------------------------------------------------------------------------------------------------- */

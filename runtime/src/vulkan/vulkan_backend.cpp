@@ -55,6 +55,10 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
   stats.pipelines_wanted = renderer_->pipelines().wanted_count();
   stats.pipelines_built = renderer_->pipelines().built_count();
+  const gpu::PipelineTimes times = renderer_->pipelines().times();
+  stats.pipelines_ms = times.sum_ms;
+  stats.longest_pipeline_ms = static_cast<float>(times.longest_ms);
+  stats.longest_pipeline = times.longest;
 }
 
 std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& wanted) {

@@ -1,5 +1,6 @@
 #include "pipelines.h"
 
+#include <chrono>
 #include <utility>
 #include <vector>
 
@@ -156,7 +157,9 @@ void PipelineSet::build(void* argument) {
   PipelineSet& set = *pipeline.set;
   const Device& device = set.device_;
   Result<VkPipeline> built(VkPipeline{});
+  const auto start = std::chrono::steady_clock::now();
   if (!set.closing_) built = create_pipeline(device, set.cache_, pipeline.recipe);
+  const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (built) name_object(device, VK_OBJECT_TYPE_PIPELINE, *built, pipeline.recipe.name);
   const bool lost = !built && built.error().status == Status::device_lost;
   if (!built && !lost)
@@ -165,6 +168,11 @@ void PipelineSet::build(void* argument) {
   if (built) {
     pipeline.built.store(*built, std::memory_order_release);
     ++set.built_count_;
+    set.times_.sum_ms += took_ms;
+    if (took_ms >= set.times_.longest_ms) {
+      set.times_.longest_ms = took_ms;
+      set.times_.longest = pipeline.recipe.name;
+    }
   } else if (set.failure_) {
     set.failure_ = built.error();
   }
@@ -182,7 +190,9 @@ void PipelineSet::close() {
   closing_ = true;
   {
     std::unique_lock lock(mutex_);
-    ended_.wait(lock, [this] { return running_count_ == 0; });
+    while (!ended_.wait_for(lock, std::chrono::seconds(20), [this] { return running_count_ == 0; }))
+      log_line(device_.log, COPPICE_LOG_WARNING, "coppice_context_destroy still waits for %u pipelines: the driver or the jobs hook hangs",
+               running_count_);
   }
   for (const Pipeline& pipeline : pipelines_) device_.vk.vkDestroyPipeline(device_.device, pipeline.handle(), nullptr);
   pipelines_.clear();
@@ -191,6 +201,11 @@ void PipelineSet::close() {
 std::uint32_t PipelineSet::built_count() const {
   const std::lock_guard lock(mutex_);
   return built_count_;
+}
+
+PipelineTimes PipelineSet::times() const {
+  const std::lock_guard lock(mutex_);
+  return times_;
 }
 
 Result<bool> PipelineSet::ready() const {

@@ -43,6 +43,12 @@ struct PipelineRecipe {
   AttachmentDesc attachments = {};
 };
 
+/// How long drivers took to create pipelines, by the clock: what is created side by side is added up.
+struct PipelineTimes {
+  double sum_ms = 0.0, longest_ms = 0.0;
+  const char* longest = nullptr;  ///< name of its recipe; null while none is created
+};
+
 class PipelineSet;
 
 struct Pipeline {
@@ -75,6 +81,7 @@ class PipelineSet {
 
   [[nodiscard]] std::uint32_t wanted_count() const { return wanted_count_; }
   [[nodiscard]] std::uint32_t built_count() const;
+  [[nodiscard]] PipelineTimes times() const;
   /// Whether every wanted one is there. errors  of the first that could not be built; the log has it
   [[nodiscard]] Result<bool> ready() const;
 
@@ -91,6 +98,7 @@ class PipelineSet {
   mutable std::mutex mutex_;  ///< of what follows
   std::condition_variable ended_;
   std::uint32_t running_count_ = 0, built_count_ = 0;
+  PipelineTimes times_;
   Result<void> failure_;  ///< the first
   const char* lost_call_ = nullptr;
 };

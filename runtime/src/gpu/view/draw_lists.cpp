@@ -29,7 +29,7 @@ std::uint64_t fair_share(std::span<std::uint64_t> wanted, std::uint64_t share) {
 bool can_draw(const StoredPlant& plant, const DrawPipelines& pipelines) {
   if (is_depth_alone(pipelines.attachments)) return true;
   const auto drawable = [&](const SurfaceTextures& textures) {
-    return pipelines.of(mesh_kind(kMaxWoodLods, textures.color, false))->handle() != VK_NULL_HANDLE;
+    return pipelines.drawing(mesh_kind(kMaxWoodLods, textures.color != kNoTexture, false), DrawKind::mesh_textured) != VK_NULL_HANDLE;
   };
   return std::ranges::all_of(std::span(plant.meshes).subspan(kMaxWoodLods, plant.leaf_mesh_count),
                              [&](const StoredMesh& mesh) { return std::ranges::all_of(mesh.textures.span(), drawable); });

@@ -38,9 +38,9 @@ constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_gaps) {
 }
 
 /// mesh: a wood LoD, or from kMaxWoodLods on a chunk of leaf meshes
-constexpr DrawKind mesh_kind(std::uint32_t mesh, std::uint32_t texture, bool relief) {
+constexpr DrawKind mesh_kind(std::uint32_t mesh, bool textured, bool relief) {
   const DrawKind first = mesh < kMaxWoodLods ? DrawKind::wood_plain : DrawKind::mesh_plain;
-  return static_cast<DrawKind>(static_cast<std::uint32_t>(first) + (relief ? 2u : 0u) + (texture != kNoTexture ? 1u : 0u));
+  return static_cast<DrawKind>(static_cast<std::uint32_t>(first) + (relief ? 2u : 0u) + (textured ? 1u : 0u));
 }
 
 /// What draws views on one kind of attachments. Null where there is none: depth alone has neither relief nor leaf meshes.
@@ -50,6 +50,12 @@ struct DrawPipelines {
   Pipeline* resolve = nullptr;  ///< of the rasteriser's picture; null without one
 
   [[nodiscard]] Pipeline* of(DrawKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
+  /// Draws `kind`. Until that is built it is the one for textures: a surface without one finds the placeholder, which is white, and looks
+  /// the same. Null: neither is there.
+  [[nodiscard]] VkPipeline drawing(DrawKind kind, DrawKind textured) const {
+    const VkPipeline own = of(kind)->handle();
+    return own != VK_NULL_HANDLE ? own : of(textured)->handle();
+  }
 };
 
 /// A pass over instances, for views of one eye and of two.
@@ -91,6 +97,7 @@ enum class FrameBinding : std::uint32_t {
   counters
 };
 inline constexpr std::uint32_t kFrameBuffers = 10;
+inline constexpr std::uint32_t kFrameStorageBuffers = kFrameBuffers - 3;  ///< all but the view, instances and tables
 
 /// That DrawPush is for.
 inline constexpr VkShaderStageFlags kDrawStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
@@ -103,8 +110,8 @@ struct Passes {
   CullPipelines cull;
 };
 
-/// None of the pipelines is wanted yet. errors  out_of_memory, device_lost. What was created so far is in `passes`, to be destroyed in any
-/// case
+/// None of the pipelines is wanted yet. errors  out_of_memory, device_lost; unsupported: a stage sees too few storage buffers. What was
+/// created so far is in `passes`, to be destroyed in any case
 Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes);
 /// The pipelines are closed.
 void destroy_passes(Device& device, Passes& passes);

@@ -385,8 +385,7 @@ void ViewRecorder::record_draw(VkCommandBuffer cmd, std::uint32_t eye) const {
 }
 
 /// False: the pipeline is not there.
-bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const {
-  const VkPipeline pipeline = with.handle();
+bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, VkPipeline pipeline) const {
   if (pipeline == VK_NULL_HANDLE) return false;
   const StoredTexture& texture = shared_.plants.shown_texture(push.plant, push.texture);
   shared_.device.vk.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
@@ -413,12 +412,11 @@ void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const
   const Plant& record = shared_.lists.records()[plant];
   const StoredPlant& stored = *shared_.plants.plant(plant);
   for (const std::uint32_t texture : stored.leaf_textures.span()) {
-    if (!bind_draw(draws.cmd, {.plant = plant, .texture = texture, .eye = draws.eye}, *pipelines_.of(leaf_kind(texture, stored.has_gaps))))
-      continue;
+    const DrawPush push{.plant = plant, .texture = texture, .eye = draws.eye};
+    if (!bind_draw(draws.cmd, push, pipelines_.drawing(leaf_kind(texture, stored.has_gaps), DrawKind::leaf_textured))) continue;
     // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
     if (by_ == CulledBy::hardware)
-      draw_indirect(draws.cmd, buffers_.leaf_commands, plant,
-                    {record.leaf_command_base, kSingleCount, std::min(record.instance_count, shared_.device.max_draw_count)});
+      draw_indirect(draws.cmd, buffers_.leaf_commands, plant, {record.leaf_command_base, kSingleCount, record.instance_count});
     draw_indirect(draws.cmd, buffers_.leaf_commands, plant,
                   {record.leaf_command_base + record.instance_count, kClusterCount, record.leaf_command_capacity});
   }
@@ -447,8 +445,9 @@ void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const M
   const StoredMesh& mesh = plant.meshes[draw.mesh];
   shared_.device.vk.vkCmdBindIndexBuffer(draws.cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   for (const SurfaceTextures& textures : mesh.textures.span()) {
+    const bool has_texture = textures.color != kNoTexture;
     // What has its normal map or its pipeline on the way is drawn without for as long; shadow views have none.
-    const Pipeline* in_relief = pipelines_.of(mesh_kind(draw.mesh, textures.color, true));
+    const Pipeline* in_relief = pipelines_.of(mesh_kind(draw.mesh, has_texture, true));
     const bool relief = in_relief != nullptr && in_relief->handle() != VK_NULL_HANDLE && textures.normal_map != kNoTexture &&
                         plant.textures[textures.normal_map].visible;
     if (relief)
@@ -460,7 +459,8 @@ void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const M
                         .wood_list_first = draw.list_first,
                         .normal_map = textures.normal_map,
                         .eye = draws.eye};
-    if (!bind_draw(draws.cmd, push, *pipelines_.of(mesh_kind(draw.mesh, textures.color, relief)))) continue;
+    if (!bind_draw(draws.cmd, push, pipelines_.drawing(mesh_kind(draw.mesh, has_texture, relief), mesh_kind(draw.mesh, true, relief))))
+      continue;
     draw_indirect(draws.cmd, buffers_.wood_commands, index, {index * kMeshCommands + draw.mesh, kMeshDrawn + draw.mesh, 1});
     draw_indirect(draws.cmd, buffers_.leaf_commands, index,
                   {draw.part_first, draw.part_count, shared_.lists.records()[index].part_capacity});

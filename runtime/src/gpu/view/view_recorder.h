@@ -153,7 +153,7 @@ class ViewRecorder {
   void draw_leaf_mesh(const EyeDraws& draws, std::uint32_t plant, std::uint32_t chunk) const;
   void draw_mesh(const EyeDraws& draws, std::uint32_t plant, const MeshDraw& draw) const;
   void draw_indirect(VkCommandBuffer cmd, const Buffer& commands, std::uint32_t plant, const IndirectDraws& draws) const;
-  bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, const Pipeline& with) const;
+  bool bind_draw(VkCommandBuffer cmd, const DrawPush& push, VkPipeline pipeline) const;
 
   ViewShared shared_;
   DrawPipelines pipelines_;

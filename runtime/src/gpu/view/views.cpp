@@ -83,8 +83,8 @@ void Views::want(DrawKind kind) {
 
 void Views::want_mesh(std::uint32_t plant, std::uint32_t mesh) {
   for (const SurfaceTextures& textures : plants_.plant(plant)->meshes[mesh].textures.span()) {
-    want(mesh_kind(mesh, textures.color, false));
-    if (textures.normal_map != kNoTexture) want(mesh_kind(mesh, textures.color, true));
+    want(mesh_kind(mesh, textures.color != kNoTexture, false));
+    if (textures.normal_map != kNoTexture) want(mesh_kind(mesh, textures.color != kNoTexture, true));
   }
 }
 

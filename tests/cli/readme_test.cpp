@@ -167,6 +167,22 @@ TEST(Documents, NamesOfTheApiAndPathsExist) {
   EXPECT_GT(path_count, 15u);
 }
 
+TEST(Documents, NamedTestsExist) {
+  std::string sources;
+  for (const auto& entry : fs::recursive_directory_iterator(source_folder() / "tests"))
+    if (entry.path().extension() == ".cpp") sources += source_text(entry.path());
+  static const std::regex test_form(R"(([A-Z][A-Za-z0-9]*Test)\.([A-Z][A-Za-z0-9]*))");
+  std::size_t test_count = 0;
+  for (const char* manual : {"runtime/README.md", "tests/README.md"})
+    for (const std::string& span : code_spans(prose(source_text(manual)))) {
+      std::smatch found;
+      if (!std::regex_match(span, found, test_form)) continue;
+      ++test_count;
+      EXPECT_NE(sources.find("(" + found[1].str() + ", " + found[2].str() + ")"), std::string::npos) << manual << ": " << span;
+    }
+  EXPECT_GT(test_count, 20u);
+}
+
 TEST(Documents, NamedFilesOfSourceExist) {
   Strings names;
   for (const char* folder : {"bake", "demo", "runtime", "shaders", "tests", "third_party"})

@@ -107,34 +107,6 @@ TEST_F(RuntimeTest, CutsFollowTheThreshold) {
   EXPECT_EQ(finer, 1u);
 }
 
-/// The device's properties, but for storage buffers: fewer than the compute rasteriser needs.
-VKAPI_ATTR void VKAPI_CALL properties_of_a_small_device(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
-  vkGetPhysicalDeviceProperties2(device, properties);
-  properties->properties.limits.maxPerStageDescriptorStorageBuffers = 14;
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance instance, const char* name) {
-  if (std::string_view(name) == "vkGetPhysicalDeviceProperties2") return reinterpret_cast<PFN_vkVoidFunction>(properties_of_a_small_device);
-  return vkGetInstanceProcAddr(instance, name);
-}
-
-TEST_F(RuntimeTest, ADeviceThatCannotRasteriseDrawsAllByTheHardware) {
-  ContextDesc with = desc();
-  with.compute_raster = VK_TRUE;
-  with.get_instance_proc_addr = functions_of_a_small_device;
-  std::string log;
-  with.hooks.log = {.struct_size = sizeof(coppice_log), .user = &log, .write = [](void* user, coppice_log_level, const char* line) {
-                      static_cast<std::string*>(user)->append(line);
-                    }};
-  create(with);
-  EXPECT_NE(log, "") << "a host hears of it";
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement here = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &here, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
-  settle(front_view());
-  EXPECT_GT(view_stats().drawn_leaf_count, 0u);
-}
-
 TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
   for (const VkBool32 compute_raster : {VK_FALSE, VK_TRUE}) {
     ContextDesc with = desc();

@@ -72,26 +72,21 @@ std::map<std::string, VkPipeline>& shared_pipelines() {
   return shared;
 }
 
-/// SPIR-V of the modules that are alive; it has static storage.
-std::map<VkShaderModule, const std::uint32_t*>& module_words() {
-  static std::map<VkShaderModule, const std::uint32_t*> words;
+/// SPIR-V of the modules that are alive.
+std::map<VkShaderModule, std::string>& module_words() {
+  static std::map<VkShaderModule, std::string> words;
   return words;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModuleCreateInfo* info, const VkAllocationCallbacks* callbacks,
                                              VkShaderModule* out) {
   const VkResult result = Call<vkCreateShaderModule, decltype(vkCreateShaderModule)>::create(device, info, callbacks, out);
-  if (result == VK_SUCCESS) module_words()[*out] = info->pCode;
+  if (result == VK_SUCCESS) module_words()[*out].assign(reinterpret_cast<const char*>(info->pCode), info->codeSize);
   return result;
 }
 
-template <class T>
-void append_bytes(std::string& key, const T& value) {
-  key.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 void append_stage(std::string& key, const VkPipelineShaderStageCreateInfo& stage) {
-  append_bytes(key, module_words().at(stage.module));
+  key += module_words().at(stage.module);
   if (const VkSpecializationInfo* constants = stage.pSpecializationInfo; constants != nullptr)
     key.append(static_cast<const char*>(constants->pData), constants->dataSize);
 }

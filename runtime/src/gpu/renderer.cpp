@@ -72,12 +72,13 @@ Renderer::~Renderer() {
     destroy_buffer(device_, *buffer);
 }
 
-// What the device binds, and what it culls in one dispatch.
+// What the device binds, and what it culls in one dispatch and draws in one call.
 void Renderer::lower_limits() {
   const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
     limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
   };
   lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
+  lower(desc_.views.max_instances, device_.max_draw_count);
   lower(desc_.max_plants, device_.max_storage_bytes / (kMeshCommands * sizeof(DrawCommand)));
   if (device_.reads_texels) lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
 }

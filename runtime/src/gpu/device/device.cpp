@@ -161,6 +161,7 @@ Result<Device> open_device(VkInstance instance, VkPhysicalDevice physical_device
   opened.reads_texels = opened.max_texel_count >= kManyTexels;
   opened.max_colors = properties.limits.maxColorAttachments;
   opened.max_group_count = properties.limits.maxComputeWorkGroupCount[0];
+  opened.max_stage_buffers = properties.limits.maxPerStageDescriptorStorageBuffers;
   opened.max_view_width = properties.limits.maxViewportDimensions[0];
   opened.max_view_height = properties.limits.maxViewportDimensions[1];
   opened.sample_counts = properties.limits.framebufferColorSampleCounts & properties.limits.framebufferDepthSampleCounts;
@@ -175,7 +176,8 @@ OptionalFeatures optional_features(const Device& device) {
   device.vk.vkGetPhysicalDeviceFeatures2(device.physical_device, &features);
   return {.block_textures = features.features.textureCompressionBC == VK_TRUE,
           .draw_counts = vulkan12.drawIndirectCount == VK_TRUE,
-          .int64_atomics = features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE};
+          .int64_atomics = features.features.shaderInt64 == VK_TRUE && vulkan12.shaderBufferInt64Atomics == VK_TRUE,
+          .independent_blend = features.features.independentBlend == VK_TRUE};
 }
 
 Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {

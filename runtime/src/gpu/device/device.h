@@ -21,6 +21,7 @@ struct Device {
   std::uint32_t max_draw_count = 0;                       ///< of one indirect draw
   bool draw_counts = false;                               ///< drawIndirectCount is enabled; only the engine knows, so the caller says it
   std::uint32_t max_group_count = 0;                      ///< of one dispatch, in x
+  std::uint32_t max_stage_buffers = 0;                    ///< storage buffers that a stage sees
   std::uint64_t max_texel_count = 0;                      ///< of one texel buffer view
   bool reads_texels = true;                               ///< kReadsTexels of bindings.glsl
   std::uint32_t max_colors = 0;                           ///< attachments of a pass
@@ -44,6 +45,7 @@ struct OptionalFeatures {
   bool block_textures = false;  ///< textureCompressionBC
   bool draw_counts = false;     ///< drawIndirectCount
   bool int64_atomics = false;   ///< shaderInt64 and shaderBufferInt64Atomics
+  bool independent_blend = false;
 };
 OptionalFeatures optional_features(const Device& device);
 

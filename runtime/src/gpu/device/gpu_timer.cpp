@@ -7,6 +7,10 @@ namespace coppice::gpu {
 Result<void> GpuTimer::create(Device& device) {
   VkPhysicalDeviceProperties properties{};
   device.vk.vkGetPhysicalDeviceProperties(device.physical_device, &properties);
+  if (!properties.limits.timestampComputeAndGraphics) {
+    go_on_without(device, {Status::unsupported, "the device's queues have no timestamps"}, "pass_ms stays 0");
+    return {};
+  }
   tick_ns_ = properties.limits.timestampPeriod;
   const VkQueryPoolCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = kSlots * kMarks};

@@ -109,6 +109,10 @@ Result<void> check_attachments(const Device& device, const AttachmentDesc& attac
     return Error{Status::unsupported, "more colour attachments than this device draws to", Error::kNoOffset,
                  "vulkan.color_formats[" + std::to_string(device.max_colors) + "]"};
   for (std::uint32_t i = 0; i < attachments.color_count; ++i) COPPICE_CHECK(check_color(device, attachments, i));
+  const std::span contents = std::span(attachments.contents).first(attachments.color_count);
+  const auto none = std::ranges::count(contents, COPPICE_CONTENT_NONE);
+  if (none != 0 && none != std::ssize(contents) && !optional_features(device).independent_blend)
+    return Error{Status::unsupported, "vulkan.contents has COPPICE_CONTENT_NONE beside others, and the device lacks independentBlend"};
   COPPICE_CHECK(check_depth(device, attachments.depth_format, "vulkan.depth_format is not a format of depth",
                             "vulkan.depth_format is none that this device draws depth to"));
   if (attachments.has_stencil && !has_stencil(attachments.depth_format))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 
 #include "coppice_shared.h"
 #include "cull_comp.h"
@@ -67,6 +68,10 @@ struct Drawn {
 }  // namespace
 
 Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes) {
+  if (device.max_stage_buffers < kFrameStorageBuffers)
+    return Error{Status::unsupported, "maxPerStageDescriptorStorageBuffers is below 7", Error::kNoOffset,
+                 std::to_string(device.max_stage_buffers)};
+  static_assert(kFrameStorageBuffers == 7);
   COPPICE_CHECK(create_layouts(device, textures, passes));
   const auto add_cull = [&](std::uint32_t debugged) {
     return for_each_eye_count([&](std::uint32_t eyes) {

@@ -3,9 +3,10 @@
 //
 //   COPPICE_TEST_DEVICE=NAME   a row of device_rows.cpp; without it the driver stays as it is
 //   COPPICE_TEST_FILL=0xFF     every new allocation is filled with this byte
+//   COPPICE_TEST_LATE=1        nothing that is submitted runs before it is waited for
 //
-// Memory that is not coherent is a copy beside the driver's: only flushes and invalidations carry bytes from one to the other. It stands
-// below the validation layer, which checks what it says about limits and features that nothing here checks.
+// Memory that is not coherent is a copy beside the driver's: only flushes and invalidations carry bytes from one to the other. The layer
+// stands below the validation layer, which holds the program to all other limits and features that are reported.
 
 #include <algorithm>
 #include <cinttypes>
@@ -16,8 +17,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -25,83 +24,12 @@
 #include <vulkan/vk_layer.h>
 
 #include "device_rows.h"
+#include "layer_state.h"
 #include "row_figures.h"
 
 namespace limits_layer {
-namespace {
 
-using coppice::test::DeviceRow;
-using coppice::test::for_each_missing;
-using coppice::test::lacks_extension;
-using coppice::test::lower;
-using coppice::test::tighten;
-// VKAPI_ATTR and VKAPI_CALL are left out: they are empty on Linux.
-using Callbacks = const VkAllocationCallbacks*;
-
-// A call of the layer or driver below.
-#define NEXT(state, call) reinterpret_cast<PFN_vk##call>((state).next((state).handle, "vk" #call))
-
-struct Instance {
-  VkInstance handle = VK_NULL_HANDLE;
-  const DeviceRow* row = nullptr;
-  std::optional<int> fill;
-  PFN_vkGetInstanceProcAddr next = nullptr;
-  // Asked for at once: later the loader answers with the first layer's.
-  PFN_vkDestroyInstance DestroyInstance = nullptr;
-  PFN_vkCreateDevice CreateDevice = nullptr;
-  PFN_vkGetPhysicalDeviceFeatures2 GetPhysicalDeviceFeatures2 = nullptr;
-  PFN_vkGetPhysicalDeviceProperties2 GetPhysicalDeviceProperties2 = nullptr;
-  PFN_vkGetPhysicalDeviceMemoryProperties GetPhysicalDeviceMemoryProperties = nullptr;
-  PFN_vkEnumerateDeviceExtensionProperties EnumerateDeviceExtensionProperties = nullptr;
-};
-
-/// A buffer or image in an allocation.
-struct Bound {
-  std::uint64_t object;
-  VkDeviceSize offset, bytes;
-  bool optimal;
-};
-
-struct Allocation {
-  VkDeviceSize bytes = 0;
-  std::uint32_t type = 0;
-  std::uint8_t* real = nullptr;      ///< the driver's
-  std::vector<std::uint8_t> shadow;  ///< of a type that is not coherent
-  std::vector<Bound> bound;
-};
-
-struct Device {
-  VkDevice handle = VK_NULL_HANDLE;
-  const Instance* instance = nullptr;
-  VkPhysicalDeviceLimits limits{};
-  VkPhysicalDeviceMemoryProperties memory{};
-  VkDeviceSize max_allocation_bytes = 0;
-  PFN_vkGetDeviceProcAddr next = nullptr;
-  std::mutex mutex;  ///< of what follows
-  std::map<VkDeviceMemory, Allocation> allocations;
-  std::map<VkBuffer, VkDeviceSize> buffer_bytes;
-  std::map<VkImage, bool> optimal_images;
-  VkDeviceSize heap_bytes[VK_MAX_MEMORY_HEAPS] = {};  ///< allocated
-};
-
-/// Whatever was dispatched by the same loader's table.
-std::mutex states_mutex;
-std::map<void*, std::unique_ptr<Instance>> instances;
-std::map<void*, std::unique_ptr<Device>> devices;
-
-template <class State>
-State& state_of(std::map<void*, std::unique_ptr<State>>& states, const void* handle) {
-  const std::lock_guard lock(states_mutex);
-  return *states.at(*static_cast<void* const*>(handle));
-}
-Instance& instance_of(const void* handle) {
-  return state_of(instances, handle);
-}
-Device& device_of(const void* handle) {
-  return state_of(devices, handle);
-}
-
-[[gnu::format(printf, 2, 3)]] void refuse(const DeviceRow& row, const char* format, ...) {
+void refuse(const DeviceRow& row, const char* format, ...) {
   char text[400];
   va_list arguments;
   va_start(arguments, format);
@@ -109,6 +37,13 @@ Device& device_of(const void* handle) {
   va_end(arguments);
   std::fprintf(stderr, "limits_layer refuses, as %s: %s\n", row.name, text);
 }
+
+namespace {
+
+using coppice::test::for_each_missing;
+using coppice::test::lacks_extension;
+using coppice::test::lower;
+using coppice::test::tighten;
 
 /// Says so if it is not.
 bool within(const DeviceRow& row, const char* what, std::uint64_t value, std::uint64_t most) {
@@ -119,22 +54,22 @@ bool within(const DeviceRow& row, const char* what, std::uint64_t value, std::ui
 
 // ---- What is reported
 
-void GetPhysicalDeviceFeatures2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
+void get_physical_device_features2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
   const Instance& instance = instance_of(physical);
-  instance.GetPhysicalDeviceFeatures2(physical, features);
+  instance.get_physical_device_features2(physical, features);
   for_each_missing(*instance.row, *features, [](const char*, VkBool32& present) { present = VK_FALSE; });
 }
 
-void GetPhysicalDeviceFeatures(VkPhysicalDevice physical, VkPhysicalDeviceFeatures* features) {
+void get_physical_device_features(VkPhysicalDevice physical, VkPhysicalDeviceFeatures* features) {
   VkPhysicalDeviceFeatures2 chain{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
-  GetPhysicalDeviceFeatures2(physical, &chain);
+  get_physical_device_features2(physical, &chain);
   *features = chain.features;
 }
 
-void GetPhysicalDeviceProperties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
+void get_physical_device_properties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
   const Instance& instance = instance_of(physical);
   const DeviceRow& row = *instance.row;
-  instance.GetPhysicalDeviceProperties2(physical, properties);
+  instance.get_physical_device_properties2(physical, properties);
   tighten(properties->properties.limits, row);
   if (row.type != VK_PHYSICAL_DEVICE_TYPE_MAX_ENUM) properties->properties.deviceType = row.type;
   const std::uint32_t size = row.subgroup_size;
@@ -151,30 +86,30 @@ void GetPhysicalDeviceProperties2(VkPhysicalDevice physical, VkPhysicalDevicePro
   }
 }
 
-void GetPhysicalDeviceProperties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
+void get_physical_device_properties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
   VkPhysicalDeviceProperties2 chain{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
-  GetPhysicalDeviceProperties2(physical, &chain);
+  get_physical_device_properties2(physical, &chain);
   *properties = chain.properties;
 }
 
-void GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties* memory) {
+void get_physical_device_memory_properties(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties* memory) {
   const Instance& instance = instance_of(physical);
-  instance.GetPhysicalDeviceMemoryProperties(physical, memory);
+  instance.get_physical_device_memory_properties(physical, memory);
   *memory = tighten(*memory, *instance.row);
 }
 
-void GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties2* memory) {
-  GetPhysicalDeviceMemoryProperties(physical, &memory->memoryProperties);
+void get_physical_device_memory_properties2(VkPhysicalDevice physical, VkPhysicalDeviceMemoryProperties2* memory) {
+  get_physical_device_memory_properties(physical, &memory->memoryProperties);
 }
 
-VkResult EnumerateDeviceExtensionProperties(VkPhysicalDevice physical, const char* layer, std::uint32_t* count,
-                                            VkExtensionProperties* properties) {
+VkResult enumerate_device_extension_properties(VkPhysicalDevice physical, const char* layer, std::uint32_t* count,
+                                               VkExtensionProperties* properties) {
   const Instance& instance = instance_of(physical);
-  if (layer != nullptr) return instance.EnumerateDeviceExtensionProperties(physical, layer, count, properties);
+  if (layer != nullptr) return instance.enumerate_device_extension_properties(physical, layer, count, properties);
   std::uint32_t all_count = 0;
-  instance.EnumerateDeviceExtensionProperties(physical, nullptr, &all_count, nullptr);
+  instance.enumerate_device_extension_properties(physical, nullptr, &all_count, nullptr);
   std::vector<VkExtensionProperties> all(all_count);
-  instance.EnumerateDeviceExtensionProperties(physical, nullptr, &all_count, all.data());
+  instance.enumerate_device_extension_properties(physical, nullptr, &all_count, all.data());
   std::erase_if(all, [&](const VkExtensionProperties& extension) { return lacks_extension(*instance.row, extension.extensionName); });
   const auto most = static_cast<std::uint32_t>(all.size());
   if (properties == nullptr) {
@@ -192,7 +127,7 @@ bool has(const Device& device, std::uint32_t type, VkMemoryPropertyFlags flags) 
   return (device.memory.memoryTypes[type].propertyFlags & flags) == flags;
 }
 
-VkResult AllocateMemory(VkDevice handle, const VkMemoryAllocateInfo* info, Callbacks callbacks, VkDeviceMemory* memory) {
+VkResult allocate_memory(VkDevice handle, const VkMemoryAllocateInfo* info, Callbacks callbacks, VkDeviceMemory* memory) {
   Device& device = device_of(handle);
   const DeviceRow& row = *device.instance->row;
   const std::lock_guard lock(device.mutex);
@@ -222,7 +157,7 @@ VkResult AllocateMemory(VkDevice handle, const VkMemoryAllocateInfo* info, Callb
   return VK_SUCCESS;
 }
 
-void FreeMemory(VkDevice handle, VkDeviceMemory memory, Callbacks callbacks) {
+void free_memory(VkDevice handle, VkDeviceMemory memory, Callbacks callbacks) {
   Device& device = device_of(handle);
   const std::lock_guard lock(device.mutex);
   if (const auto found = device.allocations.find(memory); found != device.allocations.end()) {
@@ -232,7 +167,7 @@ void FreeMemory(VkDevice handle, VkDeviceMemory memory, Callbacks callbacks) {
   NEXT(device, FreeMemory)(handle, memory, callbacks);
 }
 
-VkResult MapMemory(VkDevice handle, VkDeviceMemory memory, VkDeviceSize offset, VkDeviceSize, VkMemoryMapFlags, void** data) {
+VkResult map_memory(VkDevice handle, VkDeviceMemory memory, VkDeviceSize offset, VkDeviceSize, VkMemoryMapFlags, void** data) {
   Device& device = device_of(handle);
   const std::lock_guard lock(device.mutex);
   Allocation& allocation = device.allocations.at(memory);
@@ -245,7 +180,7 @@ VkResult MapMemory(VkDevice handle, VkDeviceMemory memory, VkDeviceSize offset, 
 }
 
 // The driver's stays mapped.
-void UnmapMemory(VkDevice, VkDeviceMemory) {}
+void unmap_memory(VkDevice, VkDeviceMemory) {}
 
 enum class Way { to_device, to_host };
 
@@ -269,17 +204,17 @@ VkResult carry(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* 
   return VK_SUCCESS;
 }
 
-VkResult FlushMappedMemoryRanges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
+VkResult flush_mapped_memory_ranges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
   return carry(handle, count, ranges, Way::to_device);
 }
 
-VkResult InvalidateMappedMemoryRanges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
+VkResult invalidate_mapped_memory_ranges(VkDevice handle, std::uint32_t count, const VkMappedMemoryRange* ranges) {
   return carry(handle, count, ranges, Way::to_host);
 }
 
 // ---- Buffers and images
 
-VkResult CreateImage(VkDevice handle, const VkImageCreateInfo* info, Callbacks callbacks, VkImage* image) {
+VkResult create_image(VkDevice handle, const VkImageCreateInfo* info, Callbacks callbacks, VkImage* image) {
   Device& device = device_of(handle);
   const VkResult result = NEXT(device, CreateImage)(handle, info, callbacks, image);
   const std::lock_guard lock(device.mutex);
@@ -302,29 +237,29 @@ void as_of_row(const Device& device, VkMemoryRequirements& needs, bool optimal) 
   needs.size = (needs.size + needs.alignment - 1) / needs.alignment * needs.alignment;
 }
 
-void GetBufferMemoryRequirements2(VkDevice handle, const VkBufferMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
+void get_buffer_memory_requirements2(VkDevice handle, const VkBufferMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
   Device& device = device_of(handle);
   NEXT(device, GetBufferMemoryRequirements2)(handle, info, needs);
   as_of_row(device, needs->memoryRequirements, false);
 }
 
-void GetBufferMemoryRequirements(VkDevice handle, VkBuffer buffer, VkMemoryRequirements* needs) {
+void get_buffer_memory_requirements(VkDevice handle, VkBuffer buffer, VkMemoryRequirements* needs) {
   const VkBufferMemoryRequirementsInfo2 info{.sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_REQUIREMENTS_INFO_2, .buffer = buffer};
   VkMemoryRequirements2 chain{.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
-  GetBufferMemoryRequirements2(handle, &info, &chain);
+  get_buffer_memory_requirements2(handle, &info, &chain);
   *needs = chain.memoryRequirements;
 }
 
-void GetImageMemoryRequirements2(VkDevice handle, const VkImageMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
+void get_image_memory_requirements2(VkDevice handle, const VkImageMemoryRequirementsInfo2* info, VkMemoryRequirements2* needs) {
   Device& device = device_of(handle);
   NEXT(device, GetImageMemoryRequirements2)(handle, info, needs);
   as_of_row(device, needs->memoryRequirements, is_optimal(device, info->image));
 }
 
-void GetImageMemoryRequirements(VkDevice handle, VkImage image, VkMemoryRequirements* needs) {
+void get_image_memory_requirements(VkDevice handle, VkImage image, VkMemoryRequirements* needs) {
   const VkImageMemoryRequirementsInfo2 info{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_REQUIREMENTS_INFO_2, .image = image};
   VkMemoryRequirements2 chain{.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
-  GetImageMemoryRequirements2(handle, &info, &chain);
+  get_image_memory_requirements2(handle, &info, &chain);
   *needs = chain.memoryRequirements;
 }
 
@@ -357,37 +292,37 @@ std::uint64_t number_of(Handle handle) {
   return reinterpret_cast<std::uint64_t>(handle);
 }
 
-VkResult BindBufferMemory2(VkDevice handle, std::uint32_t count, const VkBindBufferMemoryInfo* infos) {
+VkResult bind_buffer_memory2(VkDevice handle, std::uint32_t count, const VkBindBufferMemoryInfo* infos) {
   Device& device = device_of(handle);
   for (const VkBindBufferMemoryInfo& info : std::vector(infos, infos + count)) {
     VkMemoryRequirements needs;
-    GetBufferMemoryRequirements(handle, info.buffer, &needs);
+    get_buffer_memory_requirements(handle, info.buffer, &needs);
     check_bound(device, info.memory, {number_of(info.buffer), info.memoryOffset, needs.size, false}, needs);
   }
   return NEXT(device, BindBufferMemory2)(handle, count, infos);
 }
 
-VkResult BindBufferMemory(VkDevice handle, VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
+VkResult bind_buffer_memory(VkDevice handle, VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
   const VkBindBufferMemoryInfo info{VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO, nullptr, buffer, memory, offset};
-  return BindBufferMemory2(handle, 1, &info);
+  return bind_buffer_memory2(handle, 1, &info);
 }
 
-VkResult BindImageMemory2(VkDevice handle, std::uint32_t count, const VkBindImageMemoryInfo* infos) {
+VkResult bind_image_memory2(VkDevice handle, std::uint32_t count, const VkBindImageMemoryInfo* infos) {
   Device& device = device_of(handle);
   for (const VkBindImageMemoryInfo& info : std::vector(infos, infos + count)) {
     VkMemoryRequirements needs;
-    GetImageMemoryRequirements(handle, info.image, &needs);
+    get_image_memory_requirements(handle, info.image, &needs);
     check_bound(device, info.memory, {number_of(info.image), info.memoryOffset, needs.size, is_optimal(device, info.image)}, needs);
   }
   return NEXT(device, BindImageMemory2)(handle, count, infos);
 }
 
-VkResult BindImageMemory(VkDevice handle, VkImage image, VkDeviceMemory memory, VkDeviceSize offset) {
+VkResult bind_image_memory(VkDevice handle, VkImage image, VkDeviceMemory memory, VkDeviceSize offset) {
   const VkBindImageMemoryInfo info{VK_STRUCTURE_TYPE_BIND_IMAGE_MEMORY_INFO, nullptr, image, memory, offset};
-  return BindImageMemory2(handle, 1, &info);
+  return bind_image_memory2(handle, 1, &info);
 }
 
-void DestroyBuffer(VkDevice handle, VkBuffer buffer, Callbacks callbacks) {
+void destroy_buffer(VkDevice handle, VkBuffer buffer, Callbacks callbacks) {
   Device& device = device_of(handle);
   {
     const std::lock_guard lock(device.mutex);
@@ -397,7 +332,7 @@ void DestroyBuffer(VkDevice handle, VkBuffer buffer, Callbacks callbacks) {
   NEXT(device, DestroyBuffer)(handle, buffer, callbacks);
 }
 
-void DestroyImage(VkDevice handle, VkImage image, Callbacks callbacks) {
+void destroy_image(VkDevice handle, VkImage image, Callbacks callbacks) {
   Device& device = device_of(handle);
   {
     const std::lock_guard lock(device.mutex);
@@ -407,7 +342,7 @@ void DestroyImage(VkDevice handle, VkImage image, Callbacks callbacks) {
   NEXT(device, DestroyImage)(handle, image, callbacks);
 }
 
-VkResult CreateBuffer(VkDevice handle, const VkBufferCreateInfo* info, Callbacks callbacks, VkBuffer* buffer) {
+VkResult create_buffer(VkDevice handle, const VkBufferCreateInfo* info, Callbacks callbacks, VkBuffer* buffer) {
   Device& device = device_of(handle);
   if (!within(*device.instance->row, "bytes of a buffer", info->size, device.max_allocation_bytes)) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
   const VkResult result = NEXT(device, CreateBuffer)(handle, info, callbacks, buffer);
@@ -422,7 +357,7 @@ std::uint32_t texel_bytes(VkFormat format) {
   return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
 }
 
-VkResult CreateBufferView(VkDevice handle, const VkBufferViewCreateInfo* info, Callbacks callbacks, VkBufferView* view) {
+VkResult create_buffer_view(VkDevice handle, const VkBufferViewCreateInfo* info, Callbacks callbacks, VkBufferView* view) {
   Device& device = device_of(handle);
   VkDeviceSize bytes = info->range;
   if (bytes == VK_WHOLE_SIZE) {
@@ -434,7 +369,7 @@ VkResult CreateBufferView(VkDevice handle, const VkBufferViewCreateInfo* info, C
   return NEXT(device, CreateBufferView)(handle, info, callbacks, view);
 }
 
-VkResult CreatePipelineLayout(VkDevice handle, const VkPipelineLayoutCreateInfo* info, Callbacks callbacks, VkPipelineLayout* layout) {
+VkResult create_pipeline_layout(VkDevice handle, const VkPipelineLayoutCreateInfo* info, Callbacks callbacks, VkPipelineLayout* layout) {
   Device& device = device_of(handle);
   for (std::uint32_t i = 0; i < info->pushConstantRangeCount; ++i) {
     const VkPushConstantRange& range = info->pPushConstantRanges[i];
@@ -445,7 +380,7 @@ VkResult CreatePipelineLayout(VkDevice handle, const VkPipelineLayoutCreateInfo*
 }
 
 /// One that is refused is not recorded.
-void CmdDispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+void cmd_dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   const Device& device = device_of(cmd);
   const DeviceRow& row = *device.instance->row;
   const std::uint32_t* most = device.limits.maxComputeWorkGroupCount;
@@ -469,7 +404,7 @@ decltype(Link::u.pLayerInfo) take_link(const Info& info, VkStructureType type) {
   return nullptr;
 }
 
-VkResult CreateInstance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* handle) {
+VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* handle) {
   static const DeviceRow nothing{.name = "no other device", .source = "", .type = VK_PHYSICAL_DEVICE_TYPE_MAX_ENUM};
   auto made = std::make_unique<Instance>(Instance{.row = &nothing});
   if (const char* name = std::getenv("COPPICE_TEST_DEVICE")) made->row = coppice::test::find_row(name);
@@ -478,33 +413,42 @@ VkResult CreateInstance(const VkInstanceCreateInfo* info, Callbacks callbacks, V
     for (const DeviceRow& row : coppice::test::device_rows()) std::fprintf(stderr, "  %s\n", row.name);
     return VK_ERROR_INITIALIZATION_FAILED;
   }
-  if (const char* fill = std::getenv("COPPICE_TEST_FILL")) made->fill = static_cast<int>(std::strtol(fill, nullptr, 0));
+  if (const char* fill = std::getenv("COPPICE_TEST_FILL")) {
+    char* end = nullptr;
+    const long value = std::strtol(fill, &end, 0);
+    if (end == fill || *end != '\0' || value < 0 || value > 255) {
+      std::fprintf(stderr, "limits_layer: COPPICE_TEST_FILL=%s is no byte, such as 0xFF\n", fill);
+      return VK_ERROR_INITIALIZATION_FAILED;
+    }
+    made->fill = static_cast<int>(value);
+  }
+  made->late = std::getenv("COPPICE_TEST_LATE") != nullptr;
   const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
   if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
   made->next = link->pfnNextGetInstanceProcAddr;
   const auto create = reinterpret_cast<PFN_vkCreateInstance>(made->next(VK_NULL_HANDLE, "vkCreateInstance"));
   if (const VkResult result = create(info, callbacks, handle); result != VK_SUCCESS) return result;
   made->handle = *handle;
-  made->DestroyInstance = NEXT(*made, DestroyInstance);
-  made->CreateDevice = NEXT(*made, CreateDevice);
-  made->GetPhysicalDeviceFeatures2 = NEXT(*made, GetPhysicalDeviceFeatures2);
-  made->GetPhysicalDeviceProperties2 = NEXT(*made, GetPhysicalDeviceProperties2);
-  made->GetPhysicalDeviceMemoryProperties = NEXT(*made, GetPhysicalDeviceMemoryProperties);
-  made->EnumerateDeviceExtensionProperties = NEXT(*made, EnumerateDeviceExtensionProperties);
+  made->destroy_instance = NEXT(*made, DestroyInstance);
+  made->create_device = NEXT(*made, CreateDevice);
+  made->get_physical_device_features2 = NEXT(*made, GetPhysicalDeviceFeatures2);
+  made->get_physical_device_properties2 = NEXT(*made, GetPhysicalDeviceProperties2);
+  made->get_physical_device_memory_properties = NEXT(*made, GetPhysicalDeviceMemoryProperties);
+  made->enumerate_device_extension_properties = NEXT(*made, EnumerateDeviceExtensionProperties);
   const std::lock_guard lock(states_mutex);
   instances[*reinterpret_cast<void**>(*handle)] = std::move(made);
   return VK_SUCCESS;
 }
 
-void DestroyInstance(VkInstance handle, Callbacks callbacks) {
+void destroy_instance(VkInstance handle, Callbacks callbacks) {
   if (handle == VK_NULL_HANDLE) return;
   void* const key = *reinterpret_cast<void**>(handle);
-  instance_of(handle).DestroyInstance(handle, callbacks);
+  instance_of(handle).destroy_instance(handle, callbacks);
   const std::lock_guard lock(states_mutex);
   instances.erase(key);
 }
 
-VkResult CreateDevice(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* handle) {
+VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* handle) {
   Instance& instance = instance_of(physical);
   const DeviceRow& row = *instance.row;
   for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i) {
@@ -525,82 +469,88 @@ VkResult CreateDevice(VkPhysicalDevice physical, const VkDeviceCreateInfo* info,
   auto made = std::make_unique<Device>();
   made->instance = &instance;
   VkPhysicalDeviceMemoryProperties driver;
-  instance.GetPhysicalDeviceMemoryProperties(physical, &driver);
+  instance.get_physical_device_memory_properties(physical, &driver);
   if (!within(row, "memory types of the driver below", driver.memoryTypeCount, 1)) return VK_ERROR_INITIALIZATION_FAILED;
   made->memory = tighten(driver, row);
   VkPhysicalDeviceMaintenance3Properties maintenance{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &maintenance};
-  GetPhysicalDeviceProperties2(physical, &properties);
+  get_physical_device_properties2(physical, &properties);
   made->limits = properties.properties.limits;
   made->max_allocation_bytes = maintenance.maxMemoryAllocationSize;
 
   const auto* link = take_link<VkLayerDeviceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
   if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
   made->next = link->pfnNextGetDeviceProcAddr;
-  if (const VkResult result = instance.CreateDevice(physical, info, callbacks, handle); result != VK_SUCCESS) return result;
+  if (const VkResult result = instance.create_device(physical, info, callbacks, handle); result != VK_SUCCESS) return result;
   made->handle = *handle;
+  if (const VkResult result = create_gate(*made); result != VK_SUCCESS) return result;
   const std::lock_guard lock(states_mutex);
   devices[*reinterpret_cast<void**>(*handle)] = std::move(made);
   return VK_SUCCESS;
 }
 
-void DestroyDevice(VkDevice handle, Callbacks callbacks) {
+void destroy_device(VkDevice handle, Callbacks callbacks) {
   if (handle == VK_NULL_HANDLE) return;
   void* const key = *reinterpret_cast<void**>(handle);
-  NEXT(device_of(handle), DestroyDevice)(handle, callbacks);
+  Device& device = device_of(handle);
+  destroy_gate(device);
+  NEXT(device, DestroyDevice)(handle, callbacks);
   const std::lock_guard lock(states_mutex);
   devices.erase(key);
 }
 
 PFN_vkVoidFunction our_function(std::string_view name);
 
-PFN_vkVoidFunction GetDeviceProcAddr(VkDevice handle, const char* name) {
+PFN_vkVoidFunction get_device_proc_addr(VkDevice handle, const char* name) {
+  const Device& device = device_of(handle);
+  if (const PFN_vkVoidFunction late = device.instance->late ? late_function(name) : nullptr) return late;
   const PFN_vkVoidFunction ours = our_function(name);
-  return ours != nullptr ? ours : device_of(handle).next(handle, name);
+  return ours != nullptr ? ours : device.next(handle, name);
 }
 
-PFN_vkVoidFunction GetInstanceProcAddr(VkInstance handle, const char* name) {
+PFN_vkVoidFunction get_instance_proc_addr(VkInstance handle, const char* name) {
   if (const PFN_vkVoidFunction ours = our_function(name)) return ours;
   return handle != VK_NULL_HANDLE ? instance_of(handle).next(handle, name) : nullptr;
 }
 
 /// Of a call's old name too, which ends in KHR.
 PFN_vkVoidFunction our_function(std::string_view name) {
-#define OURS(call) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(call)))
-  static const std::map<std::string_view, PFN_vkVoidFunction> hooks{OURS(GetInstanceProcAddr),
-                                                                    OURS(GetDeviceProcAddr),
-                                                                    OURS(CreateInstance),
-                                                                    OURS(DestroyInstance),
-                                                                    OURS(CreateDevice),
-                                                                    OURS(DestroyDevice),
-                                                                    OURS(GetPhysicalDeviceFeatures),
-                                                                    OURS(GetPhysicalDeviceFeatures2),
-                                                                    OURS(GetPhysicalDeviceProperties),
-                                                                    OURS(GetPhysicalDeviceProperties2),
-                                                                    OURS(GetPhysicalDeviceMemoryProperties),
-                                                                    OURS(GetPhysicalDeviceMemoryProperties2),
-                                                                    OURS(EnumerateDeviceExtensionProperties),
-                                                                    OURS(AllocateMemory),
-                                                                    OURS(FreeMemory),
-                                                                    OURS(MapMemory),
-                                                                    OURS(UnmapMemory),
-                                                                    OURS(FlushMappedMemoryRanges),
-                                                                    OURS(InvalidateMappedMemoryRanges),
-                                                                    OURS(CreateBuffer),
-                                                                    OURS(DestroyBuffer),
-                                                                    OURS(CreateImage),
-                                                                    OURS(DestroyImage),
-                                                                    OURS(GetBufferMemoryRequirements),
-                                                                    OURS(GetBufferMemoryRequirements2),
-                                                                    OURS(GetImageMemoryRequirements),
-                                                                    OURS(GetImageMemoryRequirements2),
-                                                                    OURS(BindBufferMemory),
-                                                                    OURS(BindBufferMemory2),
-                                                                    OURS(BindImageMemory),
-                                                                    OURS(BindImageMemory2),
-                                                                    OURS(CreateBufferView),
-                                                                    OURS(CreatePipelineLayout),
-                                                                    OURS(CmdDispatch)};
+#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
+  static const std::map<std::string_view, PFN_vkVoidFunction> hooks{
+      OURS(GetInstanceProcAddr, get_instance_proc_addr),
+      OURS(GetDeviceProcAddr, get_device_proc_addr),
+      OURS(CreateInstance, create_instance),
+      OURS(DestroyInstance, destroy_instance),
+      OURS(CreateDevice, create_device),
+      OURS(DestroyDevice, destroy_device),
+      OURS(GetPhysicalDeviceFeatures, get_physical_device_features),
+      OURS(GetPhysicalDeviceFeatures2, get_physical_device_features2),
+      OURS(GetPhysicalDeviceProperties, get_physical_device_properties),
+      OURS(GetPhysicalDeviceProperties2, get_physical_device_properties2),
+      OURS(GetPhysicalDeviceMemoryProperties, get_physical_device_memory_properties),
+      OURS(GetPhysicalDeviceMemoryProperties2, get_physical_device_memory_properties2),
+      OURS(EnumerateDeviceExtensionProperties, enumerate_device_extension_properties),
+      OURS(AllocateMemory, allocate_memory),
+      OURS(FreeMemory, free_memory),
+      OURS(MapMemory, map_memory),
+      OURS(UnmapMemory, unmap_memory),
+      OURS(FlushMappedMemoryRanges, flush_mapped_memory_ranges),
+      OURS(InvalidateMappedMemoryRanges, invalidate_mapped_memory_ranges),
+      OURS(CreateBuffer, create_buffer),
+      OURS(DestroyBuffer, destroy_buffer),
+      OURS(CreateImage, create_image),
+      OURS(DestroyImage, destroy_image),
+      OURS(GetBufferMemoryRequirements, get_buffer_memory_requirements),
+      OURS(GetBufferMemoryRequirements2, get_buffer_memory_requirements2),
+      OURS(GetImageMemoryRequirements, get_image_memory_requirements),
+      OURS(GetImageMemoryRequirements2, get_image_memory_requirements2),
+      OURS(BindBufferMemory, bind_buffer_memory),
+      OURS(BindBufferMemory2, bind_buffer_memory2),
+      OURS(BindImageMemory, bind_image_memory),
+      OURS(BindImageMemory2, bind_image_memory2),
+      OURS(CreateBufferView, create_buffer_view),
+      OURS(CreatePipelineLayout, create_pipeline_layout),
+      OURS(CmdDispatch, cmd_dispatch)};
   if (name.ends_with("KHR")) name.remove_suffix(3);
   const auto found = hooks.find(name);
   return found == hooks.end() ? nullptr : found->second;
@@ -611,8 +561,8 @@ PFN_vkVoidFunction our_function(std::string_view name) {
 
 extern "C" __attribute__((visibility("default"))) VkResult vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
   version->loaderLayerInterfaceVersion = std::min(version->loaderLayerInterfaceVersion, 2u);
-  version->pfnGetInstanceProcAddr = limits_layer::GetInstanceProcAddr;
-  version->pfnGetDeviceProcAddr = limits_layer::GetDeviceProcAddr;
+  version->pfnGetInstanceProcAddr = limits_layer::get_instance_proc_addr;
+  version->pfnGetDeviceProcAddr = limits_layer::get_device_proc_addr;
   version->pfnGetPhysicalDeviceProcAddr = nullptr;
   return VK_SUCCESS;
 }

@@ -1,12 +1,14 @@
 // limits_layer itself: what it reports, what it refuses, and that bytes of memory that is not coherent go nowhere by themselves. The
 // device is vulkan_minimum's, whose memory types are 0: of the device; 1: visible and cached, not coherent; 2: visible and coherent.
 
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -28,7 +30,8 @@ constexpr std::uint8_t kFill = 0xcd;
 /// The device that this program's cases share, without validation, which would report what the layer is here to refuse.
 const VulkanDevice& gpu() {
   static const VulkanDevice& device = []() -> const VulkanDevice& {
-    static std::vector<std::string> variables = coppice::test::environment_of_device("vulkan_minimum", "0xCD");
+    static std::vector<std::string> variables =
+        coppice::test::environment_of_device("vulkan_minimum", {"COPPICE_TEST_FILL=0xCD", "COPPICE_TEST_LATE=1"});
     variables.emplace_back("VK_INSTANCE_LAYERS=VK_LAYER_COPPICE_limits");
     for (std::string& variable : variables) ::putenv(variable.data());
     return coppice::test::vulkan_device(coppice::test::Validation::off);
@@ -243,6 +246,37 @@ TEST_F(LimitsLayer, BuffersAndImagesShareNoPage) {
   vkDestroyImage(gpu().device, image, nullptr);
   vkDestroyBuffer(gpu().device, near, nullptr);
   vkDestroyBuffer(gpu().device, far, nullptr);
+}
+
+TEST_F(LimitsLayer, RunsNothingBeforeItIsWaitedFor) {
+  coppice::test::Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  std::memset(buffer.mapped(), 1, 256);
+  VkCommandBufferAllocateInfo allocation{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+  allocation.commandPool = gpu().command_pool;
+  allocation.commandBufferCount = 1;
+  VkCommandBuffer cmd = VK_NULL_HANDLE;
+  check_vk(vkAllocateCommandBuffers(gpu().device, &allocation, &cmd), "vkAllocateCommandBuffers");
+  const VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
+  vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x02020202);
+  coppice::test::full_barrier(cmd);
+  check_vk(vkEndCommandBuffer(cmd), "vkEndCommandBuffer");
+  const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+  VkFence fence = VK_NULL_HANDLE;
+  check_vk(vkCreateFence(gpu().device, &fence_info, nullptr, &fence), "vkCreateFence");
+  VkCommandBufferSubmitInfo submitted{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
+  submitted.commandBuffer = cmd;
+  VkSubmitInfo2 info{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
+  info.commandBufferInfoCount = 1;
+  info.pCommandBufferInfos = &submitted;
+  check_vk(vkQueueSubmit2(gpu().queue, 1, &info, fence), "vkQueueSubmit2");
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // time enough for a fill, had it begun
+  EXPECT_EQ(vkGetFenceStatus(gpu().device, fence), VK_NOT_READY);
+  EXPECT_EQ(*static_cast<const std::uint8_t*>(buffer.mapped()), 1);
+  EXPECT_EQ(vkWaitForFences(gpu().device, 1, &fence, VK_TRUE, UINT64_MAX), VK_SUCCESS);
+  EXPECT_EQ(*static_cast<const std::uint8_t*>(buffer.mapped()), 2);
+  vkDestroyFence(gpu().device, fence, nullptr);
+  vkFreeCommandBuffers(gpu().device, gpu().command_pool, 1, &cmd);
 }
 
 }  // namespace limits_layer_test

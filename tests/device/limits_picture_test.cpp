@@ -94,14 +94,24 @@ TEST(RefusedDevice, IsRefusedByTheNameOfWhatItLacks) {
   EXPECT_FALSE(std::filesystem::exists(png));
 }
 
-class FreshMemory : public testing::TestWithParam<ForestScene> {};
+class DriverAsItIs : public testing::TestWithParam<ForestScene> {
+ protected:
+  static void expect_reference(const std::string& variable) {
+    const Picture picture = picture_of(GetParam(), environment_of_device("driver", {variable}));
+    EXPECT_TRUE(picture.rgba == reference(GetParam()).rgba) << variable << ": rmse " << coppice::test::rmse(picture, reference(GetParam()));
+  }
+};
 
-TEST_P(FreshMemory, ShowsInNoPicture) {
-  for (const char* fill : {"0xFF", "0xCD"})
-    EXPECT_EQ(picture_of(GetParam(), environment_of_device("driver", fill)).rgba, reference(GetParam()).rgba) << fill;
+TEST_P(DriverAsItIs, WhatIsInFreshMemoryShowsNowhere) {
+  expect_reference("COPPICE_TEST_FILL=0xFF");
+  expect_reference("COPPICE_TEST_FILL=0xCD");
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, FreshMemory, testing::Values(kNear, kFar, kFarHardware),
+TEST_P(DriverAsItIs, AGpuThatIsLateShowsNowhere) {
+  expect_reference("COPPICE_TEST_LATE=1");
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, DriverAsItIs, testing::Values(kNear, kFar, kFarHardware),
                          [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
 
 }  // namespace limits_picture_test

@@ -94,6 +94,15 @@ TEST(RefusedDevice, IsRefusedByTheNameOfWhatItLacks) {
   EXPECT_FALSE(std::filesystem::exists(png));
 }
 
+TEST(RefusedDevice, ValidationStandsAboveTheLayer) {
+  std::vector<std::string> environment = environment_of_device("mali_g72");
+  environment.emplace_back("VK_LOADER_DEBUG=layer");
+  const ProcessResult result = coppice::test::draw_forest(kNear, "never_written.png", environment);
+  const std::size_t stack = result.err.find("callstack");
+  ASSERT_NE(stack, std::string::npos) << result.err;
+  EXPECT_LT(result.err.find("VK_LAYER_KHRONOS_validation", stack), result.err.find("VK_LAYER_COPPICE_limits", stack)) << result.err;
+}
+
 class DriverAsItIs : public testing::TestWithParam<ForestScene> {
  protected:
   static void expect_reference(const std::string& variable) {

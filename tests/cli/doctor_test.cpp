@@ -6,6 +6,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mentions.h"
@@ -123,11 +124,16 @@ TEST(Doctor, GoesOnAfterATrialThatHangsOrFailsOrIsWrong) {
   }
 }
 
+/// Copies, or frames alone, never end.
 TEST(Doctor, OfItsOwnAccordTheForestGivesUpADeviceThatHangs) {
-  const ProcessResult result = run_with_faults("hang --headless", {"--headless", "--frames", "1", "--size", "64x64", "--gpu-wait-s", "0.5",
-                                                                   std::string(coppice::test::kTestData) + "/plants/two_pages.coppice"});
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(mentions(result.err, {"0.5 s", "device:", "--doctor"}));
+  for (const auto& [fault, waited_for] : {std::pair<std::string, std::string>{"hang", "a copy"}, {"stop", "frame 1"}}) {
+    const ProcessResult result =
+        run_with_faults(fault + " --headless", {"--headless", "--frames", "1", "--size", "64x64", "--gpu-wait-s", "0.5",
+                                                std::string(coppice::test::kTestData) + "/plants/two_pages.coppice"});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(mentions(result.err, {waited_for, "0.5 s", "device:", "--doctor"}));
+    EXPECT_EQ(result.err.find("pipelines:") != std::string::npos, fault == "stop") << "copies come before the library: " << result.err;
+  }
 }
 
 class DoctorTrial : public testing::TestWithParam<const char*> {};

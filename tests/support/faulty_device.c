@@ -2,8 +2,8 @@
  *
  *     COPPICE_FAULTS="hang splats;wrong leaves;lost uploads"
  *
- * hang  the GPU takes work and never finishes it; waits pass their time. wrong  what is copied is zeros. lost  the device is lost when it
- * is given work. One instance and one device a process. */
+ * hang  the GPU takes work and never finishes it; waits pass their time. stop  the same of work without a fence, frames. wrong  what is
+ * copied is zeros. lost  the device is lost when it is given work. One instance and one device a process. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,7 +46,7 @@ static VkResult pass_time(uint64_t timeout_ns) {
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL queue_submit2(VkQueue queue, uint32_t count, const VkSubmitInfo2* submits, VkFence fence) {
-  if (has_fault("hang")) return VK_SUCCESS;
+  if (has_fault("hang") || (has_fault("stop") && fence == VK_NULL_HANDLE)) return VK_SUCCESS;
   if (has_fault("lost")) return VK_ERROR_DEVICE_LOST;
   return ((PFN_vkQueueSubmit2)next("vkQueueSubmit2"))(queue, count, submits, fence);
 }
@@ -58,7 +58,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice device, uint32_t 
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL wait_semaphores(VkDevice device, const VkSemaphoreWaitInfo* info, uint64_t timeout) {
-  if (has_fault("hang")) return pass_time(timeout);
+  if (has_fault("hang") || has_fault("stop")) return pass_time(timeout);
   return ((PFN_vkWaitSemaphores)next("vkWaitSemaphores"))(device, info, timeout);
 }
 

@@ -15,7 +15,7 @@ struct Need {
   const char* without;  ///< what then happens
 };
 
-/// runtime/README.md has the same table.
+/// What the table of runtime/README.md has, and timelineSemaphore, which coppice-forest needs.
 std::vector<Need> needs_of(VkPhysicalDevice device);
 /// Its name, its kind, its versions: a line.
 std::string describe(VkPhysicalDevice device);

@@ -85,10 +85,11 @@ struct Level {
 
 Level level_for(const Chunk& texture, float texels_per_px) {
   Level level{texture.bytes.data(), texture.width, texture.height};
-  for (; texels_per_px > 1.5f && (level.width > 1 || level.height > 1); texels_per_px *= 0.5f) {
+  while (texels_per_px > 1.5f && (level.width > 1 || level.height > 1)) {
     level.texels += std::size_t{4} * level.width * level.height;
     level.width = std::max(level.width / 2, 1u);
     level.height = std::max(level.height / 2, 1u);
+    texels_per_px *= 0.5f;
   }
   return level;
 }

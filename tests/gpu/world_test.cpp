@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "golden.h"
 #include "path_fixture.h"
 #include "shadow_map.h"
 
@@ -36,6 +37,13 @@ std::size_t drawn_pixels(const Picture& picture) {
     count += picture.rgba[i] < 250 || picture.rgba[i + 1] < 250 || picture.rgba[i + 2] < 250;
   return count;
 }
+
+/// Pixels that differ by more than roundings of colours do.
+double differing_pixels(const Picture& expected, const Picture& actual) {
+  return compare_pictures(expected, actual, 3).differing_share * static_cast<double>(expected.rgba.size()) / 4;
+}
+/// An edge may go through the middle of as many: which side they are on is a matter of rounding, and so of the compiler.
+constexpr double kEdgePixels = 2.5;
 
 class WorldTest : public PathTest<ContextWithMapTest> {
  protected:
@@ -94,8 +102,8 @@ TEST_P(WorldTest, TenThousandKilometresAwayThePictureIsTheSame) {
   add(grove(kFar));
   const Picture far = shadowed(moved(view, kFar), kFar);
   EXPECT_GT(drawn_pixels(at_origin), 2000u);
-  EXPECT_LT(rmse(far, at_origin), 0.5);
-  EXPECT_GT(rmse(frame(moved(view, kFar)), at_origin), 0.5) << "the shadows are seen";
+  EXPECT_LT(differing_pixels(at_origin, far), kEdgePixels);
+  EXPECT_GT(differing_pixels(at_origin, frame(moved(view, kFar))), 50.0) << "the shadows are seen";
 }
 
 TEST_P(WorldTest, AnOriginThatMovesChangesNothing) {
@@ -106,9 +114,9 @@ TEST_P(WorldTest, AnOriginThatMovesChangesNothing) {
   const Picture before = shadowed(view, {});
   const coppice_stats loaded = stats();
   ASSERT_EQ(coppice_set_origin(context_, kFrom.data()), COPPICE_OK) << log_;
-  EXPECT_LT(rmse(shadowed(moved(view, kBack), kBack), before), 0.2);
+  EXPECT_LT(differing_pixels(before, shadowed(moved(view, kBack), kBack)), kEdgePixels);
   move(handles, grove(kBack));
-  EXPECT_LT(rmse(shadowed(moved(view, kBack), kBack), before), 0.2) << "placements count from it too";
+  EXPECT_LT(differing_pixels(before, shadowed(moved(view, kBack), kBack)), kEdgePixels) << "placements count from it too";
   EXPECT_EQ(stats().bytes_read, loaded.bytes_read);
   EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].loaded, loaded.streamed[COPPICE_STREAMED_ALL].loaded);
   EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].evicted, 0u);

@@ -31,7 +31,7 @@ struct Instance {
   VkInstance handle = VK_NULL_HANDLE;
   const DeviceRow* row = nullptr;
   std::optional<int> fill;
-  bool late = false;
+  bool late = false, reversed = false;
   PFN_vkGetInstanceProcAddr next = nullptr;
   // Asked for at once: later the loader answers with the first layer's.
   PFN_vkDestroyInstance destroy_instance = nullptr;
@@ -102,6 +102,9 @@ inline Device& device_of(const void* handle) {
 
 /// A call that late_submits.cpp takes; null: none of that name.
 PFN_vkVoidFunction late_function(std::string_view name);
+/// A call that reversed_commands.cpp takes; null: none of that name.
+PFN_vkVoidFunction reversed_function(std::string_view name);
+void hold_dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z);
 /// After the device was made, before it goes. Without COPPICE_TEST_LATE nothing.
 VkResult create_gate(Device& device);
 void destroy_gate(Device& device);

@@ -4,6 +4,7 @@
 //   COPPICE_TEST_DEVICE=NAME   a row of device_rows.cpp; without it the driver stays as it is
 //   COPPICE_TEST_FILL=0xFF     every new allocation is filled with this byte
 //   COPPICE_TEST_LATE=1        nothing that is submitted runs before it is waited for
+//   COPPICE_TEST_REVERSE=1     dispatches, copies and fills that no barrier parts run in reverse
 //
 // Memory that is not coherent is a copy beside the driver's: only flushes and invalidations carry bytes from one to the other. The layer
 // stands below the validation layer, which holds the program to all other limits and features that are reported.
@@ -384,7 +385,10 @@ void cmd_dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::ui
   const Device& device = device_of(cmd);
   const DeviceRow& row = *device.instance->row;
   const std::uint32_t* most = device.limits.maxComputeWorkGroupCount;
-  if (within(row, "groups in x", x, most[0]) && within(row, "groups in y", y, most[1]) && within(row, "groups in z", z, most[2]))
+  if (!within(row, "groups in x", x, most[0]) || !within(row, "groups in y", y, most[1]) || !within(row, "groups in z", z, most[2])) return;
+  if (device.instance->reversed)
+    hold_dispatch(cmd, x, y, z);
+  else
     NEXT(device, CmdDispatch)(cmd, x, y, z);
 }
 
@@ -423,6 +427,7 @@ VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, 
     made->fill = static_cast<int>(value);
   }
   made->late = std::getenv("COPPICE_TEST_LATE") != nullptr;
+  made->reversed = std::getenv("COPPICE_TEST_REVERSE") != nullptr;
   const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
   if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
   made->next = link->pfnNextGetInstanceProcAddr;
@@ -504,6 +509,7 @@ PFN_vkVoidFunction our_function(std::string_view name);
 PFN_vkVoidFunction get_device_proc_addr(VkDevice handle, const char* name) {
   const Device& device = device_of(handle);
   if (const PFN_vkVoidFunction late = device.instance->late ? late_function(name) : nullptr) return late;
+  if (const PFN_vkVoidFunction reversed = device.instance->reversed ? reversed_function(name) : nullptr) return reversed;
   const PFN_vkVoidFunction ours = our_function(name);
   return ours != nullptr ? ours : device.next(handle, name);
 }

@@ -31,7 +31,7 @@ constexpr std::uint8_t kFill = 0xcd;
 const VulkanDevice& gpu() {
   static const VulkanDevice& device = []() -> const VulkanDevice& {
     static std::vector<std::string> variables =
-        coppice::test::environment_of_device("vulkan_minimum", {"COPPICE_TEST_FILL=0xCD", "COPPICE_TEST_LATE=1"});
+        coppice::test::environment_of_device("vulkan_minimum", {"COPPICE_TEST_FILL=0xCD", "COPPICE_TEST_LATE=1", "COPPICE_TEST_REVERSE=1"});
     variables.emplace_back("VK_INSTANCE_LAYERS=VK_LAYER_COPPICE_limits");
     for (std::string& variable : variables) ::putenv(variable.data());
     return coppice::test::vulkan_device(coppice::test::Validation::off);
@@ -277,6 +277,20 @@ TEST_F(LimitsLayer, RunsNothingBeforeItIsWaitedFor) {
   EXPECT_EQ(*static_cast<const std::uint8_t*>(buffer.mapped()), 2);
   vkDestroyFence(gpu().device, fence, nullptr);
   vkFreeCommandBuffers(gpu().device, gpu().command_pool, 1, &cmd);
+}
+
+TEST_F(LimitsLayer, ReversesWhatNoBarrierParts) {
+  const coppice::test::Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  const auto* const value = static_cast<const std::uint8_t*>(buffer.mapped());
+  for (const bool barrier : {false, true}) {
+    coppice::test::submit(gpu(), [&](VkCommandBuffer cmd) {
+      vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x01010101);
+      if (barrier) coppice::test::full_barrier(cmd);
+      vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x02020202);
+      coppice::test::full_barrier(cmd);
+    });
+    EXPECT_EQ(*value, barrier ? 2 : 1);
+  }
 }
 
 }  // namespace limits_layer_test

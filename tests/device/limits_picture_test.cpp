@@ -120,6 +120,10 @@ TEST_P(DriverAsItIs, AGpuThatIsLateShowsNowhere) {
   expect_reference("COPPICE_TEST_LATE=1");
 }
 
+TEST_P(DriverAsItIs, OrderWithoutABarrierShowsNowhere) {
+  expect_reference("COPPICE_TEST_REVERSE=1");
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, DriverAsItIs, testing::Values(kNear, kFar, kFarHardware),
                          [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
 

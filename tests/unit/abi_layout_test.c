@@ -196,7 +196,8 @@ FIELD(coppice_stats, scene_species_failed, 484);
 FIELD(coppice_stats, scene_threshold_px, 488);
 FIELD(coppice_stats, longest_pipeline_ms, 492);
 FIELD(coppice_stats, longest_pipeline, 496);
-LAST_FIELD(coppice_stats, pipelines_ms, 504, 512);
+FIELD(coppice_stats, pipelines_ms, 504);
+LAST_FIELD(coppice_stats, missing_pipeline, 512, 520);
 
 FIELD(coppice_view_stats, struct_size, 0);
 FIELD(coppice_view_stats, visible_instance_count, 4);

@@ -391,7 +391,9 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       overlay(window ? std::make_unique<Overlay>(device, *window, Renderer::kPictureFormat) : nullptr) {
   device.say_state = [this] {
     const coppice_stats stats = statistics_of(forest);
-    return "  pipelines: " + std::to_string(stats.pipelines_built) + " of " + std::to_string(stats.pipelines_wanted) + " are built\n";
+    const std::string first = stats.missing_pipeline != nullptr ? std::string("; the first that is not: ") + stats.missing_pipeline : "";
+    return "  pipelines: " + std::to_string(stats.pipelines_built) + " of " + std::to_string(stats.pipelines_wanted) + " are built" +
+           first + "\n";
   };
   if (forest.scene == 0) add_instances(forest, world.planting, world.terrain);
   pace = first_pace(options, device, window != nullptr);

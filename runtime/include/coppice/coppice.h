@@ -906,6 +906,7 @@ typedef struct coppice_stats {
   float longest_pipeline_ms;    /* of the pipelines_built, the one that took longest to create; see coppice_vulkan_desc.pipeline_cache */
   const char* longest_pipeline; /* names its first shader; static storage; null before the first */
   double pipelines_ms;          /* time of their creation, added up over all threads */
+  const char* missing_pipeline; /* of those wanted and not built the first, named likewise; null: all are built */
 } coppice_stats;
 static inline void coppice_stats_init(coppice_stats* stats) {
   coppice_struct_init(COPPICE_STRUCT_STATS, stats, sizeof *stats);

@@ -59,6 +59,7 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.pipelines_ms = times.sum_ms;
   stats.longest_pipeline_ms = static_cast<float>(times.longest_ms);
   stats.longest_pipeline = times.longest;
+  stats.missing_pipeline = renderer_->pipelines().missing();
 }
 
 std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& wanted) {

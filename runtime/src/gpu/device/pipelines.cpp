@@ -208,6 +208,12 @@ PipelineTimes PipelineSet::times() const {
   return times_;
 }
 
+const char* PipelineSet::missing() const {
+  for (const Pipeline& pipeline : pipelines_)
+    if (pipeline.wanted && pipeline.handle() == VK_NULL_HANDLE) return pipeline.recipe.name;
+  return nullptr;
+}
+
 Result<bool> PipelineSet::ready() const {
   const std::lock_guard lock(mutex_);
   if (!failure_) return failure_.error();

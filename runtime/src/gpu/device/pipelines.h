@@ -82,6 +82,8 @@ class PipelineSet {
   [[nodiscard]] std::uint32_t wanted_count() const { return wanted_count_; }
   [[nodiscard]] std::uint32_t built_count() const;
   [[nodiscard]] PipelineTimes times() const;
+  /// Name of the first that is wanted and not there; null: all are.
+  [[nodiscard]] const char* missing() const;
   /// Whether every wanted one is there. errors  of the first that could not be built; the log has it
   [[nodiscard]] Result<bool> ready() const;
 

@@ -59,14 +59,16 @@ void resolve(uint name, float key, vec2 pixel) {
 #endif
 
 void main() {
-  uvec2 at = uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px;
+  // The viewport need not begin where a quad of fragments does: its helpers, which read too, take the pixel beside them.
+  ivec2 last = ivec2(push.width_px, push.height_px) - 1;
+  uvec2 at = uvec2(clamp(ivec2(gl_FragCoord.xy) - ivec2(view.eyes[push.eye].first_px), ivec2(0), last));
   uint word = 2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x);
   uint name = picture_word(word);
   if (name == 0) discard;
   float key = uintBitsToFloat(picture_word(word + 1));
 #ifndef COPPICE_DEPTH
   if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true));
-  else resolve(name, key, vec2(at) + 0.5);
+  else if (name != 0) resolve(name, key, vec2(at) + 0.5);  // some drivers let what is discarded go on as a helper
 #endif
   gl_FragDepth = push.reversed != 0 ? key : 1.0 - key;
 }

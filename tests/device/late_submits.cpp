@@ -108,13 +108,11 @@ VkResult queue_present(VkQueue queue, const VkPresentInfoKHR* info) {
 }  // namespace
 
 PFN_vkVoidFunction late_function(std::string_view name) {
-#define LATE(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
-  static const std::map<std::string_view, PFN_vkVoidFunction> hooks{
-      LATE(QueueSubmit2, queue_submit2),    LATE(WaitSemaphores, wait_semaphores),    LATE(WaitForFences, wait_for_fences),
-      LATE(QueueWaitIdle, queue_wait_idle), LATE(DeviceWaitIdle, device_wait_idle),   LATE(QueueSubmit, queue_submit),
-      LATE(QueuePresentKHR, queue_present), LATE(DestroySemaphore, destroy_semaphore)};
-  const auto found = hooks.find(name);
-  return found == hooks.end() ? nullptr : found->second;
+  static const Functions hooks{OURS(QueueSubmit2, queue_submit2),      OURS(WaitSemaphores, wait_semaphores),
+                               OURS(WaitForFences, wait_for_fences),   OURS(QueueWaitIdle, queue_wait_idle),
+                               OURS(DeviceWaitIdle, device_wait_idle), OURS(QueueSubmit, queue_submit),
+                               OURS(QueuePresentKHR, queue_present),   OURS(DestroySemaphore, destroy_semaphore)};
+  return find_function(hooks, name);
 }
 
 VkResult create_gate(Device& device) {

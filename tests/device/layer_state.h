@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <vulkan/vk_layer.h>
@@ -99,6 +100,15 @@ inline Device& device_of(const void* handle) {
 
 /// Prints "limits_layer refuses" and what.
 [[gnu::format(printf, 2, 3)]] void refuse(const DeviceRow& row, const char* format, ...);
+
+/// A row of a table of functions by the names of their calls.
+#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
+using Functions = std::map<std::string_view, PFN_vkVoidFunction>;
+/// Null: none of that name.
+inline PFN_vkVoidFunction find_function(const Functions& functions, std::string_view name) {
+  const auto found = functions.find(name);
+  return found == functions.end() ? nullptr : found->second;
+}
 
 /// A call that late_submits.cpp takes; null: none of that name.
 PFN_vkVoidFunction late_function(std::string_view name);

@@ -140,7 +140,6 @@ void hold_dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::u
 }
 
 PFN_vkVoidFunction reversed_function(std::string_view name) {
-#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
 #define HELD(call) \
   OURS(call, [](VkCommandBuffer cmd, auto... arguments) { hold(cmd, [=] { NEXT(device_of(cmd), call)(cmd, arguments...); }); })
   // What others are not moved across.
@@ -149,31 +148,30 @@ PFN_vkVoidFunction reversed_function(std::string_view name) {
     record_held(cmd);                                     \
     return NEXT(device_of(cmd), call)(cmd, arguments...); \
   })
-  static const std::map<std::string_view, PFN_vkVoidFunction> hooks{OURS(BeginCommandBuffer, begin_command_buffer),
-                                                                    OURS(CmdBindPipeline, cmd_bind_pipeline),
-                                                                    OURS(CmdBindDescriptorSets, cmd_bind_descriptor_sets),
-                                                                    OURS(CmdPushConstants, cmd_push_constants),
-                                                                    OURS(CmdUpdateBuffer, cmd_update_buffer),
-                                                                    OURS(CmdCopyBuffer, cmd_copy_buffer),
-                                                                    OURS(CmdCopyBufferToImage, cmd_copy_buffer_to_image),
-                                                                    HELD(CmdDispatchIndirect),
-                                                                    HELD(CmdFillBuffer),
-                                                                    FENCE(CmdPipelineBarrier),
-                                                                    FENCE(CmdPipelineBarrier2),
-                                                                    FENCE(CmdBeginRendering),
-                                                                    FENCE(CmdBeginRenderPass),
-                                                                    FENCE(CmdBeginRenderPass2),
-                                                                    FENCE(CmdBlitImage),
-                                                                    FENCE(CmdClearColorImage),
-                                                                    FENCE(CmdClearDepthStencilImage),
-                                                                    FENCE(CmdCopyImage),
-                                                                    FENCE(CmdCopyImageToBuffer),
-                                                                    FENCE(CmdCopyQueryPoolResults),
-                                                                    FENCE(CmdExecuteCommands),
-                                                                    FENCE(CmdResolveImage),
-                                                                    FENCE(EndCommandBuffer)};
-  const auto found = hooks.find(name);
-  return found == hooks.end() ? nullptr : found->second;
+  static const Functions hooks{OURS(BeginCommandBuffer, begin_command_buffer),
+                               OURS(CmdBindPipeline, cmd_bind_pipeline),
+                               OURS(CmdBindDescriptorSets, cmd_bind_descriptor_sets),
+                               OURS(CmdPushConstants, cmd_push_constants),
+                               OURS(CmdUpdateBuffer, cmd_update_buffer),
+                               OURS(CmdCopyBuffer, cmd_copy_buffer),
+                               OURS(CmdCopyBufferToImage, cmd_copy_buffer_to_image),
+                               HELD(CmdDispatchIndirect),
+                               HELD(CmdFillBuffer),
+                               FENCE(CmdPipelineBarrier),
+                               FENCE(CmdPipelineBarrier2),
+                               FENCE(CmdBeginRendering),
+                               FENCE(CmdBeginRenderPass),
+                               FENCE(CmdBeginRenderPass2),
+                               FENCE(CmdBlitImage),
+                               FENCE(CmdClearColorImage),
+                               FENCE(CmdClearDepthStencilImage),
+                               FENCE(CmdCopyImage),
+                               FENCE(CmdCopyImageToBuffer),
+                               FENCE(CmdCopyQueryPoolResults),
+                               FENCE(CmdExecuteCommands),
+                               FENCE(CmdResolveImage),
+                               FENCE(EndCommandBuffer)};
+  return find_function(hooks, name);
 }
 
 }  // namespace limits_layer

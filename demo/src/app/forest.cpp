@@ -15,6 +15,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "context_desc.h"
 #include "failure.h"
 
 namespace forest {
@@ -181,16 +182,8 @@ coppice_view create_map_view(const Forest& forest) {
 Forest create_forest(const Device& device, const Options& options, PlantTargets targets, std::optional<std::uint32_t> max_instances) {
   Forest forest;
   forest.log = std::make_unique<Log>();
-  coppice_vulkan_desc vulkan;
-  coppice_vulkan_desc_init(&vulkan);
-  vulkan.instance = device.instance;
-  vulkan.physical_device = device.physical;
-  vulkan.device = device.handle;
-  vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
-  vulkan.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
+  coppice_vulkan_desc vulkan = desc_of(device);
   vulkan.compute_raster = options.path != LeafPath::hardware ? VK_TRUE : VK_FALSE;
-  vulkan.draw_indirect_count = device.draw_indirect_count ? VK_TRUE : VK_FALSE;
-  vulkan.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
   vulkan.pass_times = options.pass_times ? VK_TRUE : VK_FALSE;
   vulkan.blocking_pipelines = options.headless || options.frames ? VK_TRUE : VK_FALSE;  // frames that are counted miss nothing
   coppice_context_desc desc;

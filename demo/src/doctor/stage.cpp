@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "context_desc.h"
 #include "failure.h"
 #include "trial.h"
 #include "vk_struct.h"
@@ -42,15 +43,7 @@ coppice_context* create_context(const Device& device, Notes& notes, bool compute
   coppice_context_desc desc;
   coppice_context_desc_init(&desc);
   desc.log = &log;
-  coppice_vulkan_desc vulkan;
-  coppice_vulkan_desc_init(&vulkan);
-  vulkan.instance = device.instance;
-  vulkan.physical_device = device.physical;
-  vulkan.device = device.handle;
-  vulkan.get_instance_proc_addr = vkGetInstanceProcAddr;
-  vulkan.texture_compression_bc = device.texture_compression_bc ? VK_TRUE : VK_FALSE;
-  vulkan.draw_indirect_count = device.draw_indirect_count ? VK_TRUE : VK_FALSE;
-  vulkan.shader_int64_atomics = device.int64_atomics ? VK_TRUE : VK_FALSE;
+  coppice_vulkan_desc vulkan = desc_of(device);
   vulkan.compute_raster = compute ? VK_TRUE : VK_FALSE;
   vulkan.blocking_pipelines = VK_TRUE;
   coppice_context* context = nullptr;

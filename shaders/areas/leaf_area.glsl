@@ -1,4 +1,4 @@
-// What leaf_area.vert and leaf_area.frag read. OcclusionAreas (bake/src/areas/occlusion_areas.cpp) writes it and records the draws.
+// What leaf_area.vert and leaf_area.frag read. OcclusionAreas (bake/lod/areas/occlusion_areas.cpp) writes it and records the draws.
 #extension GL_EXT_buffer_reference : require
 
 struct Leaf {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Reads leaves, six vertices each: triangles (0, 1, 2) and (0, 2, 3). Writes depth only. Drawn by OcclusionAreas
-// (bake/src/areas/occlusion_areas.cpp): all leaves at once for the depth, then one by one for what of each is at that depth.
+// (bake/lod/areas/occlusion_areas.cpp): all leaves at once for the depth, then one by one for what of each is at that depth.
 // The draws must give the same depth to the bit: all pipelines are made from this one module, and nothing in it may be rearranged.
 #include "leaf_area.glsl"
 

@@ -40,7 +40,7 @@ function(coppice_install_program target name completion)
     message(STATUS "${name}: no man pages, because there is no help2man")
     return()
   endif()
-  set(script ${PROJECT_SOURCE_DIR}/bake/src/command_line/write_manuals)
+  set(script ${PROJECT_SOURCE_DIR}/bake/cli/command_line/write_manuals)
   set(manuals ${PROJECT_BINARY_DIR}/manuals/${name})
   add_custom_command(
     OUTPUT ${manuals}/man1/${name}.1

@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -63,12 +64,9 @@ double overall_fraction(std::string_view stage, double fraction) {
 }
 
 /// A result on its way from the process that made it.
-std::string result_text(const BatchResult& result) {
+template <class T>
+std::string json_text(const T& result) {
   return nlohmann::json(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-BatchResult result_of(const std::string& text) {
-  return nlohmann::json::parse(text).get<BatchResult>();
 }
 
 /// Where a batch is, as its jobs say.
@@ -108,6 +106,92 @@ class BatchTracker {
   std::set<std::size_t> running_;
   BatchStatus status_;
 };
+
+/// A batch under way.
+struct BatchRun {
+  const std::vector<BatchPlant>& plants;
+  const BatchOptions& options;
+  BatchCaches& caches;
+  BatchTracker tracker;
+  std::vector<BatchResult> results;
+
+  void end(std::size_t plant, BatchResult result) {
+    caches.ended(result);
+    if (options.ended) options.ended(plants[plant], result);
+    tracker.ended(plant);
+    results[plant] = std::move(result);
+  }
+};
+
+/// In the job's process.
+void draw(const BatchPlant& plant, const BatchOptions& options, BatchResult& result) {
+  if (options.pictures.empty() || result.outcome == BatchOutcome::failed) return;
+  if (const auto drawn = draw_picture(plant.output, result.key, options.pictures); !drawn)
+    result.warnings.push_back("no picture of it: " + drawn.error().message());
+}
+
+/// Finds plants in the caches, several at a time, and takes them out of `order`. A process looks up some plants one after another, over one
+/// connection to the server.
+void look_up(BatchRun& run, std::vector<std::uint32_t>& order) {
+  constexpr std::size_t kMaxJobs = 8, kMaxPlantsOfJob = 8;  // they wait for the server more than they compute
+  const std::size_t plants_of_job = std::clamp<std::size_t>(order.size() / (2 * kMaxJobs), 1, kMaxPlantsOfJob);
+  JobCallbacks callbacks;
+  const auto plants_of = [&](std::size_t job) {
+    const std::size_t first = job * plants_of_job;
+    return std::span(order).subspan(first, std::min(plants_of_job, order.size() - first));
+  };
+  callbacks.run = [&](std::size_t job, const JobProgress&) {
+    std::vector<BatchResult> results;
+    for (const std::uint32_t plant : plants_of(job)) {
+      results.push_back(load_one(run.plants[plant], run.caches.jobs()));
+      draw(run.plants[plant], run.options, results.back());
+    }
+    return json_text(results);
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    std::vector<BatchResult> results(plants_of(job).size());  // of a job that failed: whoever bakes the plants finds out why
+    if (end.failure.empty()) results = nlohmann::json::parse(end.result).get<std::vector<BatchResult>>();
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const std::uint32_t plant = plants_of(job)[i];
+      if (results[i].outcome == BatchOutcome::cached) {
+        run.end(plant, std::move(results[i]));
+        continue;
+      }
+      if (run.plants[plant].failure.empty()) run.caches.missed(results[i]);
+      run.results[plant] = std::move(results[i]);
+    }
+  };
+  run_jobs((order.size() + plants_of_job - 1) / plants_of_job, kMaxJobs, callbacks);
+  std::erase_if(order, [&](std::uint32_t plant) { return run.results[plant].outcome == BatchOutcome::cached; });
+}
+
+void bake_missing(BatchRun& run, const std::vector<std::uint32_t>& order) {
+  const std::uint32_t wanted = run.options.job_count > 0 ? run.options.job_count : default_job_count(run.plants);
+  const std::uint32_t jobs = std::max(1u, std::min(wanted, static_cast<std::uint32_t>(order.size())));
+  const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t job, const JobProgress& job_progress) {
+    BatchPlant plant = run.plants[order[job]];
+    if (plant.options.thread_count == 0) plant.options.thread_count = threads;
+    BatchResult result =
+        bake_one(plant, run.caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); });
+    draw(plant, run.options, result);
+    return json_text(result);
+  };
+  callbacks.progressed = [&](std::size_t job, double fraction) { run.tracker.progressed(order[job], fraction); };
+  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
+    BatchResult result;
+    if (end.failure.empty()) result = nlohmann::json::parse(end.result).get<BatchResult>();
+    if (!end.failure.empty()) result.error = end.failure;
+    result.peak_rss_bytes = end.peak_rss_bytes;
+    result.lost = end.lost;
+    const std::vector<std::string>& looked_up = run.results[order[job]].warnings;
+    result.warnings.insert(result.warnings.begin(), looked_up.begin(), looked_up.end());
+    run.end(order[job], std::move(result));
+  };
+  run_jobs(order.size(), jobs, callbacks, run.options.limits);
+}
 
 void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& cache) {
   std::set<fs::path> folders;
@@ -251,42 +335,16 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress) {
   COPPICE_CHECK(check_batch(plants));
-  const std::uint32_t wanted = options.job_count > 0 ? options.job_count : default_job_count(plants);
-  const std::uint32_t jobs = std::max(1u, std::min(wanted, static_cast<std::uint32_t>(plants.size())));
-  const std::uint32_t threads = (processor_count() + jobs - 1) / jobs;
-  COPPICE_TRY(caches, BatchCaches::open(options, jobs));
+  COPPICE_TRY(caches, BatchCaches::open(options));
   remove_temporaries(plants, caches.folder());
-  const std::vector<std::uint32_t> order = slowest_first(costs_of(plants));
-  BatchTracker tracker(plants, progress);
-  std::vector<BatchResult> results(plants.size());
-
-  JobCallbacks callbacks;
-  callbacks.run = [&](std::size_t job, const JobProgress& job_progress) {
-    BatchPlant plant = plants[order[job]];
-    if (plant.options.thread_count == 0) plant.options.thread_count = threads;
-    BatchResult result =
-        bake_one(plant, caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); });
-    if (!options.pictures.empty() && result.outcome != BatchOutcome::failed)
-      if (const auto drawn = draw_picture(plant.output, result.key, options.pictures); !drawn)
-        result.warnings.push_back("no picture of it: " + drawn.error().message());
-    return result_text(result);
-  };
-  callbacks.progressed = [&](std::size_t job, double fraction) { tracker.progressed(order[job], fraction); };
-  callbacks.ended = [&](std::size_t job, const JobEnd& end) {
-    BatchResult& result = results[order[job]];
-    if (end.failure.empty()) result = result_of(end.result);
-    if (!end.failure.empty()) result.error = end.failure;
-    result.peak_rss_bytes = end.peak_rss_bytes;
-    caches.ended(result);
-    if (options.ended) options.ended(plants[order[job]], result);
-    tracker.ended(order[job]);
-  };
-  run_jobs(plants.size(), jobs, callbacks, options.limits);
+  BatchRun run{plants, options, caches, BatchTracker(plants, progress), std::vector<BatchResult>(plants.size())};
+  std::vector<std::uint32_t> order = slowest_first(costs_of(plants));
+  if (caches.has_server() || options.look_up_only) look_up(run, order);
+  if (!options.look_up_only) bake_missing(run, order);
   // A job that was killed may have been writing.
   remove_temporaries(plants, caches.folder());
-  const CacheReport report = caches.finish();
-  if (options.cache_reported) options.cache_reported(report);
-  return results;
+  if (options.cache_reported) options.cache_reported(caches.report());
+  return std::move(run.results);
 }
 
 }  // namespace coppice::bake

@@ -13,7 +13,6 @@
 #include "cache_location.h"
 #include "job_processes.h"
 #include "plant_cost.h"
-#include "remote_cache.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -64,8 +63,9 @@ struct BatchResult {
   double seconds = 0.0;  ///< wall time of this run
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;  ///< the importer's, those of a cached plant from when it was baked; and of a damaged cache
-  std::string cache_failure;          ///< why the cache does not keep it; empty: it does
+  std::string cache_failure;          ///< why a cache was of no use to it; empty: none was needed, or it was
   std::vector<std::string> because;   ///< with BatchOptions::explain: why it was baked, one line each
+  bool lost = false;                  ///< it failed because something else ended its process: JobEnd::lost
 };
 
 /// Bakes one plant, unless the cache has it, and sees to it that the output is the result: written atomically, left alone if it is that
@@ -84,17 +84,26 @@ struct SharedCache {
   CacheLocation location;  ///< both empty: there is none
   CacheMode mode = CacheMode::read_write;
   CacheCredentials credentials = {};
-  bool only_indexed = false;  ///< of an address, entries that its index lacks are not asked for
+};
+
+/// What a batch's cache did: the shared one, where there is one.
+struct CacheReport {
+  std::string where;                     ///< folder or address; empty: there was none
+  std::uint64_t found = 0, lacking = 0;  ///< plants that it had; that it had not, or not in time
+  std::uint64_t sent = 0, unsent = 0;    ///< results that it took; that it did not take
+  bool gave_up = false;                  ///< it was asked no more before the batch was done
+  std::string trouble;                   ///< the first thing that was wrong with it; empty: nothing
 };
 
 struct BatchOptions {
   std::filesystem::path cache;  ///< folder; made if it is missing. Empty: no cache at all
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
   JobLimits limits;             ///< of each plant
-  /// A folder takes the place of `cache`, unless it is only read; a folder that is only read, and an address, are behind `cache`.
+  /// A folder takes the place of `cache`, unless it is only read. A folder that is only read, and a server, are asked for what `cache` lacks.
   SharedCache shared = {};
   bool other_batches = false;           ///< others that say so too may use `cache` at the same time; else that is refused
   bool explain = false;                 ///< fill BatchResult::because
+  bool look_up_only = false;            ///< bake nothing: a plant that no cache has fails
   std::filesystem::path pictures = {};  ///< folder for a picture of each plant (plant_pictures.h); empty: none
   std::function<void(const BatchPlant& plant, const BatchResult& result)> ended = {};  ///< as each plant ends; may be empty
   std::function<void(const CacheReport&)> cache_reported = {};  ///< called once, at the end; empty: nobody wants to know
@@ -105,7 +114,8 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 
 /// bake_cached for each, the slowest first by their costs. Results are in the order of the plants. A plant that fails, or whose process
 /// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
-/// A shared cache that is of no use (dead, slow, full, refusing, damaged) costs the larger of 2 s and 5 % of the time, and no plant.
+/// A server is asked for all plants first, several at a time. A shared cache that is of no use (dead, slow, full, refusing, damaged) is
+/// asked no more after a few failures in a row, and costs seconds and no plant.
 /// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
 /// thread  the process must have no other threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,

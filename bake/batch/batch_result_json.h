@@ -9,6 +9,6 @@
 namespace coppice::bake {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds, peak_rss_bytes,
-                                   warnings, cache_failure, because)
+                                   warnings, cache_failure, because, lost)
 
 }  // namespace coppice::bake

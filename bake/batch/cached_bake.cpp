@@ -10,7 +10,6 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
-#include "cache_index.h"
 #include "why_baked.h"
 
 namespace coppice::bake {
@@ -28,58 +27,47 @@ Result<void> keep(const JobCache& cache, const std::string& key, const CachedBak
   if (cache.folder.empty()) return {};
   const Result<void> stored =
       cache.keeps ? store_cached(cache.folder, key, entry) : Error{Status::io, "the cache's folder took none of the results before"};
-  if (stored) cache.line.offer(key);
   if (!stored && cache.needed) return stored.error();
   if (!stored) result.cache_failure = stored.error().message();
   return {};
+}
+
+/// Sends what was baked to the server.
+void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
+  if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
+  if (const auto sent = cache.server->put(key, entry); !sent) result.cache_failure = sent.error().message();
 }
 
 void warn_of_damage(const Error& error, BatchResult& result) {
   if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
 }
 
-/// An entry of a server is worth the time of a bake, and half of its memory: it is in it twice.
-EntryWorth worth_of(const PlantCost& cost) {
-  constexpr std::uint64_t kLeast_ms = 1'000, kLeastBytes = std::uint64_t{64} << 20;
-  return {static_cast<double>(std::max(kLeast_ms, cost.milliseconds)) / 1000.0, std::max(kLeastBytes, cost.memory_bytes / 2)};
-}
-
-/// Nothing where it must be baked.
-Result<std::optional<CachedBake>> find_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, DamagedEntry damaged,
-                                             BatchResult& result) {
-  using Found = std::optional<CachedBake>;
-  if (cache.folder.empty()) return Found();
+/// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
+std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+  if (cache.folder.empty()) return {};
   Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
-  if (entry) {
-    cache.line.offer(key);
-    return Found(*std::move(entry));
-  }
-  warn_of_damage(entry.error(), result);
-  if (!cache.behind.empty()) {
-    entry = peek_cached(cache.behind, key);
-    if (entry) return Found(*std::move(entry));
-    warn_of_damage(entry.error(), result);
-  }
-  const auto bundle = cache.line.fetch(key, worth_of(plant.cost));
-  if (!bundle) return Found();
-  entry = read_bundle(*bundle, key);
-  if (!entry) {
-    cache.line.found_damaged(key);
-    warn_of_damage(entry.error(), result);
-    return Found();
-  }
-  COPPICE_CHECK(keep(cache, key, *entry, result));
-  return Found(*std::move(entry));
+  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
+  if (entry || cache.read_only.empty()) return entry ? std::optional(*std::move(entry)) : std::nullopt;
+  entry = peek_cached(cache.read_only, key);
+  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
+  return entry ? std::optional(*std::move(entry)) : std::nullopt;
 }
 
-/// Why there is no entry: compared with what is in the folders, and on the server of the last plant of that name.
-std::vector<std::string> explanation(const std::vector<KeyPart>& parts, const JobCache& cache) {
-  if (cache.known == nullptr) return {};
-  const auto record = cache.line.fetch_record(name_digits(parts));
-  if (!record) return why_baked(parts, *cache.known);
-  std::vector<KnownKey> known = *cache.known;
-  known.push_back({{}, 0, parts_of_record(*record)});
-  return why_baked(parts, known);
+/// Nothing where the server lacks it or is of no use.
+Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, BatchResult& result) {
+  // A bake would take twice as much memory as this.
+  const std::uint64_t max_bytes = std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
+  auto entry = cache.server->get(key, max_bytes);
+  if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
+  if (!entry) {
+    warn_of_damage(entry.error(), result);
+    if (entry.error().status != Status::bad_file) result.cache_failure = entry.error().message();
+    return std::optional<CachedBake>();
+  }
+  if (*entry) {
+    COPPICE_CHECK(keep(cache, key, **entry, result));
+  }
+  return *std::move(entry);
 }
 
 Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, const std::vector<KeyPart>& parts,
@@ -90,6 +78,7 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   if (key_after != result.key) return Error{Status::io, "the plant was changed while it was baked"};
   CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings), parts};
   COPPICE_CHECK(keep(cache, result.key, entry, result));
+  send(cache, result.key, entry, result);
   return entry;
 }
 
@@ -111,10 +100,10 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
-  COPPICE_TRY(entry, find_entry(plant, cache, result.key, DamagedEntry::is_removed, result));
+  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::is_removed, result);
   result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
   if (!entry) {
-    result.because = explanation(parts, cache);
+    if (cache.known != nullptr) result.because = why_baked(parts, *cache.known);
     COPPICE_TRY(baked, bake_into(plant, cache, parts, progress, result));
     entry = std::move(baked);
   }
@@ -124,7 +113,10 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
 Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
-  COPPICE_TRY(entry, find_entry(plant, cache, result.key, DamagedEntry::stays, result));
+  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  if (!entry && cache.server != nullptr) {
+    COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
+  }
   if (!entry) return Error{Status::io, "no cache has it", Error::kNoOffset, result.key};
   result.outcome = BatchOutcome::cached;
   COPPICE_CHECK(make_folder_of(plant.output));

@@ -189,9 +189,12 @@ void finish(RunningJob& running, const JobCallbacks& callbacks, const JobLimits&
   // Some libraries abort where memory lacks.
   const std::string may_need = limits.memory_bytes > 0 ? "; it may need more than --max-memory-mb allows" : "";
   if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemoryExit)
-    running.end = {{}, "out of memory" + hint_of_limit(limits.memory_bytes), 0};
-  if (WIFSIGNALED(status)) running.end = {{}, std::string("ended by a signal: ") + ::strsignal(WTERMSIG(status)) + may_need, 0};
-  if (WIFSIGNALED(status) && running.timed_out) running.end.failure = time_limit_text(limits.seconds);
+    running.end = {{}, "out of memory" + hint_of_limit(limits.memory_bytes), 0, limits.memory_bytes == 0};
+  if (WIFSIGNALED(status)) {
+    const int signal = WTERMSIG(status);
+    running.end = {{}, std::string("ended by a signal: ") + ::strsignal(signal) + may_need, 0, signal == SIGKILL || signal == SIGTERM};
+  }
+  if (WIFSIGNALED(status) && running.timed_out) running.end = {{}, time_limit_text(limits.seconds), 0};
   running.end.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   callbacks.ended(running.job, std::move(running.end));
 }
@@ -200,7 +203,7 @@ void finish(RunningJob& running, const JobCallbacks& callbacks, const JobLimits&
 void start(std::size_t job, std::vector<RunningJob>& running, const JobCallbacks& callbacks, const JobLimits& limits) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) {
-    callbacks.ended(job, {{}, std::string("no pipe: ") + std::strerror(errno), 0});
+    callbacks.ended(job, {{}, std::string("no pipe: ") + std::strerror(errno), 0, true});
     return;
   }
   const pid_t parent = ::getpid(), process = ::fork();
@@ -213,7 +216,7 @@ void start(std::size_t job, std::vector<RunningJob>& running, const JobCallbacks
   ::close(ends[1]);
   if (process < 0) {
     ::close(ends[0]);
-    callbacks.ended(job, {{}, std::string("no process: ") + std::strerror(reason), 0});
+    callbacks.ended(job, {{}, std::string("no process: ") + std::strerror(reason), 0, true});
     return;
   }
   running.push_back({job, process, ends[0], {}});

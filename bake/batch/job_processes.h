@@ -14,6 +14,7 @@ struct JobEnd {
   std::string result;   ///< what it returned, when `failure` is empty
   std::string failure;  ///< that it threw, or what ended its process
   std::uint64_t peak_rss_bytes = 0;
+  bool lost = false;  ///< something else ended the process or kept it from starting: the same job may succeed elsewhere
 };
 
 /// Reports a fraction in [0, 1].

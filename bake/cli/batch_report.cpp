@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <set>
 #include <system_error>
 #include <utility>
 
@@ -15,24 +14,6 @@
 
 namespace coppice::bake {
 namespace {
-
-std::size_t node_count(const Batch& batch) {
-  std::set<std::string> nodes;
-  for (const PlantPlace& place : batch.places) nodes.insert(place.node);
-  nodes.erase("");
-  return nodes.size();
-}
-
-/// "2 at a time"; "on 3 nodes in 40 tasks, 2 of them again"; "from the cache"
-std::string places_text(const Batch& batch) {
-  if (batch.places.empty()) return std::to_string(batch.job_count) + " at a time";
-  if (batch.task_count == 0) return "from the cache";
-  const std::size_t nodes = node_count(batch);
-  std::string text = "on " + std::to_string(nodes) + (nodes == 1 ? " node in " : " nodes in ") + std::to_string(batch.task_count) +
-                     (batch.task_count == 1 ? " task" : " tasks");
-  if (batch.retried_task_count > 0) text += ", " + std::to_string(batch.retried_task_count) + " of them again";
-  return text;
-}
 
 /// Broken between words, or within those that are longer than a line. Lines after the first are indented. text: may be printed
 std::string wrapped(const std::string& text, std::size_t columns) {
@@ -87,26 +68,13 @@ std::string plant_label(const Batch& batch, std::size_t plant) {
 
 nlohmann::ordered_json batch_record(const Batch& batch) {
   nlohmann::ordered_json plants = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
-    nlohmann::ordered_json& json = plants.emplace_back(plant_record(batch.plants[i], batch.results[i]));
-    if (batch.places.empty()) continue;
-    const PlantPlace& place = batch.places[i];
-    json.update({{"node", place.node}, {"queue_seconds", place.queue_seconds}, {"attempts", place.attempts}, {"log", place.log_tail}});
-  }
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) plants.push_back(plant_record(batch.plants[i], batch.results[i]));
   nlohmann::ordered_json root = {{"baked", count_of(batch, BatchOutcome::baked)},
                                  {"cached", count_of(batch, BatchOutcome::cached)},
                                  {"failed", count_of(batch, BatchOutcome::failed)},
                                  {"seconds", batch.seconds},
                                  {"jobs", batch.job_count},
                                  {"cache", cache_json(batch.cache)}};
-  if (!batch.places.empty())
-    root.update({{"nodes", node_count(batch)}, {"tasks", batch.task_count}, {"retried_tasks", batch.retried_task_count}});
-  for (const FarmTry& made : batch.tries)
-    root["tries"].push_back({{"task", std::to_string(made.submission) + "-" + std::to_string(made.task)},
-                             {"node", made.node},
-                             {"start_seconds", made.start_s},
-                             {"seconds", made.seconds},
-                             {"exit", made.exit_code ? nlohmann::ordered_json(*made.exit_code) : nullptr}});
   root["plants"] = std::move(plants);
   return root;
 }
@@ -129,8 +97,9 @@ void print_batch(const Batch& batch) {
       std::printf("%-*s %9u %10llu %7.1f %8.1f  %s\n", columns, label.c_str(), result.source_leaves,
                   static_cast<unsigned long long>(result.file_bytes), bytes_per_leaf(result), result.seconds, outcome_name(result.outcome));
   }
-  std::printf("%zu plants in %.1f s, %s: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds,
-              places_text(batch).c_str(), count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
+  const std::string jobs = batch.job_count == 0 ? "on the cluster" : std::to_string(batch.job_count) + " at a time";
+  std::printf("%zu plants in %.1f s, %s: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds, jobs.c_str(),
+              count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
               count_of(batch, BatchOutcome::failed));
 }
 

@@ -11,29 +11,17 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "bake_batch.h"
-#include "farm_follow.h"
 
 namespace coppice::bake {
-
-/// Where a plant was baked on a cluster.
-struct PlantPlace {
-  std::string node;            ///< empty: nowhere
-  double queue_seconds = 0.0;  ///< from its task's submission to the task's start
-  std::uint32_t attempts = 0;
-  std::string log_tail;  ///< of one that failed
-};
 
 /// Everything about a batch that has ended.
 struct Batch {
   std::filesystem::path output_folder;
   std::vector<BatchPlant> plants;
   std::vector<BatchResult> results;
-  std::uint32_t job_count = 0;
+  std::uint32_t job_count = 0;  ///< plants at a time; 0: on a cluster
   double seconds = 0.0;
   CacheReport cache;
-  std::vector<PlantPlace> places;  ///< of each plant; empty: all on this machine
-  std::size_t task_count = 0, retried_task_count = 0;
-  std::vector<FarmTry> tries;  ///< of its tasks
 };
 
 std::size_t count_of(const Batch& batch, BatchOutcome outcome);

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "cache_report_json.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -15,7 +14,7 @@ void add_cache_options(CLI::App& command, CacheArguments& arguments) {
                   "A cache that people and machines share: a folder, in place of OUT/.coppice-cache, or an address like "
                   "https://host/path, behind it; without it that of COPPICE_CACHE. Credentials are in COPPICE_CACHE_CREDENTIALS "
                   "(USER:PASSWORD or Bearer TOKEN) or "
-                  "~/.netrc. A cache that is of no use costs 2 s or 5 % of the time, and no plant")
+                  "~/.netrc. A cache that is of no use costs seconds, and no plant")
       ->type_name("FOLDER|URL")
       ->envname(kCacheVariable);
   command.add_option("--cache-mode", arguments.mode, "Whether results are sent to the shared cache, or it is only read")
@@ -50,20 +49,17 @@ std::vector<std::string> shared_cache_options(const CacheArguments& arguments) {
 }
 
 nlohmann::ordered_json cache_json(const CacheReport& report) {
-  return nlohmann::json(report);
+  return {{"where", report.where}, {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
+          {"unsent", report.unsent}, {"gave_up", report.gave_up}, {"trouble", report.trouble}};
 }
 
 void print_cache_trouble(const CacheReport& report) {
+  if (report.trouble.empty()) return;
   std::string lost;
-  const auto add = [&lost](std::uint64_t count, const char* one, const char* many) {
-    if (count > 0) lost += (lost.empty() ? "" : ", ") + std::to_string(count) + (count == 1 ? one : many);
-  };
-  add(report.unasked, " plant was not looked up in it", " plants were not looked up in it");
-  add(report.unsent, " result was not kept in it", " results were not kept in it");
-  add(report.damaged, " entry was damaged", " entries were damaged");
-  if (lost.empty() && report.trouble.empty()) return;
+  if (report.unsent > 0) lost = std::to_string(report.unsent) + (report.unsent == 1 ? " result was" : " results were") + " not kept in it";
+  if (report.gave_up) lost += std::string(lost.empty() ? "" : ", ") + "it was asked no more";
   std::fprintf(stderr, "coppice: warning: cache %s: %s%s%s\n", printable(report.where).c_str(), printable(report.trouble).c_str(),
-               report.trouble.empty() || lost.empty() ? "" : "; ", lost.c_str());
+               lost.empty() ? "" : "; ", lost.c_str());
 }
 
 std::string because_text(const std::string& name, const BatchResult& result) {

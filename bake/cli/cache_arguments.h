@@ -1,6 +1,6 @@
 #pragma once
 
-// The options of bake-all that are about its caches, and what it says of them.
+// The options of bake-all for its caches, and what it prints about them.
 
 #include <filesystem>
 #include <string>
@@ -34,7 +34,7 @@ void check_cache_arguments(const CacheArguments& arguments);
 /// errors  as parse_cache_location and credentials_of_environment
 Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options);
 
-/// Which shared cache there is, once more, for a command that bakes part of the batch elsewhere; empty: none.
+/// The options of the shared cache, for commands that bake parts of the batch elsewhere; empty: there is none.
 std::vector<std::string> shared_cache_options(const CacheArguments& arguments);
 
 /// What a cache did, for the batch's JSON report.

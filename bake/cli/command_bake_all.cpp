@@ -12,12 +12,11 @@
 #include "bake_batch.h"
 #include "batch_html.h"
 #include "batch_manifest.h"
+#include "batch_plan.h"
 #include "batch_report.h"
 #include "cache_arguments.h"
+#include "cluster_arguments.h"
 #include "commands.h"
-#include "farm_command.h"
-#include "farm_plan.h"
-#include "farm_run.h"
 #include "limit_arguments.h"
 #include "output.h"
 #include "plant_pictures.h"
@@ -35,7 +34,7 @@ struct BakeAllCommand {
   BakeArguments bake;
   LimitArguments limits;
   CacheArguments cache;
-  FarmArguments farm;
+  ClusterArguments cluster;
   std::uint32_t job_count = 0, thread_count = 0;
   std::uint32_t shard = 1, shard_count = 1;
   bool pictures = false;  ///< for somebody else's page
@@ -113,9 +112,6 @@ void share_threads(const BakeAllCommand& arguments, Batch& batch) {
 }
 
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
-  if (!is_a_part(arguments)) {
-    COPPICE_CHECK(refuse_beside_run(arguments.output));
-  }
   COPPICE_TRY(plants, checked_plants(arguments));
   Batch batch;
   batch.output_folder = arguments.output;
@@ -184,7 +180,7 @@ std::filesystem::path absolute_folder(const std::filesystem::path& folder) {
 
 /// Options of the command that every task gets; those of a bake are in its list.
 std::vector<std::string> task_options(const BakeAllCommand& arguments) {
-  std::vector<std::string> words{"--quiet"};
+  std::vector<std::string> words;
   const auto add = [&words](const char* name, const std::string& value) { words.insert(words.end(), {name, value}); };
   if (arguments.job_count > 0) add("--jobs", std::to_string(arguments.job_count));
   if (!arguments.html.empty()) words.emplace_back("--pictures");
@@ -192,48 +188,53 @@ std::vector<std::string> task_options(const BakeAllCommand& arguments) {
   if (arguments.limits.max_seconds > 0.0) add("--max-seconds", formatted("%.9g", arguments.limits.max_seconds));
   if (arguments.cache.explain) words.emplace_back("--explain");
   if (arguments.cache.none) words.emplace_back("--no-cache");
+  const std::vector<std::string> of_cache = shared_cache_options(arguments.cache);
+  words.insert(words.end(), of_cache.begin(), of_cache.end());
   return words;
 }
 
-Result<std::filesystem::path> run_folder_of(const BakeAllCommand& arguments) {
-  if (arguments.farm.attach) return newest_run(arguments.output);
-  COPPICE_TRY(plants, checked_plants(arguments));
-  BatchOptions caches;
-  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, caches));
-  FarmBatch batch{arguments.output, std::move(plants), task_options(arguments), {}, std::move(caches)};
-  const std::vector<std::string> of_cache = shared_cache_options(arguments.cache);
-  std::vector<std::string>& options = batch.caches.shared.location.url.empty() ? batch.task_options : batch.server_options;
-  options.insert(options.end(), of_cache.begin(), of_cache.end());
-  return prepare_run(batch, arguments.farm);
+Result<ClusterBatch> cluster_batch_of(const BakeAllCommand& arguments) {
+  ClusterBatch batch;
+  batch.output_folder = arguments.output;
+  COPPICE_CHECK(move_into(batch.plants, checked_plants(arguments)));
+  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, batch.options));
+  batch.task_options = task_options(arguments);
+  COPPICE_CHECK(prepare_cluster_batch(arguments.cluster, batch));
+  return batch;
 }
 
 /// Ctrl-C does not end what the cluster does.
-int leave(const BakeAllCommand& arguments, const FollowedRun& followed) {
-  std::fprintf(stderr, "coppice: the run goes on without this command.\n  take it up again: coppice bake-all -o %s --attach\n",
-               shown(arguments.output).c_str());
-  if (!followed.jobs.empty()) std::fprintf(stderr, "  end it: %s\n", scancel_command(followed.jobs).c_str());
-  return 130;  // as a shell has it of a command that Ctrl-C ended
+int leave() {
+  std::fputs("coppice: the tasks go on. The same command takes the batch up again; scancel with the job's number ends them.\n", stderr);
+  return 130;  // a shell's exit code for a command that Ctrl-C ended
 }
 
 int run_on_cluster(BakeAllCommand arguments) {
   if (const auto possible = refuse_standard_output(arguments.output, "the output is a folder"); !possible)
     return report_failure(arguments.output, possible.error());
   arguments.output = absolute_folder(arguments.output);
-  if (!arguments.input.empty()) arguments.input = absolute_folder(arguments.input);
+  arguments.input = absolute_folder(arguments.input);
   if (const auto cache = parse_cache_location(arguments.cache.where); cache && !cache->folder.empty())
     arguments.cache.where = absolute_folder(cache->folder).string();
-  const std::filesystem::path& named = arguments.farm.attach ? arguments.output : arguments.input;
-  const auto folder = run_folder_of(arguments);
-  if (!folder) return report_failure(named, folder.error());
-  if (arguments.farm.print) {
-    const auto script = run_script(*folder);
-    if (!script) return report_failure(named, script.error());
+  const auto start = std::chrono::steady_clock::now();
+  auto cluster = cluster_batch_of(arguments);
+  if (!cluster) return report_failure(arguments.input, cluster.error());
+  if (arguments.cluster.print) {
+    const auto script = write_tasks(*cluster);
+    if (!script) return report_failure(arguments.input, script.error());
     std::fputs(script->c_str(), stdout);
     return 0;
   }
-  const auto followed = follow(*folder, !arguments.farm.attach, arguments.quiet);
-  if (!followed) return report_failure(named, followed.error());
-  return followed->left ? leave(arguments, *followed) : report_batch(arguments, followed->batch);
+  Batch batch;
+  cluster->options.cache_reported = [&batch](const CacheReport& report) { batch.cache = report; };
+  auto results = follow_on_cluster(*cluster, arguments.quiet);
+  if (!results) return report_failure(arguments.input, results.error());
+  if (!*results) return leave();
+  batch.output_folder = arguments.output;
+  batch.plants = std::move(cluster->plants);
+  batch.results = **std::move(results);
+  batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report_batch(arguments, batch);
 }
 
 /// "3/16" to shard 3 of 16.
@@ -256,13 +257,10 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
 
 void check_arguments(const BakeAllCommand& arguments) {
   check_cache_arguments(arguments.cache);
-  check_farm_arguments(arguments.farm);
-  if (arguments.input.empty() && !arguments.farm.attach) throw CLI::RequiredError("input");
-  if (!arguments.input.empty() && arguments.farm.attach)
-    throw CLI::ValidationError("input", "--attach goes on with what the run began with");
-  if ((arguments.farm.slurm || arguments.farm.attach) && is_a_part(arguments))
+  check_cluster_arguments(arguments.cluster);
+  if (arguments.cluster.slurm && is_a_part(arguments))
     throw CLI::ValidationError("--slurm", "deals out all plants by itself: not with --shard or --journal");
-  if ((arguments.farm.slurm || arguments.farm.attach) && arguments.thread_count > 0)
+  if (arguments.cluster.slurm && arguments.thread_count > 0)
     throw CLI::ValidationError("--threads", "a task has the processors that Slurm gives it: -- --cpus-per-task N");
   // The entries of a list may have what the command lacks.
   std::error_code error;
@@ -284,7 +282,8 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       "smaller, and it may be deleted at any time. --cache shares it between machines.\n"
       "Exit code 1 if any plant failed; the others are baked all the same.\n"
       "  coppice bake-all plants -o baked --report baked.json");
-  command->add_option("input", arguments->input, "A folder of plants, a list of them, or one; none with --attach")
+  command->add_option("input", arguments->input, "A folder of plants, a list of them, or one")
+      ->required()
       ->type_name("FOLDER|LIST.json|IN.glb|IN.gltf");
   add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
@@ -319,11 +318,11 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
                     "Add a line to this file for each plant as soon as it has ended: its entry of --report. Other coppices with a journal "
                     "may bake into OUT at the same time")
       ->type_name("F.jsonl");
-  add_farm_options(*command, arguments->farm);
+  add_cluster_options(*command, arguments->cluster);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] {
     check_arguments(*arguments);
-    *exit_code = arguments->farm.slurm || arguments->farm.attach ? run_on_cluster(*arguments) : run(*arguments);
+    *exit_code = arguments->cluster.slurm ? run_on_cluster(*arguments) : run(*arguments);
   });
 }
 

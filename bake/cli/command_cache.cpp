@@ -45,36 +45,22 @@ std::string entries_text(std::uint64_t entries, std::uint64_t bytes) {
   return std::to_string(entries) + (entries == 1 ? " entry, " : " entries, ") + readable_bytes(bytes);
 }
 
-Result<Said> stats(const CachePlace& place) {
-  COPPICE_TRY(stats, cache_stats(place));
-  const bool is_server = !place.location.url.empty();
+Result<Said> stats(const std::filesystem::path& folder) {
+  COPPICE_TRY(stats, cache_stats(folder));
   Said said;
-  said.json = {{"entries", stats.entries}, {"bytes", stats.bytes}, {"oldest_s", stats.oldest_s}, {"newest_s", stats.newest_s}};
+  said.json = {{"entries", stats.entries},   {"bytes", stats.bytes},       {"oldest_s", stats.oldest_s},
+               {"newest_s", stats.newest_s}, {"versions", stats.versions}, {"stray_files", stats.stray_files}};
   said.text = entries_text(stats.entries, stats.bytes) + (stats.entries > 0 ? "\n" : ": empty, or no cache\n");
-  if (stats.newest_s > 0)
-    said.text += std::string(is_server ? "sent" : "last used") + " between " + date_text(stats.oldest_s) + " and " +
-                 date_text(stats.newest_s) + " UTC\n";
-  if (is_server) {
-    said.json.update({{"has_index", stats.has_index}, {"unindexed", stats.unindexed}, {"misindexed", stats.misindexed}});
-    if (!stats.has_index)
-      said.text += "there is no index: coppice cache index makes one\n";
-    else if (stats.unindexed > 0 || stats.misindexed > 0)
-      said.text += "the index lacks " + std::to_string(stats.unindexed) + " of them, and names " + std::to_string(stats.misindexed) +
-                   " that are not there\n";
-    else
-      said.text += "the index is complete\n";
-    return said;
-  }
-  said.json.update({{"versions", stats.versions}, {"stray_files", stats.stray_files}});
+  if (stats.newest_s > 0) said.text += "last used between " + date_text(stats.oldest_s) + " and " + date_text(stats.newest_s) + " UTC\n";
   for (const auto& [version, count] : stats.versions)
     said.text += std::to_string(count) + " by version " + printable(version) + " of the baker\n";
   if (stats.stray_files > 0) said.text += std::to_string(stats.stray_files) + " files of no entry, which prune removes after an hour\n";
   return said;
 }
 
-Result<Said> verify(const CachePlace& place, bool remove_damaged) {
+Result<Said> verify(const std::filesystem::path& folder, bool remove_damaged) {
   ProgressBar bar(ProgressBar::Visibility::on_terminal);
-  COPPICE_TRY(found, verify_cache(place, remove_damaged, [&bar](std::uint64_t done, std::uint64_t of) {
+  COPPICE_TRY(found, verify_cache(folder, remove_damaged, [&bar](std::uint64_t done, std::uint64_t of) {
                 bar.show("verify", static_cast<double>(done) / static_cast<double>(of));
               }));
   bar.clear();
@@ -92,8 +78,8 @@ Result<Said> verify(const CachePlace& place, bool remove_damaged) {
   return said;
 }
 
-Result<Said> prune(const CachePlace& place, double max_gb) {
-  COPPICE_TRY(pruning, prune_cache(place, static_cast<std::uint64_t>(max_gb * 1e9)));
+Result<Said> prune(const std::filesystem::path& folder, double max_gb) {
+  COPPICE_TRY(pruning, prune_cache(folder, static_cast<std::uint64_t>(max_gb * 1e9)));
   Said said;
   said.json = {{"entries", pruning.entries},
                {"bytes", pruning.bytes},
@@ -104,18 +90,12 @@ Result<Said> prune(const CachePlace& place, double max_gb) {
   return said;
 }
 
-Result<Said> index(const CachePlace& place) {
-  COPPICE_TRY(entries, rebuild_index(place));
-  return Said{{{"entries", entries}}, "the index has " + std::to_string(entries) + (entries == 1 ? " entry\n" : " entries\n")};
-}
-
 Result<Said> act(const CacheCommand& arguments) {
   COPPICE_TRY(location, parse_cache_location(arguments.where));
-  COPPICE_TRY(credentials, credentials_of_environment());
-  const CachePlace place{std::move(location), std::move(credentials)};
-  if (arguments.action == "verify") return verify(place, arguments.remove_damaged);
-  if (arguments.action == "prune") return prune(place, arguments.max_gb);
-  return arguments.action == "index" ? index(place) : stats(place);
+  if (!location.url.empty())
+    return Error{Status::invalid_argument, "a server's cache is looked after on the server, in its folder", Error::kNoOffset, location.url};
+  if (arguments.action == "verify") return verify(location.folder, arguments.remove_damaged);
+  return arguments.action == "prune" ? prune(location.folder, arguments.max_gb) : stats(location.folder);
 }
 
 int run(const CacheCommand& arguments) {
@@ -132,20 +112,17 @@ void add_cache_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<CacheCommand>();
   CLI::App* command = app.add_subcommand("cache", "Look after a cache of bake-all: what is in it, whether it is whole, less of it");
   command->footer(
-      "stats says how much there is, verify reads every entry and compares checksums (exit code 1 if any is damaged), prune removes the "
-      "entries that were used longest ago, and index writes the index of a server anew. All are safe beside running bakes: an entry that "
-      "is gone is baked again.\n"
-      "A server must list its folders (nginx: autoindex on; autoindex_format json;) and, for prune and --remove-damaged, take DELETE. It "
-      "does not know when entries were used: there prune removes those sent longest ago.\n"
+      "stats says how much there is, verify reads every entry and compares checksums (exit code 1 if any is damaged), and prune removes "
+      "the entries that were used longest ago. All are safe beside running bakes: an entry that is gone is baked again.\n"
+      "The cache of a server is looked after there, in its folder.\n"
       "  coppice cache stats baked/.coppice-cache\n"
-      "  coppice cache prune --max-gb 50 /mnt/studio/coppice-cache\n"
-      "  coppice cache verify --json https://cache.studio.example/coppice");
+      "  coppice cache prune --max-gb 50 /mnt/studio/coppice-cache");
   command->add_option("action", arguments->action, "What to do")
       ->required()
-      ->check(CLI::IsMember({"stats", "verify", "prune", "index"}))
-      ->type_name("stats|verify|prune|index");
+      ->check(CLI::IsMember({"stats", "verify", "prune"}))
+      ->type_name("stats|verify|prune");
   command->add_option("where", arguments->where, "The cache; without it that of COPPICE_CACHE")
-      ->type_name("FOLDER|URL")
+      ->type_name("FOLDER")
       ->envname(kCacheVariable);
   command->add_option("--max-gb", arguments->max_gb, "prune: leave at most so many gigabytes, 10^9 bytes each")
       ->check(CLI::Range(0.0, 1e9))
@@ -153,7 +130,7 @@ void add_cache_command(CLI::App& app, int* exit_code) {
   command->add_flag("--remove-damaged", arguments->remove_damaged, "verify: remove what is damaged");
   command->add_flag("--json", arguments->json, "As JSON");
   command->callback([arguments, exit_code] {
-    if (arguments->where.empty()) throw CLI::ValidationError("where", "name a folder or an address, or set COPPICE_CACHE");
+    if (arguments->where.empty()) throw CLI::ValidationError("where", "name a folder, or set COPPICE_CACHE");
     if (arguments->action == "prune" && arguments->max_gb < 0.0) throw CLI::ValidationError("--max-gb", "prune needs it");
     *exit_code = run(*arguments);
   });

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "command_line.h"
+#include "cluster_arguments.h"
 #include "commands.h"
 #include "coppice/coppice.h"
 #include "endings.h"
 #include "failure_text.h"
-#include "farm_command.h"
 #include "job_processes.h"
 #include "output.h"
 #include "printable.h"

@@ -4,9 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
-#include <string_view>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
@@ -19,8 +17,6 @@ namespace coppice::bake {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::string_view kBundleStart = "coppice-cache 1 ";
 
 std::string text_of(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -42,12 +38,6 @@ Json record_of(const CachedBake& entry) {
           {"parts", std::move(parts)}};
 }
 
-std::string record_text(const CachedBake& entry) {
-  Json record = record_of(entry);
-  record["checksum"] = checksum_of(entry.bytes, record_of(entry));
-  return text_of(record);
-}
-
 bool are_strings(const Json& array) {
   return array.is_array() && std::ranges::all_of(array, [](const Json& text) { return text.is_string(); });
 }
@@ -64,7 +54,7 @@ std::vector<KeyPart> parts_of(const Json& parts) {
 
 /// Nothing where the text is no object of JSON.
 Json parsed_record(std::span<const std::uint8_t> text) {
-  return text.size() > kMostRecordBytes ? Json(Json::value_t::discarded) : Json::parse(text.begin(), text.end(), nullptr, false);
+  return text.size() > kMaxRecordBytes ? Json(Json::value_t::discarded) : Json::parse(text.begin(), text.end(), nullptr, false);
 }
 
 /// Whether the text is the record of these bytes under that key; fills in what it says of them.
@@ -98,11 +88,10 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
 }
 
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
-  COPPICE_TRY(record, read_file(record_file(folder, key), kMostRecordBytes + 1));
-  CachedBake entry;
+  COPPICE_TRY(record, read_file(record_file(folder, key), kMaxRecordBytes + 1));
   COPPICE_TRY(bytes, read_file(cached_file(folder, key)));
-  entry.bytes = std::move(bytes);
-  if (read_record(record, entry.bytes, key, entry)) return entry;
+  Result<CachedBake> entry = read_entry(record, std::move(bytes), key);
+  if (entry) return entry;
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
@@ -132,30 +121,17 @@ std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record) {
   return json.is_object() && json.contains("parts") && are_parts(json["parts"]) ? parts_of(json["parts"]) : std::vector<KeyPart>();
 }
 
-std::vector<std::uint8_t> bundle_of(const CachedBake& entry) {
-  const std::string record = record_text(entry), head = std::string(kBundleStart) + std::to_string(record.size()) + "\n";
-  std::vector<std::uint8_t> bundle;
-  bundle.reserve(head.size() + record.size() + entry.bytes.size());
-  bundle.insert(bundle.end(), head.begin(), head.end());
-  bundle.insert(bundle.end(), record.begin(), record.end());
-  bundle.insert(bundle.end(), entry.bytes.begin(), entry.bytes.end());
-  return bundle;
+std::string record_text(const CachedBake& entry) {
+  Json record = record_of(entry);
+  record["checksum"] = checksum_of(entry.bytes, record_of(entry));
+  return text_of(record);
 }
 
-Result<CachedBake> read_bundle(std::span<const std::uint8_t> bundle, const std::string& key) {
-  const Error damaged{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, key};
-  const std::string_view text = as_text(bundle);
-  if (!text.starts_with(kBundleStart)) return damaged;
-  std::size_t record_bytes = 0;
-  const auto [end, error] = std::from_chars(text.data() + kBundleStart.size(), text.data() + text.size(), record_bytes);
-  if (error != std::errc() || end == text.data() + text.size() || *end != '\n') return damaged;
-  const auto head_bytes = static_cast<std::size_t>(end - text.data()) + 1;
-  if (record_bytes > bundle.size() - head_bytes) return damaged;
+Result<CachedBake> read_entry(std::span<const std::uint8_t> record, std::vector<std::uint8_t> bytes, const std::string& key) {
   CachedBake entry;
-  const auto file = bundle.subspan(head_bytes + record_bytes);
-  if (!read_record(bundle.subspan(head_bytes, record_bytes), file, key, entry)) return damaged;
-  entry.bytes.assign(file.begin(), file.end());
-  return entry;
+  entry.bytes = std::move(bytes);
+  if (read_record(record, entry.bytes, key, entry)) return entry;
+  return Error{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, key};
 }
 
 }  // namespace coppice::bake

@@ -1,10 +1,11 @@
 #include "cache_location.h"
 
+#include <curl/curl.h>
+
 #include <cstdlib>
 #include <memory>
 #include <string_view>
 
-#include "curl_functions.h"
 
 namespace coppice::bake {
 namespace {
@@ -12,11 +13,11 @@ namespace {
 using Url = std::unique_ptr<CURLU, decltype(&::curl_url_cleanup)>;
 
 /// Empty where the address has none.
-std::string part_of(const CurlFunctions& curl, const Url& url, CURLUPart part) {
+std::string part_of(const Url& url, CURLUPart part) {
   char* text = nullptr;
-  if (curl.url_get(url.get(), part, &text, 0) != CURLUE_OK) return {};
+  if (::curl_url_get(url.get(), part, &text, 0) != CURLUE_OK) return {};
   std::string copy(text);
-  curl.free(text);
+  ::curl_free(text);
   return copy;
 }
 
@@ -25,11 +26,10 @@ Error refused(const char* what, const std::string& where = {}) {
 }
 
 Result<std::string> checked_url(const std::string& text) {
-  COPPICE_TRY(curl, load_curl());
-  const Url url(curl->url(), curl->url_cleanup);
+  const Url url(::curl_url(), &::curl_url_cleanup);
   if (!url) return Error{Status::out_of_memory, "out of memory"};
-  const auto part = [&](CURLUPart wanted) { return part_of(*curl, url, wanted); };
-  if (curl->url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
+  const auto part = [&](CURLUPart wanted) { return part_of(url, wanted); };
+  if (::curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
     return refused("the cache's address cannot be read: it is like https://host/path");
   const std::string scheme = part(CURLUPART_SCHEME), host = part(CURLUPART_HOST);
   if (scheme != "http" && scheme != "https") return refused("a cache's address begins with http:// or https://, or it is a folder", scheme);

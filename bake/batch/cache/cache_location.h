@@ -1,6 +1,6 @@
 #pragma once
 
-// Where a shared cache is, and who one is there.
+// The place of a shared cache, and the credentials for it.
 
 #include <filesystem>
 #include <string>
@@ -22,8 +22,7 @@ struct CacheLocation {
 
 /// Tells an address from a folder by "://".
 /// errors  invalid_argument: empty; an address of another protocol, one that is none, or one with a user, a password, a query or a
-/// fragment.
-///         The message has none of these. unsupported: an address, and libcurl is missing
+///         fragment. The message has none of these.
 Result<CacheLocation> parse_cache_location(const std::string& text);
 
 /// The environment variable that has credentials: "USER:PASSWORD", or "Bearer TOKEN".

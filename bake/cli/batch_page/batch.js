@@ -23,32 +23,24 @@ function element(tag, properties, ...children) {
 function makeSummary() {
   document.title = `${data.folder}: Coppice bake`;
   byId('folder').textContent = data.folder;
-  const where = data.tasks > 0 ? ` on ${plural(data.nodes, 'node')} in ${plural(data.tasks, 'task')}` : '';
-  byId('summary').append(`${plural(data.plants.length, 'plant')} in ${time(data.seconds)}${where}: `, `${count(data.baked)} baked, `,
+  byId('summary').append(`${plural(data.plants.length, 'plant')} in ${time(data.seconds)}: `, `${count(data.baked)} baked, `,
     `${count(data.cached)} cached, `, element('span', {className: data.failed > 0 ? 'bad' : ''}, `${count(data.failed)} failed`), '.');
   const {cache} = data;
   if (!cache.where) byId('cache').remove();
   else byId('cache').textContent = `Cache ${cache.where}: ${count(cache.found)} found, ${count(cache.sent)} sent` +
-    (cache.damaged > 0 ? `, ${count(cache.damaged)} damaged` : '') + (cache.trouble ? `; ${cache.trouble}` : '') + '.';
+    (cache.trouble ? `; ${cache.trouble}` : '') + '.';
 }
 
-// "baked on node2, 12 s, waited 3.0 s, 2 attempts"
-function how(plant) {
-  const parts = [`${plant.outcome}${plant.node ? ` on ${plant.node}` : ''}`, time(plant.seconds)];
-  if (plant.queue_seconds > 0) parts.push(`waited ${time(plant.queue_seconds)}`);
-  if (plant.attempts > 1) parts.push(`${plant.attempts} attempts`);
-  return parts.join(', ');
-}
+// "baked, 12 s"
+const how = plant => `${plant.outcome}, ${time(plant.seconds)}`;
 
 function makeFailures() {
   const failures = data.plants.filter(plant => plant.outcome === 'failed');
   if (failures.length === 0) return;
   byId('failures').hidden = false;
   byId('failed').textContent = `${plural(failures.length, 'plant')} failed`;
-  byId('failure_list').append(...failures.map(plant => {
-    const log = plant.log ? [element('details', {}, element('summary', {}, 'The end of its task\'s log'), element('pre', {}, plant.log))] : [];
-    return element('div', {className: 'failure'}, element('strong', {}, plant.name), ` (${how(plant)})`, element('div', {className: 'bad'}, plant.error), ...log);
-  }));
+  byId('failure_list').append(...failures.map(plant => element('div', {className: 'failure'}, element('strong', {}, plant.name),
+    ` (${how(plant)})`, element('div', {className: 'bad'}, plant.error))));
 }
 
 function enlarge(plant) {
@@ -89,62 +81,6 @@ function showPlants() {
   showMore();
 }
 
-function svg(tag, attributes, ...children) {
-  const made = document.createElementNS('http://www.w3.org/2000/svg', tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children);
-  return made;
-}
-
-// Tries of tasks that overlap on one node lie below each other.
-function lanesOf(tries) {
-  const ends = [];
-  return tries.map(made => {
-    let lane = ends.findIndex(end => end <= made.start_seconds);
-    if (lane < 0) lane = ends.length;
-    ends[lane] = made.start_seconds + made.seconds;
-    return lane;
-  });
-}
-
-function makeTimeline(names) {
-  const end = Math.max(1, data.seconds, ...data.tries.map(made => made.start_seconds + made.seconds));
-  const left = 120, width = 1000, row = 12, parts = [];
-  let y = 8;
-  for (const name of names) {
-    const tries = data.tries.filter(made => made.node === name), lanes = lanesOf(tries);
-    parts.push(svg('text', {x: 8, y: y + 11}, name));
-    tries.forEach((made, i) => {
-      const lost = made.exit === null || made.exit > 1;  // 1: a plant failed
-      const bar = svg('rect', {x: left + (width - left - 16) * made.start_seconds / end, y: y + lanes[i] * (row + 2), height: row,
-        width: Math.max(3, (width - left - 16) * made.seconds / end - 1), class: lost ? 'lost' : 'done'},
-        svg('title', {}, `task ${made.task}, from ${time(made.start_seconds)} on${made.exit === null ? ': lost' : `, ${time(made.seconds)}, exit code ${made.exit}`}`));
-      parts.push(bar);
-    });
-    y += (1 + Math.max(0, ...lanes)) * (row + 2) + 8;
-  }
-  for (const share of [0, 0.25, 0.5, 0.75, 1])
-    parts.push(svg('text', {x: left + (width - left - 16) * share, y: y + 12, class: 'axis', 'text-anchor': share === 1 ? 'end' : 'start'}, time(share * end)));
-  byId('timeline').append(svg('svg', {viewBox: `0 0 ${width} ${y + 20}`, role: 'img', 'aria-label': 'Tasks on nodes by time'}, ...parts));
-}
-
-function makeNodes() {
-  if (!data.tries || data.tries.length === 0) return;
-  byId('nodes').hidden = false;
-  const names = [...new Set(data.tries.map(made => made.node))].sort();
-  makeTimeline(names);
-  const rows = names.map(name => {
-    const plants = data.plants.filter(plant => plant.node === name), tries = data.tries.filter(made => made.node === name);
-    const sum = (list, key) => list.reduce((total, entry) => total + entry[key], 0);
-    const waits = plants.map(plant => plant.queue_seconds);
-    return [name, count(tries.length), count(tries.filter(made => made.exit === null).length), count(plants.length),
-      count(plants.filter(plant => plant.outcome === 'cached').length), time(sum(tries, 'seconds')), time(sum(plants, 'seconds')), time(Math.max(0, ...waits))];
-  });
-  const head = ['node', 'tasks', 'lost', 'plants', 'cached', 'in tasks', 'in bakes', 'longest wait'];
-  byId('node_table').append(element('table', {}, element('thead', {}, element('tr', {}, ...head.map(text => element('th', {scope: 'col'}, text)))),
-    element('tbody', {}, ...rows.map(row => element('tr', {}, ...row.map((text, i) => element(i === 0 ? 'th' : 'td', {}, text)))))));
-}
-
 makeSummary();
 makeFailures();
 for (const [id, choices] of [['show', shows], ['sort', sorts]])
@@ -153,5 +89,4 @@ for (const id of ['find', 'show', 'sort']) byId(id).addEventListener('input', sh
 byId('controls').addEventListener('submit', event => event.preventDefault());
 new IntersectionObserver(([end]) => { if (end.isIntersecting) showMore(); }, {rootMargin: '1000px'}).observe(byId('end'));
 showPlants();
-makeNodes();
 document.documentElement.dataset.report = 'ready';

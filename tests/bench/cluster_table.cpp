@@ -1,7 +1,7 @@
 // What a cluster of two nodes with a processor each takes for a batch, against bake-all on one of these processors, and against two shards
 // by hand, one on each, at the same time: nodes on one machine share its memory, which real ones do not. Generated plants of the three
 // species, each of a seed of its own, in small views. Needs Slurm (slurm_cluster.h), root and two idle processors.
-//   farm_table [PLANTS [VIEWS [RESOLUTION]]]     200, 8, 96
+//   cluster_table [PLANTS [VIEWS [RESOLUTION]]]     200, 8, 96
 
 #include <chrono>
 #include <cstdio>
@@ -12,8 +12,6 @@
 #include <thread>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "places.h"
 #include "process.h"
 #include "slurm_cluster.h"
@@ -23,17 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace coppice::test;
-
-/// Of the time that two nodes had, percent in which one was in a task, and in which one baked.
-std::string shares_of(const fs::path& report, double wall_s) {
-  const auto json = nlohmann::json::parse(read_text(report));
-  double in_bakes_s = 0.0, in_tasks_s = 0.0;
-  for (const auto& plant : json["plants"]) in_bakes_s += plant["seconds"].get<double>();
-  for (const auto& made : json["tries"]) in_tasks_s += made["seconds"].get<double>();
-  char text[80];
-  std::snprintf(text, sizeof text, "%.1f %% of it in tasks, %.1f %% in bakes", 50.0 * in_tasks_s / wall_s, 50.0 * in_bakes_s / wall_s);
-  return text;
-}
 
 double seconds_of(const std::string& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
   const auto start = std::chrono::steady_clock::now();
@@ -74,15 +61,15 @@ void measure(const std::string& count, const std::string& views, const std::stri
   double two = 0.0, warm = 0.0;
   {
     const SlurmCluster cluster(2);
-    two = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm", "--report", folder / "two.json"}), cluster.environment());
+    two = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
     warm = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
   }
   const double one = before + shard("0", "one", "2/2");
   const auto files = [&](const char* name) { return outputs(folder / name, ".coppice-"); };
   std::printf(
-      "%s plants: %.1f s on one processor; two shards by hand %.1f s, %.3f of half; two nodes %.1f s, %.3f of half, %.3f of by hand, "
-      "%s; warm %.1f s; bytes are %s\n",
-      count.c_str(), one, hand, hand / (one / 2.0), two, two / (one / 2.0), two / hand, shares_of(folder / "two.json", two).c_str(), warm,
+      "%s plants: %.1f s on one processor; two shards by hand %.1f s, %.3f of half; two nodes %.1f s, %.3f of half, %.3f of by hand; "
+      "warm %.1f s; bytes are %s\n",
+      count.c_str(), one, hand, hand / (one / 2.0), two, two / (one / 2.0), two / hand, warm,
       files("one") == files("two") && files("one") == files("hand") ? "equal" : "NOT EQUAL");
 }
 
@@ -95,7 +82,7 @@ int main(int argc, char** argv) {
     measure(argc > 1 ? argv[1] : "200", argc > 2 ? argv[2] : "8", argc > 3 ? argv[3] : "96");
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "farm_table: %s\n", error.what());
+    std::fprintf(stderr, "cluster_table: %s\n", error.what());
     return 1;
   }
 }

@@ -30,7 +30,7 @@ double bytes_per_leaf(const BatchResult& result) {
 Json plant_record(const BatchPlant& plant, const BatchResult& result) {
   Json json = {{"input", plant.input.string()}, {"output", plant.output.string()}, {"outcome", outcome_name(result.outcome)}};
   if (result.outcome == BatchOutcome::failed)
-    json["error"] = result.error;
+    json.update({{"error", result.error}, {"lost", result.lost}});
   else
     json.update({{"source_leaves", result.source_leaves},
                  {"file_bytes", result.file_bytes},
@@ -56,6 +56,7 @@ std::optional<JournalEntry> journal_entry(std::string_view line) {
     BatchResult& result = entry.result;
     result.outcome = outcome_of(json.at("outcome").get<std::string>());
     result.error = json.value("error", std::string());
+    result.lost = json.value("lost", false);
     result.source_leaves = json.value("source_leaves", 0u);
     result.file_bytes = json.value("file_bytes", std::uint64_t{0});
     result.foliage_bytes = json.value("foliage_bytes", std::uint64_t{0});

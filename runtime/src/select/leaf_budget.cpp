@@ -6,7 +6,7 @@
 namespace coppice {
 namespace {
 
-// Measured on lavapipe; see DECISIONS.md. On other devices a budget is a number to tune all the same.
+// Measured on lavapipe; see DECISIONS.md, "Selection and error". On other devices a budget is a number to tune all the same.
 constexpr double kHardwareTriangleLeaves = 4.0;
 /// Leaves fall about as the threshold's power of -1 to -2: less than the whole way at once, so that neither overshoots.
 constexpr float kGain = 0.6f;

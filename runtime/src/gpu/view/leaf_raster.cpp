@@ -71,7 +71,7 @@ struct Constants {
 };
 
 /// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
-/// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: what a real GPU showed)
+/// of invocations hide each other's loads, work is spread as far as it goes. DECISIONS.md, "Drawing", has what that changed on a GPU.
 constexpr RasterShape kFewLanes{.expand_together = false,
                                 .leaf_lanes = 8,
                                 .leaf_clusters = 4,

@@ -1,6 +1,5 @@
 #include "bake_key.h"
 
-#include <cstdio>
 #include <optional>
 #include <system_error>
 
@@ -11,6 +10,7 @@
 #include "coppice/format.h"
 #include "gltf_text.h"
 #include "occlusion_areas.h"
+#include "option_table.h"
 
 namespace coppice::bake {
 namespace {
@@ -31,62 +31,21 @@ std::string checksum_text(std::span<const std::uint8_t> bytes) {
   return checksum.text();
 }
 
-/// No two numbers give the same text.
-std::string exact(float number) {
-  char text[32];
-  static_cast<void>(std::snprintf(text, sizeof text, "%.9g", static_cast<double>(number)));
-  return text;
-}
-
-std::string exact(double number) {
-  char text[32];
-  static_cast<void>(std::snprintf(text, sizeof text, "%.17g", number));
-  return text;
-}
-
-const char* metric_text(Metric metric) {
-  return metric == Metric::mi ? "mi" : metric == Metric::geometric ? "geometric" : "default";
-}
-
-const char* part_text(PlantPart part) {
-  return part == PlantPart::leaf ? "leaf" : part == PlantPart::wood ? "wood" : "drop";
-}
-
 }  // namespace
 
 std::vector<KeyPart> option_parts(const BakeOptions& options) {
-  // Every member by name: one that is added later does not compile until it is written below, or shown to change nothing. Of an option
-  // that is a path the file's bytes belong into bake_key_parts.
-  const auto& [metric, view_count, thread_count, import, collapse, textures, crown_normals, leaf_meshes, areas, wind] = options;
-  const auto& [leaf_material, wood_material, classes, up, metres_per_unit, wind_color_set, plant, outside_files] = import;
-  const auto& [node, variant, whole] = plant;
-  const auto& [wind_moves, wind_stiffness] = wind;
-  const auto& [resolution_px, count_background, candidate_count] = collapse;
-  static_cast<void>(thread_count);   // same bytes for any number
-  static_cast<void>(outside_files);  // nor with a file that is refused
+  // A member that is added later does not compile until it is counted here: it needs a row in bake_option_table(), or changes nothing, as
+  // the number of threads.
+  [[maybe_unused]] const auto& [o1, o2, o3, import, collapse, o6, o7, o8, o9, wind] = options;
+  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, plant, i8] = import;
+  [[maybe_unused]] const auto& [p1, p2, p3] = plant;
+  [[maybe_unused]] const auto& [w1, w2] = wind;
+  [[maybe_unused]] const auto& [c1, c2, c3] = collapse;
 
   std::vector<KeyPart> parts;
-  const auto option = [&parts](const char* name, const std::string& value) { parts.push_back({"option", name, portable_text(value)}); };
-  option("metric", metric_text(metric));
-  option("views", view_count == 0 ? "by default" : std::to_string(view_count));
-  option("resolution", std::to_string(resolution_px));
-  option("background", count_background ? "on" : "off");
-  option("candidates", std::to_string(candidate_count));
-  option("textures", textures == TextureCoding::rgba8 ? "rgba8" : "bc");
-  option("crown-normals", exact(crown_normals));
-  option("leaf-meshes", leaf_meshes ? "on" : "off");
-  option("wind-stiffness", wind_moves ? exact(wind_stiffness) : "no wind");
-  if (wind_color_set) option("wind-weights", "COLOR_" + std::to_string(*wind_color_set));
-  if (areas == Areas::vulkan) option("areas", "vulkan, at every step up to " + std::to_string(kMostMeasuredLeaves) + " leaves");
-  if (leaf_material) option("leaf-material", *leaf_material);
-  if (wood_material) option("wood-material", *wood_material);
-  for (const ClassRule& rule : classes)
-    option("classes", std::string(part_text(rule.part)) + " of " + std::to_string(rule.min_triangles) + " to " +
-                          std::to_string(rule.max_triangles) + " triangles, " + rule.material);
-  if (node) option("node", *node);
-  option("variant", whole ? "whole" : std::to_string(variant));
-  option("up", up == UpAxis::z ? "z" : "y");
-  option("unit", exact(metres_per_unit) + " m");
+  for (const BakeOption& option : bake_option_table())
+    if (const auto value = option.changes_result ? option.get(options) : std::nullopt)
+      parts.push_back({"option", option.name, portable_text(*value)});
   return parts;
 }
 

@@ -13,7 +13,7 @@
 namespace coppice::bake {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 BatchOutcome outcome_of(const std::string& name) {
   for (const BatchOutcome outcome : {BatchOutcome::baked, BatchOutcome::cached})
@@ -27,8 +27,8 @@ double bytes_per_leaf(const BatchResult& result) {
   return result.source_leaves > 0 ? static_cast<double>(result.foliage_bytes) / result.source_leaves : 0.0;
 }
 
-Json plant_record(const BatchPlant& plant, const BatchResult& result) {
-  Json json = {{"input", plant.input.string()}, {"output", plant.output.string()}, {"outcome", outcome_name(result.outcome)}};
+OrderedJson plant_record(const BatchPlant& plant, const BatchResult& result) {
+  OrderedJson json = {{"input", plant.input.string()}, {"output", plant.output.string()}, {"outcome", outcome_name(result.outcome)}};
   if (result.outcome == BatchOutcome::failed)
     json.update({{"error", result.error}, {"lost", result.lost}});
   else
@@ -45,11 +45,11 @@ Json plant_record(const BatchPlant& plant, const BatchResult& result) {
 }
 
 std::string journal_line(const BatchPlant& plant, const BatchResult& result) {
-  return plant_record(plant, result).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return plant_record(plant, result).dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 std::optional<JournalEntry> journal_entry(std::string_view line) {
-  const Json json = Json::parse(line, nullptr, false);
+  const OrderedJson json = OrderedJson::parse(line, nullptr, false);
   try {
     JournalEntry entry;
     entry.output = json.at("output").get<std::string>();
@@ -66,7 +66,7 @@ std::optional<JournalEntry> journal_entry(std::string_view line) {
     result.warnings = json.at("warnings").get<std::vector<std::string>>();
     result.because = json.at("because").get<std::vector<std::string>>();
     return entry;
-  } catch (const Json::exception&) {
+  } catch (const OrderedJson::exception&) {
     return {};
   }
 }

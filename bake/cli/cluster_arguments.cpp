@@ -6,31 +6,16 @@
 #include <cstdio>
 #include <system_error>
 
-#include "atomic_file.h"
 #include "batch_manifest.h"
-#include "checksum.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "slurm.h"
 #include "temporary_file.h"
-#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A file of rules for the tasks, named after its text.
-Result<fs::path> classes_file(const std::vector<ClassRule>& rules, const fs::path& output_folder) {
-  if (rules.empty()) return fs::path();
-  const std::string text = classes_text(rules);
-  Checksum checksum;
-  checksum.add(text);
-  fs::path path = output_folder / ".coppice-cluster" / ("classes-" + checksum.text() + ".json");
-  COPPICE_CHECK(make_folder_of(path));
-  COPPICE_CHECK(write_file_atomically(path, bytes_of(text)));
-  return path;
-}
 
 /// A script's comments and JSON hold no newline and nothing but UTF-8.
 Result<void> check_words(const ClusterBatch& batch) {
@@ -103,8 +88,7 @@ Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBat
   if (batch.coppice.empty()) batch.coppice = fs::read_symlink("/proc/self/exe", error);
   if (error) return system_error("cannot tell where this program is", "/proc/self/exe", error.value());
   for (const BatchPlant& plant : batch.plants) {
-    COPPICE_TRY(classes, classes_file(plant.options.import.classes, batch.output_folder));
-    COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder, classes));
+    COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder));
     batch.entries.push_back(std::move(entry));
   }
   return check_words(batch);

@@ -31,8 +31,7 @@ std::string sbatch_hint(const std::vector<std::string>& words);
 /// Throws CLI::ValidationError for options that do not go together.
 void check_cluster_arguments(const ClusterArguments& arguments);
 
-/// Fills in what follows from the options and the plants: the program, options of sbatch, and the plants' list entries, with a file for
-/// each set of rules that --classes gave.
+/// Fills in what follows from the options and the plants: the program, options of sbatch, and the plants' list entries.
 /// errors  io; invalid_argument: a path that JSON or a script cannot hold
 Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBatch& batch);
 

@@ -20,7 +20,7 @@ namespace {
 
 struct BakeCommand {
   std::filesystem::path input, output, report, preview;
-  BakeArguments bake;
+  BakeRequest bake;
   LimitArguments limits;
   bool dry_run = false, quiet = false;
 };
@@ -78,7 +78,7 @@ bool outputs_possible(const BakeCommand& arguments) {
   const std::array outputs{arguments.output, arguments.report, arguments.preview};
   for (const std::filesystem::path& output : outputs) {
     if (output.empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes.classes};
+    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes};
     for (const std::filesystem::path& other : outputs)
       if (&other != &output) others.push_back(other);
     const Content content = &output == &outputs[1] ? Content::text : Content::binary;
@@ -144,7 +144,7 @@ Result<std::vector<BakeCommand>> commands_of_variants(const BakeCommand& argumen
   const auto outputs_like = [&contents](const std::filesystem::path& output) { return variant_outputs(output, contents); };
   std::vector<BakeCommand> commands(std::max<std::size_t>(contents.variants.size(), 1), arguments);
   for (std::size_t i = 0; i < commands.size(); ++i) {
-    commands[i].bake.import.plant.variant = static_cast<std::uint32_t>(i + 1);
+    commands[i].bake.options.import.plant.variant = static_cast<std::uint32_t>(i + 1);
     for (const auto path : {&BakeCommand::output, &BakeCommand::report, &BakeCommand::preview})
       if (!(arguments.*path).empty()) commands[i].*path = outputs_like(arguments.*path)[i];
   }
@@ -153,7 +153,7 @@ Result<std::vector<BakeCommand>> commands_of_variants(const BakeCommand& argumen
 
 int run(const BakeCommand& arguments) {
   std::vector<BakeCommand> commands{arguments};
-  if (arguments.bake.import.all_variants) {
+  if (arguments.bake.all_variants) {
     auto all = commands_of_variants(arguments);
     if (!all) return report_failure(arguments.input, all.error());
     commands = *std::move(all);
@@ -193,7 +193,7 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, output, dry_run, exit_code] {
     if (output->count() == 0 && dry_run->count() == 0) throw CLI::RequiredError("--output or --dry-run");
-    check_bake_arguments(arguments->bake);
+    check_bake_request(arguments->bake);
     *exit_code = run_limited(arguments->limits, arguments->input, {arguments->output, arguments->report, arguments->preview},
                              [&] { return run(*arguments); });
   });

@@ -31,7 +31,7 @@ namespace {
 
 struct BakeAllCommand {
   std::filesystem::path input, output, report, html, journal;
-  BakeArguments bake;
+  BakeRequest bake;
   LimitArguments limits;
   CacheArguments cache;
   ClusterArguments cluster;
@@ -46,14 +46,14 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   if (std::filesystem::is_directory(arguments.input, error)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
     COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
-    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.import.all_variants;
+    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.all_variants;
     return plants;
   }
   if (is_plant_file(arguments.input)) {
     COPPICE_TRY(options, bake_options(arguments.bake));
     const std::filesystem::path name = arguments.input.stem() += ".coppice";
     BatchPlant plant{arguments.input, arguments.output / name, std::move(options)};
-    plant.all_variants = arguments.bake.import.all_variants;
+    plant.all_variants = arguments.bake.all_variants;
     return std::vector{std::move(plant)};
   }
   return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
@@ -264,7 +264,7 @@ void check_arguments(const BakeAllCommand& arguments) {
     throw CLI::ValidationError("--threads", "a task has the processors that Slurm gives it: -- --cpus-per-task N");
   // The entries of a list may have what the command lacks.
   std::error_code error;
-  if (std::filesystem::is_directory(arguments.input, error) || is_plant_file(arguments.input)) check_bake_arguments(arguments.bake);
+  if (std::filesystem::is_directory(arguments.input, error) || is_plant_file(arguments.input)) check_bake_request(arguments.bake);
 }
 
 }  // namespace

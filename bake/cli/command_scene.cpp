@@ -9,7 +9,7 @@
 #include "asset_path.h"
 #include "atomic_file.h"
 #include "commands.h"
-#include "import_arguments.h"
+#include "bake_arguments.h"
 #include "io_result.h"
 #include "level_import.h"
 #include "limit_arguments.h"
@@ -26,7 +26,7 @@ namespace {
 struct SceneArguments {
   std::filesystem::path input, output;
   std::vector<std::string> plants, densities;
-  ImportArguments import;
+  BakeRequest bake;
   LimitArguments limits;
   ScatterOptions scatter;
   bool skip_missing = false, quiet = false;
@@ -85,7 +85,7 @@ Result<std::vector<Species>> open_all_species(const SceneArguments& arguments, s
   std::vector<Species> all;
   for (const std::filesystem::path& file : files) {
     at_fault = file;
-    COPPICE_TRY(species, open_species(file, folder, arguments.import.allow_outside));
+    COPPICE_TRY(species, open_species(file, folder, arguments.bake.options.import.outside_files == OutsideFiles::allowed));
     if (std::ranges::find(all, species.name, &Species::name) != all.end()) return wrong("two plants of one name", species.name);
     all.push_back(std::move(species));
   }
@@ -160,9 +160,7 @@ void warn(const std::filesystem::path& file, std::size_t count, const char* what
 Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const std::vector<Species>& species) {
   std::vector<std::string> names(species.size());
   std::ranges::transform(species, names.begin(), &Species::name);
-  ImportOptions options;
-  apply_import_arguments(arguments.import, options);
-  COPPICE_TRY(scene, import_level(arguments.input, names, options));
+  COPPICE_TRY(scene, import_level(arguments.input, names, arguments.bake.options.import));
   if (!scene.missing.empty() && !arguments.skip_missing)
     return wrong("instanced meshes without a baked plant of their name (--skip-missing leaves them out)",
                  joined(scene.missing) + "; the plants are " + names_of(species));
@@ -274,7 +272,7 @@ void add_scene_command(CLI::App& app, int* exit_code) {
       ->check(CLI::Range(0.0, 2.0))
       ->capture_default_str();
   command->add_flag("--skip-missing", arguments->skip_missing, "Leave out instanced meshes that no plant is named like")->needs(input);
-  add_import_options(*command, arguments->import);
+  add_bake_options(*command, arguments->bake, {OptionGroup::units});
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   add_limit_options(*command, arguments->limits);
   command->callback([arguments, exit_code] {

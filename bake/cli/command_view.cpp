@@ -23,7 +23,7 @@ constexpr const char* kViewer = "coppice-forest";
 
 struct ViewArguments {
   std::filesystem::path input;
-  BakeArguments bake;
+  BakeRequest bake;
   std::vector<std::string> viewer;  ///< words for coppice-forest
   std::string camera, screenshot;
   bool headless = false;
@@ -82,7 +82,7 @@ Error start(const std::filesystem::path& viewer, std::vector<std::string> words)
 }
 
 int run(const ViewArguments& arguments) {
-  if (arguments.bake.import.all_variants)
+  if (arguments.bake.all_variants)
     return report_failure(arguments.input,
                           Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"});
   const auto viewer = find_viewer();
@@ -118,7 +118,7 @@ void add_view_command(CLI::App& app, int* exit_code) {
   command->add_option("--screenshot", arguments->screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   add_bake_options(*command, arguments->bake);
   command->callback([arguments, exit_code] {
-    check_bake_arguments(arguments->bake);
+    check_bake_request(arguments->bake);
     *exit_code = run(*arguments);
   });
 }

@@ -148,7 +148,7 @@ TEST(PlantCost, InstancesCountAndWhatIsDamagedDoesNotOverflow) {
 
 TEST(Manifest, AnEntrySaysEverythingOfAPlant) {
   const test::TemporaryFolder folder;
-  const fs::path input = folder / "small.glb", list = folder / "list.json", classes = folder / "classes.json", out = folder / "out";
+  const fs::path input = folder / "small.glb", list = folder / "list.json", out = folder / "out";
   test::write_file(input, test::small_plant().glb());
   BakeOptions all;
   all.metric = Metric::geometric;
@@ -173,10 +173,9 @@ TEST(Manifest, AnEntrySaysEverythingOfAPlant) {
   BakeOptions measured;
   measured.metric = Metric::mi;
   for (const BakeOptions& options : {BakeOptions(), all, whole, measured}) {
-    const auto entry = manifest_entry({input, out / "a/b.coppice", options}, out, classes);
+    const auto entry = manifest_entry({input, out / "a/b.coppice", options}, out);
     ASSERT_TRUE(entry);
     std::ofstream(list) << "[" << *entry << "]";
-    std::ofstream(classes) << classes_text(options.import.classes);
     const auto plants = plants_of_manifest(list, out, {});
     ASSERT_TRUE(plants) << plants.error().message();
     const BatchPlant& plant = (*plants)[0];

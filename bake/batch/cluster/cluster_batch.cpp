@@ -99,7 +99,7 @@ std::string script_text(const ClusterBatch& batch, const Submission& submission)
           ". Slurm gives the number\n# itself; for others: sh THIS NUMBER\n";
   text += "tasks=" + shell_command({submission.folder.string()}) + "\n";
   text += "number=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task}}\n";
-  text += "exec " + shell_command({batch.coppice.string(), "bake-all"}) + " \"$tasks/$number.json\" " +
+  text += shell_command({batch.coppice.string(), "bake-all"}) + " \"$tasks/$number.json\" " +
           shell_command({"-o", batch.output_folder.string(), "--quiet"}) +
           " --threads \"${SLURM_CPUS_PER_TASK:-1}\" --journal \"$tasks/$number.jsonl\" " + shell_command(batch.task_options) + "\n";
   return text;

@@ -15,7 +15,7 @@ Error not_plain(const char* what, const std::filesystem::path& path) {
   return Error{Status::io, what, Error::kNoOffset, path.string() + ": not a plain file"};
 }
 
-/// An open file, closed on every way out.
+/// Closes an open file on every way out.
 struct Descriptor {
   int number = -1;
   ~Descriptor() {
@@ -23,7 +23,7 @@ struct Descriptor {
   }
 };
 
-/// Where the bytes go: through a symbolic link to what it names, and never over something that is not a plain file.
+/// Finds the file to write: follows a symbolic link, and refuses what is not a plain file.
 Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
   if (path.empty()) return Error{Status::io, "cannot write", Error::kNoOffset, "the output has no name"};
   std::error_code error;

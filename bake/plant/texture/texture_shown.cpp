@@ -13,16 +13,16 @@
 namespace coppice::bake {
 namespace {
 
-/// Points to a side of the grid on which a triangle is sampled.
+/// Samples on each side of a triangle's grid.
 constexpr int kGrid = 6;
-/// What the area that shows an image is worth in all: a texel of 2^24 with a millionth of it still counts.
+/// Units of all the area that shows an image: a texel of 2^24 with a millionth of its part still counts.
 constexpr double kUnits = 4503599627370496.0;  // 2^52
-/// Units of a texel's cover, and how much of a texel must be covered: a texel's edge is not hit exactly.
+/// Units of a texel's coverage, and the minimum that counts: sampling lines miss a texel's edge by a little.
 constexpr double kCoverUnits = 1048576.0;
 constexpr double kLeastCover = 1.0 / 16.0;
-/// A triangle that repeats the image more often than this shows all of it alike.
+/// A triangle that repeats the image more often than this counts as showing all texels alike.
 constexpr double kMostPeriods = 64.0;
-/// Lines to a row of texels, and to a triangle at most.
+/// Sampling lines to a row of texels, and to a triangle; a row has at least one.
 constexpr std::int64_t kLinesPerRow = 4, kMostLines = 4096;
 constexpr int kPointsOnLine = 64;
 
@@ -46,7 +46,7 @@ std::array<double, 2> crossing(const std::array<glm::dvec2, 3>& points, double y
   return span;
 }
 
-/// Triangles with the same texture coordinates count once, with their areas' sum: leaves are often the same one many times.
+/// Counts triangles with the same texture coordinates once, with the sum of their areas: many leaves are copies.
 struct AreaOfUvs {
   std::array<float, 6> uvs{};
   double area_m2 = 0.0;
@@ -98,7 +98,7 @@ void ShownArea::add(const UvTriangle& uvs, double share) {
   const glm::dvec2 low = glm::min(glm::min(points[0], points[1]), points[2]);
   const glm::dvec2 high = glm::max(glm::max(points[0], points[1]), points[2]);
   const glm::dvec2 periods = (high - low) / glm::dvec2(side_);
-  constexpr double kFar = 1e9;  // texels; beyond, coordinates carry nothing
+  constexpr double kFar = 1e9;  // texels; beyond that floats are too coarse for coordinates
   if (!(periods.x < kMostPeriods && periods.y < kMostPeriods && glm::length(low) < kFar && glm::length(high) < kFar))
     return add_everywhere(share);
   const glm::dvec2 ab = points[1] - points[0], ac = points[2] - points[0];
@@ -143,7 +143,7 @@ void ShownArea::add_everywhere(double share) {
   for (std::size_t y = 0; y < side_.y; ++y) add_within(y, 0.0, side_.x, {density, 1.0});
 }
 
-/// A triangle without area in the image: a palette's colours are often a point or a line.
+/// Adds a triangle without area in the image: a palette's colours are often a point or a line.
 void ShownArea::add_line(const std::array<glm::dvec2, 3>& points, double share) {
   std::size_t longest = 0;
   const auto edge = [&](std::size_t k) { return points[(k + 1) % 3] - points[k]; };

@@ -1,7 +1,7 @@
 #pragma once
 
-// Pictures of plants for people, by the baker's rasteriser: what is nearest at each pixel, alpha masks honoured. Nothing is computed from
-// them.
+// Paints pictures of plants for people with the baker's rasteriser: the nearest surface at each pixel, with alpha masks. Nothing is
+// computed from them.
 
 #include <algorithm>
 #include <array>
@@ -25,14 +25,13 @@ struct PaintedTriangle {
   std::uint32_t material = 0;
 };
 
-/// A triangle of a mesh.
 PaintedTriangle painted_triangle(const Mesh& mesh, std::size_t triangle);
 
-/// Paints a square picture as large as it is drawn; shrunk_picture makes it smaller.
-/// Refers to materials and images, which must be as alpha_masks wants them.
+/// Paints a square picture at its full size; shrunk_picture reduces it. Holds references to materials and images, which must be as
+/// alpha_masks requires.
 class PlantPainter {
  public:
-  /// background  of pixels that show nothing, in whatever space colours are in
+  /// background  colour of pixels that show nothing, in the space of the other colours
   PlantPainter(const std::vector<Material>& materials, const std::vector<Image>& images, const Viewpoint& view, const Sphere& sphere,
                std::uint32_t size_px, const glm::vec3& background);
 
@@ -77,7 +76,7 @@ class PlantPainter {
   std::vector<std::uint32_t> depths_;
 };
 
-/// The means of blocks of factor x factor colours. size_px  of the picture, a multiple of the factor
+/// Averages blocks of factor x factor colours. size_px  the picture's side, a multiple of the factor
 std::vector<glm::vec3> shrunk_picture(const std::vector<glm::vec3>& colors, std::uint32_t size_px, std::uint32_t factor);
 
 }  // namespace coppice::bake

@@ -138,8 +138,7 @@ struct ErrorTable {
 /// Levels of detail of the wood, finest first.
 struct WoodLods {
   std::vector<Mesh> lods;
-  std::vector<float>
-      error_px;  ///< [lods * sizes] each LoD's error against the finest, at ErrorTable::sizes_px; non-decreasing down a column
+  std::vector<float> error_px;  ///< [lods * sizes] errors against the finest, at ErrorTable::sizes_px; non-decreasing down a column
 };
 
 /// Whole leaves as they were modelled: what one LEAF_MESH chunk holds.

@@ -51,7 +51,7 @@ Result<Filter> read_filter(const Json& extension, const std::string& place) {
   return read_choice(extension, "filter", place, kFilters);
 }
 
-/// The extension's rules for the element size.
+/// Checks the extension's rules for the element size.
 Result<void> check_meshopt_stride(const MeshoptView& view, const std::string& place) {
   const std::size_t stride = view.stride_bytes;
   const bool fits_mode = view.mode == Mode::attributes ? stride % 4 == 0 && stride >= 4 && stride <= 256 : stride == 2 || stride == 4;
@@ -63,7 +63,7 @@ Result<void> check_meshopt_stride(const MeshoptView& view, const std::string& pl
   return {};
 }
 
-/// The coded bytes' place, and that no more is to come out of them than can.
+/// Checks where the coded bytes are, and that they can code so much.
 Result<void> check_meshopt_bytes(const MeshoptView& view, const Json& extension, const std::string& place,
                                  std::span<const ScreenedBuffer> buffers) {
   COPPICE_TRY(buffer, require_index(extension, "buffer", place, buffers.size()));

@@ -10,7 +10,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kJsonStart = 20;  // of a .glb: after its header and that of its first chunk
+constexpr std::size_t kJsonStart = 20;  // the header of a .glb and that of its first chunk come before
 
 bool is_binary(std::span<const std::uint8_t> gltf) {
   return as_text(gltf).starts_with("glTF");

@@ -17,12 +17,13 @@ namespace {
 
 constexpr std::uint64_t kMostBaseVertices = std::uint64_t{1} << 24;
 
-/// What a mesh is, wherever it stands. A box of its outermost points in 26 directions is, however turned, nearly that of all.
+/// Facts of a mesh, wherever it stands. The box of its outermost points in 26 directions is nearly the box of all points, however the mesh
+/// is turned.
 struct MeshFacts {
   bool is_known = false;
   std::vector<glm::vec3> outermost;
   std::uint64_t triangles = 0;
-  std::vector<glm::vec3> few_corners;  ///< 3 a triangle, where there are few
+  std::vector<glm::vec3> few_corners;  ///< 3 a triangle, if there are few
   std::vector<std::uint32_t> materials;
 };
 
@@ -44,7 +45,7 @@ void add_outermost(const std::vector<glm::vec3>& points, std::vector<glm::vec3>&
   }
 }
 
-/// The corners of a list of few triangles.
+/// Adds the corners of few triangles.
 Result<void> add_corners(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::vector<glm::vec3>& points,
                          std::vector<glm::vec3>& corners) {
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES) return {};
@@ -170,7 +171,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
     if (item.box.low.y > top) continue;
     for (const tinygltf::Primitive& primitive : model.meshes.at(item.mesh).primitives) {
       const Result<std::vector<glm::vec3>> points = positions_of(model, primitive);
-      if (!points) continue;  // read_gltf_nodes has read all of them
+      if (!points) continue;  // not reached: read_gltf_nodes has read them all
       vertices += points->size() * item.placed.size();
       if (vertices > kMostBaseVertices) break;
       for (const MeshInstance& instance : item.placed)

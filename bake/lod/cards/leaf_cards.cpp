@@ -1,6 +1,6 @@
-// Cards: what a quad shows in place of a leaf's mesh. Every leaf has its own rectangle, so in the rectangle's coordinates leaves of one
-// species are alike however they are turned, scaled or stretched. A small picture of each leaf in those coordinates is all that tells
-// leaves apart here; no mesh is compared with another.
+// Cards are what a quad shows in place of a leaf's mesh. Every leaf has its own rectangle, so in the rectangle's coordinates leaves of one
+// species are alike, however they are turned, scaled or stretched. Leaves are compared only by a small image of each in those coordinates
+// (its sketch), never by their meshes.
 
 #include "leaf_cards.h"
 
@@ -24,30 +24,30 @@
 namespace coppice::bake {
 namespace {
 
-/// Sides of a picture, and of all of a material's together.
+/// Sides of a card image, and of a material's atlas.
 constexpr std::uint32_t kMinCardSide_px = 64, kMaxCardSide_px = 256, kMaxAtlasSide_px = 512;
 constexpr std::uint32_t kCardSamples = 4;
 constexpr std::uint32_t kHoldSide_px = 64;
 constexpr std::uint32_t kSketchSide_px = 8;
 constexpr std::uint32_t kSketchSamples = 4;
-/// Root mean square difference of two sketches, 0..255, below which one picture does for both leaves.
+/// Root mean square difference of two sketches, 0..255, below which one image serves both leaves.
 constexpr double kAlike = 16.0;
 constexpr int kRefinements = 4;
-/// A leaf that covers less of its quad has been fitted edge-on: a picture would lose it.
+/// Minimum coverage of a quad by its leaf: a leaf with less was fitted edge-on and would be lost.
 constexpr float kLeastCoverage = 0.02f;
 constexpr float kCardCutoff = 0.5f;
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
 
-/// The part of the quad's rectangle between two points of its picture, which may lie outside of it.
+/// The part of the quad's rectangle between two points of its image, which may lie outside of it.
 Quad crop(const Quad& quad, const glm::dvec2& low, const glm::dvec2& high) {
   const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
   const auto at = [&](double column, double row) { return glm::vec3(corner + column * x + row * y); };
   return {at(low.x, high.y), at(high.x, high.y), at(high.x, low.y), at(low.x, low.y)};
 }
 
-/// The rectangle in the quad's plane, along the quad's sides, that holds all the leaf shows: a leaf may reach back beyond its stalk, and
-/// its texture may leave most of its mesh empty.
+/// The rectangle in the quad's plane, along the quad's sides, that holds exactly what the leaf shows: a leaf may reach back beyond its
+/// stalk, and its texture may leave most of its mesh empty.
 Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const Mesh& mesh = plant.foliage;
   const PictureFrame frame = picture_frame(quad);
@@ -101,11 +101,11 @@ std::uint32_t squared_difference(const Sketch& a, const Sketch& b) {
   return sum;
 }
 
-/// Which of the sketches stand for the others.
+/// Clusters of sketches; the medoid's leaf is drawn for all of its cluster.
 struct Clusters {
   std::vector<std::size_t> medoids;        ///< into the sketches
-  std::vector<std::uint32_t> cluster_of;   ///< [sketch count] into medoids
-  std::vector<std::uint32_t> differences;  ///< [sketch count] to the medoid
+  std::vector<std::uint32_t> cluster_of;   ///< [sketch count] index into medoids
+  std::vector<std::uint32_t> differences;  ///< [sketch count] difference to the medoid
 };
 
 void assign(const std::vector<Sketch>& sketches, Clusters& clusters) {
@@ -123,7 +123,7 @@ void assign(const std::vector<Sketch>& sketches, Clusters& clusters) {
       256);
 }
 
-/// Of the members of a cluster, the sketch nearest their mean; the first of equals.
+/// The sketch nearest to the mean of a cluster; the first of equals.
 std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters, std::uint32_t cluster) {
   std::array<std::uint64_t, Sketch{}.size()> sum{};
   std::uint64_t count = 0;
@@ -132,7 +132,7 @@ std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters
     ++count;
     for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += sketches[i][k];
   }
-  if (count == 0) return clusters.medoids[cluster];  // another medoid is the same sketch
+  if (count == 0) return clusters.medoids[cluster];  // the same sketch is another medoid
   Sketch mean{};
   for (std::size_t k = 0; k < sum.size(); ++k) mean[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
   std::size_t best = clusters.medoids[cluster];
@@ -147,7 +147,8 @@ std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters
   return best;
 }
 
-/// One cluster, then one more for the sketch least like its medoid until all are alike; then medoids move to the middle of their clusters.
+/// Starts with one cluster, and adds one for the sketch least like its medoid until all are alike. Then medoids move to the middle of their
+/// clusters.
 Clusters cluster_sketches(const std::vector<Sketch>& sketches) {
   Clusters clusters{{0}, std::vector<std::uint32_t>(sketches.size(), 0), std::vector<std::uint32_t>(sketches.size(), 0)};
   clusters.medoids[0] = medoid(sketches, clusters, 0);
@@ -169,7 +170,7 @@ Clusters cluster_sketches(const std::vector<Sketch>& sketches) {
   return clusters;
 }
 
-/// Whether the quad is the leaf: each corner one of its points.
+/// Whether the quad equals the leaf: each corner is one of the leaf's points.
 bool is_exact(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   const auto first = mesh.indices.begin() + 3 * std::ptrdiff_t{leaf.first_triangle}, last = first + 3 * std::ptrdiff_t{leaf.triangle_count};
   return std::ranges::all_of(quad, [&](const glm::vec3& corner) {
@@ -177,7 +178,7 @@ bool is_exact(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   });
 }
 
-/// Square, of power-of-two tiles: no texel of a mip level that still has a texel per picture mixes two of them.
+/// A square image of tiles whose sides are powers of two: as long as a mip level has a texel per tile, no texel mixes two of them.
 struct Atlas {
   std::uint32_t tiles_per_side = 1, tile_px = 0;
   Image image;
@@ -186,7 +187,7 @@ struct Atlas {
   }
 };
 
-/// source_px  how many texels long a leaf is in its own image
+/// source_px  a leaf's length in its own image, texels
 Atlas make_atlas(std::uint32_t picture_count, std::uint32_t source_px) {
   Atlas atlas;
   while (atlas.tiles_per_side * atlas.tiles_per_side < picture_count) atlas.tiles_per_side *= 2;
@@ -212,8 +213,8 @@ std::uint32_t source_side_px(const Plant& plant, const LeafRange& leaf, const Ma
   return static_cast<std::uint32_t>(std::ceil(std::max(size_px.x, size_px.y)));
 }
 
-/// A picture in sRGB, its colours as shares of `base_color`. Holes get the leaf's mean colour, for whoever filters without weighing by
-/// alpha.
+/// Writes a leaf's image into the atlas in sRGB, its colours relative to `base_color`. Holes get the leaf's mean colour, for readers that
+/// filter without weighting by alpha.
 void paste(const LeafPicture& picture, const glm::vec4& base_color, std::uint32_t tile, Atlas& atlas) {
   glm::vec4 sum(0.0f);
   for (const glm::vec4& texel : picture.texels) sum += texel;
@@ -231,7 +232,7 @@ void paste(const LeafPicture& picture, const glm::vec4& base_color, std::uint32_
     }
 }
 
-/// The tile's uvs for the quad's corners, half a texel in, so that no filter reaches the neighbour.
+/// The tile's uvs for the quad's corners, half a texel inside, so that no filter reaches the neighbour.
 Card tile_card(std::uint32_t material, const Atlas& atlas, std::uint32_t tile) {
   const glm::vec2 size(static_cast<float>(atlas.image.width));
   const glm::vec2 low = (glm::vec2(atlas.origin_px(tile)) + 0.5f) / size;
@@ -239,13 +240,13 @@ Card tile_card(std::uint32_t material, const Atlas& atlas, std::uint32_t tile) {
   return {material, {{{low.x, high.y}, {high.x, high.y}, {high.x, low.y}, {low.x, low.y}}}};
 }
 
-/// The leaves of one material that pictures stand for.
+/// The leaves of one material that get a card image.
 struct PicturedLeaves {
   std::vector<std::size_t> leaves;
   std::vector<Sketch> sketches;
 };
 
-/// Of each cluster the mean of fullness over leaves spread over it: what bends alike looks alike.
+/// [cluster] The mean fullness of some of its leaves, spread over it: leaves that look alike bend alike.
 std::vector<double> mean_fullness(const Plant& plant, const PicturedLeaves& pictured, const Clusters& clusters,
                                   std::span<const FittedLeaf> fitted) {
   constexpr std::size_t kMostLeaves = 16;
@@ -264,7 +265,7 @@ std::vector<double> mean_fullness(const Plant& plant, const PicturedLeaves& pict
   return means;
 }
 
-/// About its middle.
+/// Scales a quad about its middle.
 Quad scaled(const Quad& quad, double scale) {
   const glm::vec3 middle = 0.25f * (quad[0] + quad[1] + quad[2] + quad[3]);
   Quad result;

@@ -18,14 +18,14 @@ namespace {
 
 using Channels = LiveImage::Channels;
 
-/// The largest block, 32 x 32 pixels, counts once; smaller ones as often as they fit into it.
+/// The largest block has 32 x 32 pixels and counts once; smaller ones count as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
 constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
-/// What a leaf shows besides its shade.
+/// The coverage of a leaf, added to its shade.
 constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
-/// What shows through less than this is taken for nothing: an eighth of a step of 255.
+/// Less transmittance than this counts as none: an eighth of a step of 255.
 constexpr float kLeastShare = 1.0f / 2048.0f;
-/// Pixels ahead of a walk for which memory is asked.
+/// How many pixels ahead of a walk memory is prefetched.
 constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
@@ -33,14 +33,14 @@ Channels channels_of(const Shade& shade) {
   return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
 }
 
-/// Leaves of a pixel, laid over each other from front to back.
+/// Composites the leaves of a pixel front to back.
 struct Layers {
-  Channels light{};    ///< what they show, but for how much they cover
-  float share = 1.0f;  ///< of what is behind, what shows
+  Channels light{};    ///< their shade, without coverage
+  float share = 1.0f;  ///< transmittance: the share of what is behind that shows
 
-  /// color  its fade in place of its coverage
+  /// color  the leaf's shade, with its fade in place of coverage
   void put(const Shade& color) {
-    // All three at once: each keeps its byte's place, and a factor takes that back.
+    // All three channels at once: each keeps its byte's place, and a factor moves it back.
     static_assert(std::endian::native == std::endian::little);
     using Words = std::int32_t __attribute__((vector_size(16)));
     constexpr Words kBytes{0xff, 0xff00, 0xff0000, 0};
@@ -60,7 +60,7 @@ float dot(const Channels& a, const Channels& b) {
   return (products[0] + products[1]) + (products[2] + products[3]);
 }
 
-/// Of squares of rest + opacity * covered + light * share * own shade, channel by channel: the own shade is a factor of the sums.
+/// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
 struct SquareSums {
   Channels rest_covered{}, covered2{}, rest_light{}, covered_light{};
   float light2 = 0.0f;
@@ -96,7 +96,7 @@ Channels unfixed(const Fixed& channels, float unit) {
 }  // namespace
 
 LeafShades leaf_shades(const Quad& quad, float albedo) {
-  // Between them the lights tell normals apart whichever way a viewer's light comes from.
+  // Three lights distinguish normals, whichever way a viewer's light comes from.
   static const std::array lights = {glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)),
                                     glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f))};
   const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
@@ -160,7 +160,7 @@ void LiveImage::set_resolution(std::uint32_t resolution_px) {
   }
 }
 
-/// The present picture from fragments and colours.
+/// Draws the present image from fragments and colours.
 void LiveImage::draw(View& view) const {
   view.shown.resize(pixels_per_view());
   view.last.resize(pixels_per_view());
@@ -169,7 +169,7 @@ void LiveImage::draw(View& view) const {
   for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
 }
 
-/// How the present picture differs from the first one.
+/// Measures how the present image differs from the first one.
 void LiveImage::measure(View& view) const {
   view.covered = view.excess = 0;
   view.differences.clear();
@@ -188,7 +188,7 @@ void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChann
     view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
 }
 
-/// What a pixel shows without two leaves, which may be kNone: its fragments laid over each other, the nearest first.
+/// Composites a pixel's fragments, nearest first, without two leaves, which may be kNone.
 /// last  the fragment that nothing shows through, or kNothing
 inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
                                                      LeafFragment& last) const {
@@ -239,12 +239,12 @@ std::uint8_t LiveImage::brightest(const LiveLeaf& leaf) const {
   return static_cast<std::uint8_t>(std::clamp(255 * 16 / most - 8, 8, int{kBrightest}));
 }
 
-/// Of a pixel's squared difference.
+/// Weight of a pixel's squared difference.
 double LiveImage::pixel_weight() const {
   return static_cast<double>(options_.pixel_weight << (2 * kLargestShift)) * pixel_area_;
 }
 
-/// Of a block's, summed over its pixels.
+/// Weight of a block's squared difference, which is summed over its pixels.
 double LiveImage::block_weight(std::size_t scale) const {
   const BlockScale& blocks = options_.scales[scale];
   return static_cast<double>(blocks.weight << (2 * (kLargestShift - blocks.shift))) * pixel_area_ * pixel_area_;
@@ -259,7 +259,7 @@ void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
   view.farthest[tile] = farthest;
 }
 
-/// Whether every quad of the pair's vertices is behind what nothing shows through. False if unsure.
+/// Whether every quad of the pair's vertices is behind opaque fragments. False if unsure.
 bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
   std::int32_t left = pair[0].x, right = left, top = pair[0].y, bottom = top;
   double depth = pair[0].depth;
@@ -348,7 +348,7 @@ inline void LiveImage::prefetch(const View& view, const Scratch& scratch, std::u
   __builtin_prefetch(&scratch.rest[pixel]);
 }
 
-/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  what that adds to the error
+/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  how that changes the error
 double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
@@ -402,7 +402,7 @@ inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t
   return {in_front.share * kCovered - (rest - in_front.channels()), in_front.share};
 }
 
-/// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is
+/// How the merged leaf changes the error after release(), as a function of its opacity and light. At equal depths it is behind: its id is
 /// larger than every live one.
 MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
@@ -494,7 +494,7 @@ void LiveImage::apply(const LeafMerge& merge) {
         else
           view.fragments.remove(pixel, fragment);
         ++area(pixel);
-        // Where the pair gave the last fragment, the pixel is in the list already.
+        // If the pair was the last fragment, its own walk has listed the pixel.
         if (fragment <= view.last[pixel]) pixels.push_back(pixel);
       }
     }

@@ -45,10 +45,10 @@ void append_samples(const Corners& corner, double spacing_m, int depth, std::vec
   for (std::size_t k = 0; k < 3; ++k) samples.push_back({0.5 * (corner[k] + corner[(k + 1) % 3]), area_m2});
 }
 
-/// The direction a symmetric matrix stretches most, by power iteration; `fallback` where it stretches nothing.
+/// The direction in which a symmetric matrix stretches most, by power iteration; `fallback` if it stretches nothing.
 glm::dvec3 main_direction(const glm::dmat3& matrix, const glm::dvec3& fallback) {
   constexpr int kIterations = 60;
-  // No axis of a plant is across this one.
+  // No axis of a plant is perpendicular to this one.
   glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, 1.0, 0.2));
   for (int i = 0; i < kIterations; ++i) {
     const glm::dvec3 next = matrix * direction;
@@ -146,7 +146,7 @@ struct TubeEnd {
   std::size_t piece = 0;
 };
 
-/// Of pieces a few times as long as thick, in the order of their height along x: what may touch is near in it.
+/// The ends of pieces a few times as long as thick, sorted by x: ends that may touch are near each other.
 std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
   constexpr double kLeastSlenderness = 3.0;
   std::vector<TubeEnd> ends;
@@ -180,7 +180,7 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   const std::vector<TubeEnd> ends = tube_ends(pieces);
   double most_girth_m = 0.0;
   for (const TubeEnd& end : ends) most_girth_m = std::max(most_girth_m, end.girth_m);
-  constexpr std::size_t kMostLookedAt = 512;  // of a wood that is all one pile of sticks
+  constexpr std::size_t kMostLookedAt = 512;  // enough, unless the wood is one pile of sticks
   std::vector<std::tuple<double, std::size_t, std::size_t>> meetings;
   for (std::size_t i = 0; i < ends.size(); ++i)
     for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMostLookedAt) && ends[k].at.x - ends[i].at.x < most_girth_m; ++k)
@@ -214,7 +214,7 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   return joined;
 }
 
-/// A number of 30 bits that is near for places that are near.
+/// A number of 30 bits that is similar for near places.
 std::uint32_t morton_code(const glm::dvec3& place) {
   std::uint32_t code = 0;
   for (int bit = 9; bit >= 0; --bit)
@@ -223,7 +223,7 @@ std::uint32_t morton_code(const glm::dvec3& place) {
   return code;
 }
 
-/// Ranks in the order of their reversed bits are scattered: any first of them are spread over all.
+/// Sorting ranks by their reversed bits scatters them: any first few are spread over all.
 std::uint32_t reversed_bits(std::uint32_t value) {
   std::uint32_t reversed = 0;
   for (int bit = 0; bit < 32; ++bit) reversed |= (value >> bit & 1u) << (31 - bit);

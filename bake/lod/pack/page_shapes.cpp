@@ -24,7 +24,8 @@ double dot(const Point& u, const Point& v) {
   return double(u[0]) * v[0] + double(u[1]) * v[1] + double(u[2]) * v[2];
 }
 
-/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and what a Shape cannot hold.
+/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and values that a Shape cannot
+/// hold.
 std::optional<Affine> affine_of(const QuantisedQuad& quad) {
   constexpr double kLargest = 7.9, kSliver = 1e-6;
   constexpr std::int32_t kRounding = 3;
@@ -42,7 +43,7 @@ std::optional<Affine> affine_of(const QuantisedQuad& quad) {
   return affine;
 }
 
-/// Moves the largest cluster of `affines` out of them: its members' mean. Empty if it has fewer than `least`.
+/// Removes the largest cluster of `affines` and returns its mean; empty if it has fewer members than `min_count`.
 std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t least) {
   const Affine* centre = nullptr;
   std::ptrdiff_t most = 0;

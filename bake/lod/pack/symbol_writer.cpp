@@ -44,7 +44,7 @@ std::vector<std::uint8_t> write_symbols(std::span<const std::uint32_t> probabili
     start += probability;
   }
   COPPICE_ASSERT(start == kProbabilityOne);
-  constexpr std::size_t kStateBytes = 4, kMostSymbolBytes = 2;  // kProbabilityBits at most
+  constexpr std::size_t kStateBytes = 4, kMostSymbolBytes = 2;  // at most kProbabilityBits
   std::vector<std::uint8_t> block(kStateBytes + kMostSymbolBytes * (symbols.size() + 1));
   draco::RAnsEncoder<int{kProbabilityBits}> encoder;
   encoder.write_init(block.data());

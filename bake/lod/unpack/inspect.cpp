@@ -52,7 +52,7 @@ WindSummary wind_summary(const WindField& field) {
   return summary;
 }
 
-/// Of the leaves, if there are any, and the finest wood.
+/// Size of the leaves, if there are any, and the finest wood.
 Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
   glm::dvec3 low(0.0), high(0.0);
   for (int axis = 0; axis < 3; ++axis) low[axis] = file.plant.leaf_box_min[axis], high[axis] = file.plant.leaf_box_max[axis];

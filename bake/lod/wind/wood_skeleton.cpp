@@ -1,5 +1,5 @@
-// How far each point of the surface is from the ground, along edges (Dijkstra); the surface in bands of that distance; what is connected of
-// a band is a ring. A ring's parent is the one through which the shortest way from the ground enters it.
+// Computes each point's distance from the ground along edges (Dijkstra), and cuts the surface into bands of that distance. A connected part
+// of a band is a ring. A ring's parent is the ring through which the shortest way from the ground enters it.
 
 #include "wood_skeleton.h"
 
@@ -19,12 +19,12 @@
 namespace coppice::bake {
 namespace {
 
-/// Of the height: what is this near to the ground touches it.
+/// Points this near to the ground touch it, relative to the plant's height.
 constexpr double kGroundShare = 0.02;
-/// A piece that touches the ground and has less than this share of the largest one's surface is a twig that hangs down to it.
+/// A piece that touches the ground is a hanging twig if it has less than this share of the largest one's surface.
 constexpr double kSlightShare = 0.05;
 
-/// Rings of wood of so much surface that they would take more points than this are further apart.
+/// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
 constexpr double kMostPoints = 1 << 18;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -39,12 +39,12 @@ double surface_m2(const Mesh& wood) {
   return sum_m2;
 }
 
-/// How high above the end by which the plant is held.
+/// Height above the end by which the plant is held.
 double rise_m(const Stand& stand, const glm::vec3& point) {
   return stand.hangs ? stand.top_y_m - point.y : point.y - stand.base_y_m;
 }
 
-/// Points from which distances count: of each piece that stands on the ground those near to it.
+/// Points from which distances count: those near the ground, of each piece that stands on it.
 std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& stand) {
   std::vector<double> lows_m(graph.points.size(), kFar);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
@@ -65,11 +65,11 @@ std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& st
   return points;
 }
 
-/// Distances from the ground, and through which point the way there goes.
+/// Distances from the ground, and the point through which the way there goes.
 struct Ways {
   std::vector<double> distances_m;
-  std::vector<std::uint32_t> from;   ///< kNone on the ground
-  std::vector<std::uint32_t> order;  ///< points as they were reached
+  std::vector<std::uint32_t> from;   ///< kNone for points on the ground
+  std::vector<std::uint32_t> order;  ///< points in the order in which they were reached
 };
 
 Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
@@ -98,7 +98,7 @@ Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
   return ways;
 }
 
-/// By point the ring it is in, rings numbered as they were reached; so a ring's parent comes before it.
+/// The ring of each point. Rings are numbered as they were reached, so a ring's parent comes before it.
 struct Bands {
   std::vector<std::uint32_t> ring_of;  ///< [points]
   std::vector<std::uint32_t> parents;  ///< [rings]
@@ -123,7 +123,7 @@ Bands take_bands(const WoodGraph& graph, const Ways& ways, double ring_m) {
   return bands;
 }
 
-/// What sticks out of a ring by less than another ring, beside one that goes on, is a bump of it and no branch.
+/// Merges bumps into their parent: a ring without children, beside one with children, is no branch.
 Bands without_bumps(const Bands& bands) {
   const std::size_t count = bands.parents.size();
   std::vector<std::uint32_t> child_counts(count, 0u), longer_children(count, 0u);
@@ -155,7 +155,7 @@ void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& 
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].center /= counts[i];
 }
 
-/// Along each ring: away from its parent, or from the ground towards its child.
+/// [ring] Its direction: away from its parent, or up for a ring on the ground.
 std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   constexpr glm::dvec3 kUp(0.0, 1.0, 0.0);
   std::vector<glm::dvec3> axes(rings.size(), kUp);
@@ -179,8 +179,8 @@ void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], least_m);
 }
 
-/// The middle one of a ring's radius, and those of up to two rings below and two above: rings at forks come out too thick, and those of
-/// stems in pieces too thin.
+/// Replaces each radius by the median of the ring's and those of up to two rings below and two above: rings at forks come out too thick,
+/// those of stems in several pieces too thin.
 void smooth_radii(std::vector<Ring>& rings) {
   std::vector<std::uint32_t> thickest_child(rings.size(), kNone);
   for (std::uint32_t i = 0; i < rings.size(); ++i) {

@@ -1,8 +1,8 @@
-// Each species has its share of the plants, and those with the widest crowns are placed first: of what small ones leave free little fits
-// them. The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of a species is its share
-// of that species' density, summed up; within it places are drawn at random and kept by their density, and if they are far enough from what
-// stands there. What finds no room in a plot is left to the next ones, and at the end to a second round; what a species has no room for, to
-// the others.
+// Each species has its share of the plants, and those with the widest crowns are placed first, since they hardly fit into what small ones
+// leave free. The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of a species is its
+// share of that species' density, summed up. Within it places are drawn at random; a place is kept with the probability of its density, and
+// only if it is far enough from earlier plants. Plants that do not fit into a plot go to the next plots, and at the end to a second pass;
+// plants that do not fit anywhere are replaced by other species.
 
 #include "scene_scatter.h"
 
@@ -18,10 +18,10 @@
 namespace coppice::bake {
 namespace {
 
-constexpr float kCrownShare = 0.62f;  // of the bounding sphere: trees are taller than wide
+constexpr float kCrownShare = 0.62f;  // relative to the bounding sphere: trees are taller than wide
 constexpr std::uint32_t kPlantsAPlot = 256;
-constexpr std::uint32_t kMostPlots = 1024;  // a side
-constexpr int kTries = 24;                  // places a plant is tried at before it is left to the next plot
+constexpr std::uint32_t kMostPlots = 1024;  // on each side
+constexpr int kTries = 24;                  // places per plant before it goes to the next plot
 constexpr float kGrove_m = 70.0f, kClearing_m = 110.0f;
 
 std::uint64_t mix(std::uint64_t value) {
@@ -30,13 +30,13 @@ std::uint64_t mix(std::uint64_t value) {
   return value ^ value >> 31;
 }
 
-/// SplitMix64: the same numbers on every machine.
+/// SplitMix64, which gives the same numbers on every machine.
 struct Random {
   std::uint64_t state;
   float share() { return static_cast<float>(mix(state += 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f; }
 };
 
-/// Smooth noise in [-1, 1] with features of about a unit.
+/// Smooth noise in [-1, 1] with features as large as about one unit.
 float noise(float x, float z, std::uint64_t seed) {
   const float x0 = std::floor(x), z0 = std::floor(z);
   const auto corner = [&](float dx, float dz) {
@@ -65,7 +65,7 @@ class Field {
 
   float density(Place at, std::size_t s) const {
     const float map = species_[s].density != nullptr ? sample(*species_[s].density, at) : 1.0f;
-    // Black is bare: no noise is asked there.
+    // Black is bare, so the noise is not needed.
     if (map <= 0.0f) return 0.0f;
     const float grove = map * std::exp(1.5f * noise(at.x / kGrove_m, at.z / kGrove_m, options_.seed * 131ull + s));
     if (any_map_) return grove;
@@ -88,7 +88,7 @@ class Field {
   bool any_map_ = false;
 };
 
-/// Plants by square cell. The plants themselves are the scatter's.
+/// Plants by square cell. The scatter owns the plants.
 class Stems {
  public:
   Stems(std::span<const ScatterSpecies> species, const ScatterOptions& options, const std::vector<ScenePlant>& plants)
@@ -115,7 +115,7 @@ class Stems {
         }
     return true;
   }
-  /// The plant that was last put into the array.
+  /// Adds the plant that was last put into the array.
   void add() {
     if (first_.empty()) return;
     const ScenePlant& plant = plants_.back();
@@ -177,7 +177,7 @@ class Scatter {
     float max_density = 0.0f;  ///< about
   };
 
-  /// As many more of a species as fit, `wanted` at most. first_round: numbers the random places, which are others in each
+  /// Places as many more plants of a species as fit, at most `wanted`. first_round  numbers the random places, which differ between rounds
   void place(std::size_t s, std::uint64_t wanted, std::uint64_t first_round, const std::function<void(float)>& progress) {
     if (wanted == 0) return;
     const std::vector<Plot> plots = measured_plots(s);
@@ -190,7 +190,7 @@ class Scatter {
       for (std::size_t i = 0; i < plots.size(); ++i) {
         density += plots[i].density;
         const auto target = start + static_cast<std::uint64_t>(std::llround(static_cast<double>(missing) * density / total));
-        // What other plots had no room for may double a plot's plants, no more: where nothing fits anywhere that must show soon.
+        // Plants that did not fit into other plots may at most double a plot's number: if nothing fits anywhere, that must show soon.
         const auto share = static_cast<std::uint64_t>(2.0 * plots[i].density * static_cast<double>(wanted) / total);
         fill(plots[i], s, std::min({target, end, plants_.size() + share + 4}),
              mix(options_.seed * 0x9e3779b97f4a7c15u + round + 16 * s) ^ i);
@@ -250,7 +250,7 @@ class Scatter {
     return plant;
   }
 
-  /// Which species found no places, and why.
+  /// Says which species did not fit, and why.
   std::string lack_text(const std::vector<std::uint64_t>& shares) const {
     constexpr std::size_t kMostSpecies = 6;
     std::string text;
@@ -275,11 +275,11 @@ class Scatter {
   std::vector<ScenePlant> plants_;
   Stems stems_;
   std::vector<std::uint64_t> placed_;  ///< [species]
-  std::uint32_t plot_side_ = 1;        ///< plots lie along a Z-shaped curve
+  std::uint32_t plot_side_ = 1;        ///< plots on each side; they lie along a Z-shaped curve
   float plot_m_ = 1.0f;
 };
 
-/// White is 1.
+/// Mean density of a species; white is 1.
 double mean_density(const ScatterSpecies& species) {
   if (species.density == nullptr) return 1.0;
   const std::vector<std::uint8_t>& grey = species.density->grey;

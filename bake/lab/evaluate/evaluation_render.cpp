@@ -1,7 +1,7 @@
-// A ray caster that walks triangles. With the camera at the origin, the ray of a pixel is d = (x, y, 1) and the triangle a, b, c is hit
-// where d . (b x c), d . (c x a) and d . (a x b) have the sign of a . (b x c); these three are also the corners' weights at the hit,
-// perspective included, and depth is a . (b x c) over their sum. Nothing is divided by a corner's depth, so triangles may reach behind
-// the camera. An edge shared by two triangles gives exactly opposite numbers in them: no pixel falls between.
+// A ray caster that walks triangles. With the camera at the origin, the ray of a pixel is d = (x, y, 1). It hits the triangle a, b, c if d
+// . (b x c), d . (c x a) and d . (a x b) have the sign of a . (b x c). These three are also the corners' weights at the hit, perspective
+// included, and depth is a . (b x c) over their sum. Nothing is divided by a corner's depth, so triangles may reach behind the camera. An
+// edge shared by two triangles gives exactly opposite numbers in them, so no pixel falls between.
 
 #include "evaluation_render.h"
 
@@ -65,10 +65,10 @@ struct RayTriangle {
   std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
   double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
   PixelRange columns, rows;
-  double doubled_area_px = 0.0;  ///< in the picture; 0 where a corner is not in front of the camera
+  double doubled_area_px = 0.0;  ///< in the image; 0 if a corner is not in front of the camera
 };
 
-/// What is drawn of a triangle.
+/// How a triangle is painted.
 struct TrianglePaint {
   const SurfaceLook& look;
   LeafShade shade;
@@ -138,7 +138,7 @@ class Painter {
     picture_.pixel_surfaces[pixel] = surface;
   }
 
-  /// A look without holes or texture: what stands for many leaves shows their mean.
+  /// A look without holes or texture: a shape that stands for many leaves shows their mean.
   const SurfaceLook& plain_look(std::uint32_t material) {
     plain_.albedo = looks_[material].albedo;
     return plain_;
@@ -188,7 +188,7 @@ class Painter {
   void bound(const std::array<glm::dvec3, 3>& corners, RayTriangle& triangle) const {
     triangle.columns = triangle.rows = {0, size_px_ - 1};
     const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
-    // A corner beside or behind the camera projects to nowhere: any pixel may be hit.
+    // A corner beside or behind the camera has no projection, so any pixel may be hit.
     if (nearest < 1e-6 * glm::length(corners[0])) return;
     std::array<glm::dvec2, 3> pixels{};
     const double half = 0.5 * size_px_;
@@ -214,7 +214,7 @@ class Painter {
     return std::abs(ab.x * ac.y - ab.y * ac.x);
   }
 
-  /// The level at which a texel is nearest to a pixel in size. One a triangle: over a leaf it does not change much.
+  /// The level whose texels are nearest to a pixel in size. One level per triangle suffices: over a leaf the size changes little.
   [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
     if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
     const glm::dvec2 size(look.width, look.height);
@@ -233,7 +233,7 @@ class Painter {
     return across * (side / length);
   }
 
-  /// Columns and rows that the cube may cover; all where a corner is not in front of the camera.
+  /// Columns and rows that the cube may cover; all if a corner is not in front of the camera.
   [[nodiscard]] std::pair<PixelRange, PixelRange> voxel_pixels(const Voxel& voxel) const {
     glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
     const double half = 0.5 * size_px_;
@@ -325,7 +325,7 @@ std::vector<glm::dvec3> evaluation_directions(std::uint32_t count) {
   SeededRandom random(kDirectionSeed);
   std::vector<glm::dvec3> directions;
   for (std::uint32_t i = 0; i < count; ++i) {
-    // Archimedes: heights on a sphere are uniform.
+    // Heights on a sphere are uniform (Archimedes).
     const double height = 2.0 * random.uniform() - 1.0, angle = 2.0 * std::numbers::pi * random.uniform();
     const double ring = std::sqrt(1.0 - height * height);
     directions.emplace_back(ring * std::cos(angle), height, ring * std::sin(angle));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kRollSteps = 8;
 
-/// Makes the shares sum to 1.
+/// Scales the shares so that they sum to 1.
 void normalise(std::vector<UnlitPicture::Facet>& facets, double sum) {
   for (UnlitPicture::Facet& facet : facets) facet.share /= sum;
 }

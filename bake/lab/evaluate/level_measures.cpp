@@ -22,7 +22,7 @@ double box_diagonal_m(const Mesh& mesh) {
   return glm::distance(low, high);
 }
 
-/// Sums over cameras, in their order whatever the threads.
+/// Adds up sums over cameras, in the cameras' order whatever the threads.
 template <class CameraSums>
 ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_sums) {
   std::vector<ImageSums> by_camera(reference.cameras.size());
@@ -32,7 +32,7 @@ ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_
   return all;
 }
 
-/// Both are drawn once a camera and lit by each sun.
+/// Draws both once a camera, and lights them with each sun.
 ImageSums suns_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   return sum_over_cameras(reference, [&](std::size_t camera) {
     const UnlitPicture picture = render_unlit(level, looks, reference.cameras[camera], reference.size_px);

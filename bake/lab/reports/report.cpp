@@ -69,7 +69,7 @@ std::string padded(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }
 
-/// As printed, so that methods that look equal are all marked.
+/// Compares values as they are printed, so that all methods that look equal get a mark.
 std::string least(const EvaluationReport& report, std::size_t level, const Column& column) {
   double best = std::numeric_limits<double>::infinity();
   for (const MethodMeasures& method : report.methods) best = std::min(best, column.value(method.levels[level]));

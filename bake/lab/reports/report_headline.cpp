@@ -33,7 +33,7 @@ std::string whole_percent(double share) {
   return std::to_string(std::lround(100.0 * share)) + "%";
 }
 
-/// "a", "a and b", "a, b and c"
+/// Joins items: "a", "a and b", "a, b and c".
 std::string listed(const std::vector<std::string>& items) {
   std::string text;
   for (std::size_t i = 0; i < items.size(); ++i) text += (i == 0 ? "" : i + 1 == items.size() ? " and " : ", ") + items[i];
@@ -61,7 +61,7 @@ struct Loss {
 
 struct Standing {
   std::vector<std::string> won;  ///< levels
-  std::vector<Loss> lost;        ///< by who is better
+  std::vector<Loss> lost;        ///< by the better method
   double least_margin = 1.0, largest_margin = 0.0;
 };
 

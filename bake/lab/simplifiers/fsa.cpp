@@ -15,7 +15,7 @@
 namespace coppice::bake {
 namespace {
 
-/// The four points, the two that are farthest from each other opposite.
+/// Orders four points so that the two that are farthest apart are opposite.
 Quad ring_of(const std::array<glm::vec3, 4>& points) {
   std::size_t from = 0, to = 1;
   float longest = -1.0f;

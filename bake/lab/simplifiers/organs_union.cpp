@@ -25,7 +25,7 @@ glm::vec3 stalk_of(const Quad& quad) {
   return 0.5f * (quad[0] + quad[3]);
 }
 
-/// Halves at the median along the longest side of the stalks' box.
+/// Halves a group at the median along the longest side of the stalks' box.
 std::pair<Group, Group> halved(const Foliage& foliage, Group leaves) {
   glm::vec3 low = stalk_of(foliage.quads[leaves[0]]), high = low;
   for (const std::uint32_t leaf : leaves) {
@@ -42,7 +42,7 @@ std::pair<Group, Group> halved(const Foliage& foliage, Group leaves) {
   return {Group(leaves.begin(), middle), Group(middle, leaves.end())};
 }
 
-/// The unions of one floor of the hierarchy: pairs of a group only.
+/// The unions of one level of the hierarchy: only pairs within a group.
 class OrgansUnion {
  public:
   OrgansUnion(const Foliage& foliage, std::uint32_t most)
@@ -61,7 +61,7 @@ class OrgansUnion {
     return leaves;
   }
 
-  /// At least two leaves must be live.
+  /// Unites the cheapest pair. At least two leaves must be live.
   void step() {
     while (bests_.empty()) next_floor();
     const auto [cost, first, second, group] = bests_.top();
@@ -99,7 +99,7 @@ class OrgansUnion {
     for (std::size_t group = 0; group < groups_.size(); ++group) push_best(group);
   }
 
-  /// Two neighbouring groups make one.
+  /// Goes up one level: two neighbouring groups become one.
   void next_floor() {
     COPPICE_ASSERT(groups_.size() > 1);
     std::vector<Group> wholes;

@@ -68,7 +68,7 @@ Box box_of(const Foliage& foliage) {
   return {low, std::max({size.x, size.y, size.z})};
 }
 
-/// In order of cells, whatever the order of flakes; a voxel shows the material that has most of its area.
+/// Makes voxels in the order of cells, whatever the order of flakes. A voxel shows the material with most of its area.
 std::vector<Voxel> voxels_of(const std::vector<Flake>& flakes, const Box& box, std::uint32_t cells) {
   struct Cell {
     std::array<float, kVoxelNormalCount> area_m2{};
@@ -96,7 +96,7 @@ std::vector<Voxel> voxels_of(const std::vector<Flake>& flakes, const Box& box, s
   return voxels;
 }
 
-/// The finest grid with at most so many voxels; one voxel where none is.
+/// Fills the finest grid with at most `max_count` voxels; one voxel if there is none.
 std::vector<Voxel> finest(const std::vector<Flake>& flakes, const Box& box, std::uint32_t most) {
   std::uint32_t low = 1, high = kMaxCells;
   std::vector<Voxel> best = voxels_of(flakes, box, 1);

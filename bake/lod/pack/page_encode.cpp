@@ -138,7 +138,7 @@ void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& c
   const unsigned second = (corner[1] - corner[0]) & 3;
   if (count == 2) return codes.symbol(Context::kCorners2 + at[1] - at[0] - 1, 3 * turn + second - 1);
   const unsigned third = (corner[2] - corner[0]) & 3;
-  const unsigned lower_left = second == 1 ? 2 : 1;  // of the two corners that the third can be
+  const unsigned lower_left = second == 1 ? 2 : 1;  // the smaller corner that the third can be
   codes.symbol(count == 3 ? Context::kCorners3 : Context::kCorners4, 6 * turn + 2 * (second - 1) + (third == lower_left ? 0 : 1));
 }
 

@@ -20,7 +20,7 @@ struct WindPoint {
 /// The properties of a field before its limits apply.
 struct WindTarget {
   coppice_file_wind head{};  ///< lean_m and sway_m: how far a lean of 1 leans and sways; node_side; the rest stays
-  double radius_m = 0.0;     ///< of the plant's sphere
+  double radius_m = 0.0;     ///< the plant's sphere's
   bool hangs = false;        ///< the top of the box is still, not the bottom
 };
 

@@ -20,7 +20,7 @@ LeafTemplate build_leaf(const LeafOutline& outline);
 struct LeafPose {
   glm::vec3 stalk{0.0f};   ///< the leaf's first point, at the petiole's end
   glm::vec3 along{0.0f};   ///< stalk to tip
-  glm::vec3 normal{0.0f};  ///< of the upper surface
+  glm::vec3 normal{0.0f};  ///< the upper surface's, unit
   float length_m = 0.0f;
   float width_scale = 1.0f;
 };

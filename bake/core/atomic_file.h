@@ -38,6 +38,6 @@ inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
 /// Reads a regular file, or its first `max_bytes`. It refuses pipes, devices and folders, and reads no more than the file's size at
 /// opening, so that no read waits or goes on without end.
 /// errors  io: names the path and the operating system's reason, or that it is not a plain file; out_of_memory
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t most_bytes = kWholeFile);
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes = kWholeFile);
 
 }  // namespace coppice::bake

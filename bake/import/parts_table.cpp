@@ -12,7 +12,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMostClasses = 6;
+constexpr std::size_t kMaxClasses = 6;
 
 /// How many of a material's pieces became one part.
 struct PartCount {
@@ -73,9 +73,9 @@ std::string material_lines(const std::string& name, std::span<const PieceClass> 
   const std::string shown = name.empty() ? "(unnamed)" : printable_front(name, 32);
   std::string text = line("%-32s %10llu %9llu %8zu  %s\n", shown.c_str(), static_cast<unsigned long long>(triangles),
                           static_cast<unsigned long long>(pieces), classes.size(), becomes(classes).c_str());
-  for (const PieceClass& each : classes.first(std::min(classes.size(), kMostClasses))) text += class_line(each);
-  if (classes.size() > kMostClasses) {
-    const std::span rest = classes.subspan(kMostClasses);
+  for (const PieceClass& each : classes.first(std::min(classes.size(), kMaxClasses))) text += class_line(each);
+  if (classes.size() > kMaxClasses) {
+    const std::span rest = classes.subspan(kMaxClasses);
     text += line("            and %zu smaller classes: %s\n", rest.size(), becomes(rest).c_str());
   }
   return text;

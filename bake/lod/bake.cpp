@@ -126,15 +126,15 @@ std::uint32_t file_metric(Metric metric) {
 std::uint32_t metric_resolution_px(Metric metric, const Foliage& foliage, std::uint32_t resolution_px) {
   if (metric != Metric::default_metric) return resolution_px;
   // The densest plant of the tests has 3; those plants keep their full views.
-  constexpr double kMostLayers = 6.0, kLeastShare = 0.375;
+  constexpr double kMaxLayers = 6.0, kMinShare = 0.375;
   double area_m2 = 0.0;
   for (const Quad& quad : foliage.quads)
     area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(quad[2] - quad[0]), glm::dvec3(quad[3] - quad[1])));
   const double side_m = 2.0 * bounding_sphere(foliage).radius;
   // Seen from all sides a quad covers half of its area on average.
   const double layers = side_m > 0.0 ? 0.5 * area_m2 / (side_m * side_m) : 0.0;
-  if (layers <= kMostLayers) return resolution_px;
-  return std::max(1u, static_cast<std::uint32_t>(resolution_px * std::max(kLeastShare, std::sqrt(kMostLayers / layers))));
+  if (layers <= kMaxLayers) return resolution_px;
+  return std::max(1u, static_cast<std::uint32_t>(resolution_px * std::max(kMinShare, std::sqrt(kMaxLayers / layers))));
 }
 
 Result<void> check_areas(const BakeOptions& options) {

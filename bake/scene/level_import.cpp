@@ -107,9 +107,9 @@ SpeciesPlace place_of(const NodePlant& plant, const glm::dmat4& world_from_plant
 void add_plant(LevelPlants& level, const glm::dmat4& world_from_plant, std::size_t species) {
   const glm::dvec3 x(world_from_plant[0]), y(world_from_plant[1]), z(world_from_plant[2]);
   const std::array<double, 3> lengths = {glm::length(x), glm::length(y), glm::length(z)};
-  const auto [least, most] = std::ranges::minmax(lengths);
+  const auto [shortest, longest] = std::ranges::minmax(lengths);
   const double scale = std::cbrt(lengths[0] * lengths[1] * lengths[2]);
-  if (most > 1.02 * least) ++level.stretched_count;
+  if (longest > 1.02 * shortest) ++level.stretched_count;
   constexpr double kLean = 0.9986;  // cos 3 degrees
   if (scale > 0.0 && y.y < kLean * lengths[1]) ++level.tilted_count;
   ScenePlant plant;

@@ -20,8 +20,8 @@ namespace {
 
 constexpr float kCrownShare = 0.62f;  // relative to the bounding sphere: trees are taller than wide
 constexpr std::uint32_t kPlantsAPlot = 256;
-constexpr std::uint32_t kMostPlots = 1024;  // on each side
-constexpr int kTries = 24;                  // places per plant before it goes to the next plot
+constexpr std::uint32_t kMaxPlots = 1024;  // on each side
+constexpr int kTries = 24;                 // places per plant before it goes to the next plot
 constexpr float kGrove_m = 70.0f, kClearing_m = 110.0f;
 
 std::uint64_t mix(std::uint64_t value) {
@@ -95,8 +95,8 @@ class Stems {
       : species_(species), options_(options), plants_(plants) {
     for (const ScatterSpecies& s : species) largest_crown_m_ = std::max(largest_crown_m_, crown_radius_m(s) * options.scale_max);
     if (options.spacing <= 0.0f) return;
-    constexpr float kMostCells = 4096;
-    cell_m_ = std::max(2.0f * options.spacing * largest_crown_m_, options.size_m / kMostCells);
+    constexpr float kMaxCells = 4096;
+    cell_m_ = std::max(2.0f * options.spacing * largest_crown_m_, options.size_m / kMaxCells);
     side_ = static_cast<std::size_t>(options.size_m / cell_m_) + 1;
     first_.assign(side_ * side_, kNone);
     next_.reserve(static_cast<std::size_t>(options.count));
@@ -147,7 +147,7 @@ class Scatter {
       : species_(species), options_(options), field_(species, options), stems_(species, options, plants_), placed_(species.size(), 0) {
     const double side = std::sqrt(static_cast<double>(options.count) / kPlantsAPlot);
     std::uint32_t plots = 1;
-    while (plots < side && plots < kMostPlots) plots *= 2;
+    while (plots < side && plots < kMaxPlots) plots *= 2;
     plot_side_ = plots;
     plot_m_ = options.size_m / static_cast<float>(plots);
     plants_.reserve(static_cast<std::size_t>(options.count));
@@ -252,11 +252,11 @@ class Scatter {
 
   /// Says which species did not fit, and why.
   std::string lack_text(const std::vector<std::uint64_t>& shares) const {
-    constexpr std::size_t kMostSpecies = 6;
+    constexpr std::size_t kMaxSpecies = 6;
     std::string text;
     std::size_t lacking = 0;
     for (std::size_t s = 0; s < species_.size(); ++s) {
-      if (placed_[s] >= shares[s] || ++lacking > kMostSpecies) continue;
+      if (placed_[s] >= shares[s] || ++lacking > kMaxSpecies) continue;
       std::array<char, 160> line{};
       std::snprintf(line.data(), line.size(), ": %llu of %llu, crowns %.3g m wide, so %.3g m apart at spacing %.3g",
                     static_cast<unsigned long long>(placed_[s]), static_cast<unsigned long long>(shares[s]),

@@ -191,7 +191,7 @@ coppice_scene_tile encode_tile(const Tile& tile, std::span<const SceneSpecies> s
 }
 
 /// Keeps the scales of a tile within COPPICE_MAX_SCENE_SCALE_RATIO.
-constexpr float kLeastScale = 1e-23f;
+constexpr float kMinScale = 1e-23f;
 
 Result<void> check_input(std::span<const SceneSpecies> species, std::span<const ScenePlant> plants) {
   if (plants.empty()) return Error{Status::invalid_argument, "scene: no plant"};
@@ -207,7 +207,7 @@ Result<void> check_input(std::span<const SceneSpecies> species, std::span<const 
   }
   for (const ScenePlant& plant : plants) {
     const bool finite = std::ranges::all_of(plant.position_m, [](float at) { return std::abs(at) <= 5e6f; });
-    if (!finite || plant.species >= species.size() || !(plant.scale >= kLeastScale && plant.scale <= COPPICE_MAX_SCENE_SCALE))
+    if (!finite || plant.species >= species.size() || !(plant.scale >= kMinScale && plant.scale <= COPPICE_MAX_SCENE_SCALE))
       return Error{Status::invalid_argument, "scene: a plant's place, species or scale is out of range", Error::kNoOffset,
                    "plant " + std::to_string(&plant - plants.data())};
   }
@@ -223,8 +223,8 @@ void put(std::vector<std::uint8_t>& bytes, std::size_t& at, const T& value) {
 }  // namespace
 
 std::uint16_t pack_tint(const std::array<float, 3>& rgb) {
-  const auto bits = [](float value, float one, float most) {
-    return static_cast<std::uint16_t>(std::lround(std::clamp(value * one, 0.0f, most)));
+  const auto bits = [](float value, float one, float max) {
+    return static_cast<std::uint16_t>(std::lround(std::clamp(value * one, 0.0f, max)));
   };
   return static_cast<std::uint16_t>(bits(rgb[0], 16, 31) | bits(rgb[1], 32, 63) << 5 | bits(rgb[2], 16, 31) << 11);
 }

@@ -24,7 +24,7 @@ constexpr std::uint64_t kMaxInt = 0x7fffffff;
 /// An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
 struct ArrayLimit {
   const char* name;
-  std::size_t most;
+  std::size_t max_count;
 };
 constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
 constexpr std::array<ArrayLimit, 9> kArrayLimits{{{"nodes", kMaxElements},
@@ -139,10 +139,10 @@ class Screen {
 
   Result<void> check_lengths() const {
     for (const ArrayLimit& limit : kArrayLimits)
-      if (length(limit.name) > limit.most)
+      if (length(limit.name) > limit.max_count)
         return Error{Status::unsupported, "too many elements", Error::kNoOffset,
-                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " + std::to_string(limit.most) +
-                         " are read; instances take EXT_mesh_gpu_instancing"};
+                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " +
+                         std::to_string(limit.max_count) + " are read; instances take EXT_mesh_gpu_instancing"};
     return {};
   }
 

@@ -17,6 +17,6 @@ std::string_view gltf_text(std::span<const std::uint8_t> gltf);
 
 /// Reads as many of a file's bytes as gltf_text needs: of a .glb those up to its JSON's end, at most `max_bytes`.
 /// errors  as read_file
-Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t most_bytes);
+Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t max_bytes);
 
 }  // namespace coppice::bake

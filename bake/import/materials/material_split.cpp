@@ -27,15 +27,15 @@ namespace {
 /// Mean colours nearer than this, 0..1 in sRGB, count as one: for pieces of one kind, and for leaves beside wood.
 constexpr double kAlikePieces = 32.0 / 255.0, kAlikeParts = 12.0 / 255.0;
 /// Maximum number of parts of one material.
-constexpr std::size_t kMostParts = 8;
+constexpr std::size_t kMaxParts = 8;
 /// Maximum number of bins that are compared; the smallest of more join the nearest of these.
-constexpr std::size_t kMostBins = 128;
+constexpr std::size_t kMaxBins = 128;
 /// Minimum share of a material's area that is worth a material of its own.
-constexpr double kLeastShare = 0.002;
+constexpr double kMinShare = 0.002;
 /// Maximum texels of all parts' regions together, relative to the whole's: for pieces of one kind, and for leaves beside wood.
-constexpr double kMostPieceTexels = 1.5, kMostPartTexels = 2.0;
+constexpr double kMaxPieceTexels = 1.5, kMaxPartTexels = 2.0;
 /// Maximum number of a plant's materials after the split: cards take more.
-constexpr std::size_t kMostMaterials = COPPICE_MAX_MATERIALS / 2;
+constexpr std::size_t kMaxMaterials = COPPICE_MAX_MATERIALS / 2;
 
 enum Kind : std::size_t { kLeaf, kWood };
 
@@ -146,12 +146,12 @@ Pair nearest_pair(const std::vector<Bin>& bins, bool any_kind) {
 /// Joins a bin into the one of its kind that is nearest in colour; false if there is none.
 bool join_nearest(std::vector<Bin>& bins, std::size_t from) {
   std::size_t best = from;
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (i == from || bins[i].kind != bins[from].kind) continue;
     const double gap = difference(bins[i], bins[from]);
-    if (gap >= least) continue;
-    least = gap;
+    if (gap >= smallest) continue;
+    smallest = gap;
     best = i;
   }
   if (best == from) return false;
@@ -164,7 +164,7 @@ void join_lightest(std::vector<Bin>& bins) {
   double all_m2 = 0.0;
   for (const Bin& bin : bins) all_m2 += bin.surface.area_m2;
   for (std::size_t i = bins.size(); i-- > 0;)
-    if (i >= kMostBins || bins[i].surface.area_m2 < kLeastShare * all_m2) join_nearest(bins, i);
+    if (i >= kMaxBins || bins[i].surface.area_m2 < kMinShare * all_m2) join_nearest(bins, i);
 }
 
 /// The texels of all bins' regions together; regions that bins can share count once.
@@ -192,7 +192,7 @@ void join_overlapping(std::vector<Bin>& bins, const Image& image) {
   while (bins.size() > 1) {
     Pair pair = nearest_pair(bins, false);
     const bool kinds_only = pair.first == pair.second;
-    if (texels_of(bins, image) <= (kinds_only ? kMostPartTexels : kMostPieceTexels) * whole_texels) return;
+    if (texels_of(bins, image) <= (kinds_only ? kMaxPartTexels : kMaxPieceTexels) * whole_texels) return;
     if (kinds_only) pair = nearest_pair(bins, true);
     join(bins, pair.first, pair.second);
   }
@@ -201,7 +201,7 @@ void join_overlapping(std::vector<Bin>& bins, const Image& image) {
 /// Finds the parts of a material; one if it is not to be split.
 std::vector<Bin> find_parts(std::vector<Bin> bins, const Material& material, const std::vector<Image>& images) {
   join_lightest(bins);
-  for (Pair pair = nearest_pair(bins, false); pair.first != pair.second && (pair.difference < kAlikePieces || bins.size() > kMostParts);
+  for (Pair pair = nearest_pair(bins, false); pair.first != pair.second && (pair.difference < kAlikePieces || bins.size() > kMaxParts);
        pair = nearest_pair(bins, false))
     join(bins, pair.first, pair.second);
   for (Pair pair = nearest_pair(bins, true); pair.first != pair.second && pair.difference < kAlikeParts; pair = nearest_pair(bins, true))
@@ -248,7 +248,7 @@ void split_materials(Plant& plant) {
   std::array<NewMaterials, 2> new_materials;
   for (std::uint32_t m = 0; m < bins.size(); ++m) {
     const std::vector<Bin> parts = find_parts(std::move(bins[m]), plant.materials[m], plant.images);
-    if (parts.size() < 2 || plant.materials.size() + parts.size() > kMostMaterials) continue;
+    if (parts.size() < 2 || plant.materials.size() + parts.size() > kMaxMaterials) continue;
     const Material whole = plant.materials[m];
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::uint32_t number = i == 0 ? m : static_cast<std::uint32_t>(plant.materials.size());

@@ -17,14 +17,14 @@ namespace coppice::bake {
 namespace {
 
 // Maximum share of the image for a region that is worth an image of its own.
-constexpr double kMostKept = 0.75;
+constexpr double kMaxKept = 0.75;
 // Texels round the shown ones that the filter needs.
 constexpr double kMargin = 1.0;
 
 /// Materials whose texels differ by no more than this, 0..1 in sRGB, may share them.
 constexpr double kAlikeColors = 12.0 / 255.0;
 /// Maximum number of differently coloured copies of a region. A material with yet another colour shares the first.
-constexpr std::size_t kMostCopies = 8;
+constexpr std::size_t kMaxCopies = 8;
 
 /// What a material shows of its image.
 struct Shown {
@@ -130,7 +130,7 @@ class CutImages {
     auto& copies = copies_[{image, region.first.x, region.first.y, region.last.x, region.last.y}];
     for (const Copy& copy : copies)
       if (color_difference(copy.color, color) <= kAlikeColors) return copy.image;
-    if (copies.size() >= kMostCopies) return copies.front().image;
+    if (copies.size() >= kMaxCopies) return copies.front().image;
     copies.push_back({static_cast<std::uint32_t>(images_.size()), color});
     images_.push_back(cut(images_[image], region));
     return copies.back().image;
@@ -166,7 +166,7 @@ std::vector<UvChange> cut_images(Plant& plant) {
     const Image& image = plant.images[material.image];
     TextureRegion region = texture_region(shown[m].bounds, image);
     if (material.normal_map != kNone) region = snapped(region, image, plant.images[material.normal_map]);
-    const bool is_small = static_cast<double>(region.texels()) <= kMostKept * static_cast<double>(image.width) * image.height;
+    const bool is_small = static_cast<double>(region.texels()) <= kMaxKept * static_cast<double>(image.width) * image.height;
     if (!is_small && !is_shared_by_others(before, shown, m)) continue;
     changes[m] = change_for(shown[m].bounds, region, image);
     if (material.normal_map != kNone) {

@@ -22,14 +22,14 @@ constexpr float kVisibleDifference = 0.1f;
 /// A channel that varies less is constant. One that stays this near to 0 or 1 says nothing.
 constexpr double kConstant = 0.02;
 /// Minimum range of a weight, and of a phase.
-constexpr double kLeastRange = 0.3, kLeastPhaseRange = 0.5;
+constexpr double kMinRange = 0.3, kMinPhaseRange = 0.5;
 /// Minimum correlation with height of a weight that grows with it, and maximum correlation of channels that have nothing to do with each
 /// other.
 constexpr double kGrows = 0.9, kApart = 0.5;
 /// How many pieces it takes to judge how a channel varies within one, the share of them that must agree, and the share of the whole range
 /// that each has.
-constexpr std::size_t kLeastPieces = 8;
-constexpr double kMostPieces = 0.8, kWholeRange = 0.8;
+constexpr std::size_t kMinPieces = 8;
+constexpr double kMaxPieces = 0.8, kWholeRange = 0.8;
 
 struct Range {
   double low = 1.0, high = 0.0;
@@ -68,11 +68,10 @@ struct Channel {
   [[nodiscard]] bool is_constant() const { return range.size() < kConstant; }
   [[nodiscard]] bool is_at_end() const { return is_constant() && (range.high < kConstant || range.low > 1.0 - kConstant); }
   [[nodiscard]] bool grows() const {
-    return range.size() >= kLeastRange && (std::abs(with_height) >= kGrows || (piece_count >= kLeastPieces && whole_pieces >= kMostPieces));
+    return range.size() >= kMinRange && (std::abs(with_height) >= kGrows || (piece_count >= kMinPieces && whole_pieces >= kMaxPieces));
   }
   [[nodiscard]] bool is_phase() const {
-    return range.size() >= kLeastPhaseRange && piece_count >= kLeastPieces && constant_pieces >= kMostPieces &&
-           std::abs(with_height) < kApart;
+    return range.size() >= kMinPhaseRange && piece_count >= kMinPieces && constant_pieces >= kMaxPieces && std::abs(with_height) < kApart;
   }
 };
 

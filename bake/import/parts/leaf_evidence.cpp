@@ -28,7 +28,7 @@ constexpr double kBall = 0.45;
 // Minimum bulk (piece_shape.h) of a body: a blob of a crown, a cone, a cactus.
 constexpr double kBody = 0.2;
 // Minimum size of a class that says what the leaves of its material look like.
-constexpr std::uint32_t kLeastCompany = 8;
+constexpr std::uint32_t kMinCompany = 8;
 
 /// Interpolates from (x0, y0) to (x1, y1), and is level outside.
 double ramp(double x, double x0, double y0, double x1, double y1) {
@@ -61,9 +61,9 @@ std::pair<double, double> heights_of(const Mesh& mesh, const Pieces& pieces, std
 
 bool has_holes(const Material& material, const std::vector<Image>& images) {
   // Images that were saved with alpha for no reason have stray texels.
-  constexpr double kMostCovered = 0.98;
+  constexpr double kMaxCovered = 0.98;
   return material.alpha_cutoff > 0.0f && material.image != kNone &&
-         alpha_coverage(images[material.image], material.alpha_cutoff) < kMostCovered;
+         alpha_coverage(images[material.image], material.alpha_cutoff) < kMaxCovered;
 }
 
 /// The texel at a coordinate. Textures repeat.
@@ -146,7 +146,7 @@ std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
   std::optional<std::size_t> first;
   for (std::size_t i = 0; i < of_material.size(); ++i) {
     const PieceClass& each = of_material[i];
-    if (each.piece_count < kLeastCompany || each.flatness < kTubeFlatness) continue;
+    if (each.piece_count < kMinCompany || each.flatness < kTubeFlatness) continue;
     if (!first) first = i;
     if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
   }
@@ -199,13 +199,13 @@ const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::ui
 /// [class] A sample of its triangles.
 std::vector<std::vector<std::uint32_t>> sample_classes(const Pieces& pieces, const ClassedPieces& classed) {
   // These are enough for a mean colour.
-  constexpr std::size_t kMostSampled = 256;
+  constexpr std::size_t kMaxSampled = 256;
   std::vector<std::vector<std::uint32_t>> samples(classed.classes.size());
   for (std::size_t i = 0; i < pieces.ranges.size(); ++i) {
     if (classed.class_of[i] == kNone) continue;
     std::vector<std::uint32_t>& sample = samples[classed.class_of[i]];
     const LeafRange& range = pieces.ranges[i];
-    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMostSampled; ++k)
+    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMaxSampled; ++k)
       sample.push_back(pieces.triangles[range.first_triangle + k]);
   }
   return samples;

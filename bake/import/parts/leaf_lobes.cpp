@@ -26,9 +26,9 @@ namespace coppice::bake {
 namespace {
 
 // Maximum number of a lobe's triangles.
-constexpr std::size_t kMostTriangles = 128;
+constexpr std::size_t kMaxTriangles = 128;
 // Maximum number of pieces at a point; more hang on one point.
-constexpr std::size_t kMostAtPoint = 16;
+constexpr std::size_t kMaxAtPoint = 16;
 // Share of the pieces that must have a sort of contact to make it the way a leaf is made: some pieces are damaged, some touch others too.
 constexpr double kNearlyAll = 0.85;
 
@@ -122,7 +122,7 @@ class LobeJoiner {
     for (const auto& [point, piece] : meetings) meets[piece] = true;
     const auto size_of = [&](std::size_t i) { return std::pair{mesh_.triangle_materials[sorted.of(i)[0]], sorted.of(i).size()}; };
     for (std::size_t i = 0; i < sorted.ranges.size(); ++i)
-      if (meets[sorted.of(i)[0]] && sorted.of(i).size() <= kMostTriangles) sizes.insert(size_of(i));
+      if (meets[sorted.of(i)[0]] && sorted.of(i).size() <= kMaxTriangles) sizes.insert(size_of(i));
     number_of_.assign(piece_of_.size(), kNone);
     for (std::size_t i = 0; i < sorted.ranges.size(); ++i) {
       if (!sizes.contains(size_of(i))) continue;
@@ -146,7 +146,7 @@ class LobeJoiner {
         const std::uint32_t piece = number_of_[meetings[last].second];
         if (piece != kNone && pieces_[piece].kind != kNone) here.push_back(piece);
       }
-      if (here.size() > 1 && last - first <= kMostAtPoint) visit(meetings[first].first, here);
+      if (here.size() > 1 && last - first <= kMaxAtPoint) visit(meetings[first].first, here);
     }
   }
 
@@ -350,10 +350,10 @@ class LobeJoiner {
     std::map<std::size_t, std::size_t> in_chains_of;
     for (const auto& [chain, length] : lengths)
       if (links[chain] == length - 1) in_chains_of[length] += length;
-    const auto most = std::ranges::max_element(in_chains_of, {}, [](const auto& entry) { return entry.second; });
-    if (most == in_chains_of.end() || most->first > kLongest || static_cast<double>(most->second) < kNearlyAll * count) return;
+    const auto usual = std::ranges::max_element(in_chains_of, {}, [](const auto& entry) { return entry.second; });
+    if (usual == in_chains_of.end() || usual->first > kLongest || static_cast<double>(usual->second) < kNearlyAll * count) return;
     for (const auto& [a, b] : pairs)
-      if (lengths[chains.find(a)] == most->first && links[chains.find(a)] == most->first - 1) unite(a, b);
+      if (lengths[chains.find(a)] == usual->first && links[chains.find(a)] == usual->first - 1) unite(a, b);
   }
 
   /// Joins copies in one plane that are fanned out of one point.

@@ -238,8 +238,9 @@ class Splitter {
   MainClass main_class(TriangleList set, const std::vector<std::vector<std::uint32_t>>& parts) const {
     std::map<ClassKey, std::size_t> triangle_counts;
     for (const auto& part : parts) triangle_counts[class_of(part)] += part.size();
-    const auto most = std::ranges::max_element(triangle_counts, {}, [](const auto& entry) { return entry.second; });
-    return {most->first, most->second / most->first.triangle_count, static_cast<double>(most->second) / static_cast<double>(set.size())};
+    const auto dominant = std::ranges::max_element(triangle_counts, {}, [](const auto& entry) { return entry.second; });
+    return {dominant->first, dominant->second / dominant->first.triangle_count,
+            static_cast<double>(dominant->second) / static_cast<double>(set.size())};
   }
 
   void choose_within(TriangleList whole) {
@@ -258,11 +259,11 @@ class Splitter {
   /// things that are repeated within it, as a twig with leaves does.
   bool is_one_shape(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) {
     if (counts_[class_of(whole)].welded < kRepeated || has_many_of_each(whole, parts)) return false;
-    const MainClass most = main_class(whole, parts);
-    const ClassCounts& counts = counts_[most.key];
+    const MainClass dominant = main_class(whole, parts);
+    const ClassCounts& counts = counts_[dominant.key];
     // Single triangles are leaves only if others of them touch nothing.
-    const bool repeated = (most.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
-    return !(repeated && most.part_count > 1 && most.share >= kAlikeShare);
+    const bool repeated = (dominant.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
+    return !(repeated && dominant.part_count > 1 && dominant.share >= kAlikeShare);
   }
 
   bool has_many_of_each(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) const {
@@ -277,16 +278,18 @@ class Splitter {
   }
 
   bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {
-    const MainClass most = main_class(piece, parts);
-    return most.part_count > 1 && most.share >= kAlikeShare && most.key.triangle_count > 1 && counts_[most.key].by_edge >= kRepeated;
+    const MainClass dominant = main_class(piece, parts);
+    return dominant.part_count > 1 && dominant.share >= kAlikeShare && dominant.key.triangle_count > 1 &&
+           counts_[dominant.key].by_edge >= kRepeated;
   }
 
   void choose_by_index(TriangleList part) {
     const auto index_parts = parts(part, by_index_);
     if (index_parts.size() > 1) {
-      const MainClass most = main_class(part, index_parts);
-      const ClassCounts& counts = counts_[most.key];
-      if (most.share >= kSameShare && counts.alone >= kRepeated && 2 * counts.alone >= counts.by_index && !has_repeated_triangles(part)) {
+      const MainClass dominant = main_class(part, index_parts);
+      const ClassCounts& counts = counts_[dominant.key];
+      if (dominant.share >= kSameShare && counts.alone >= kRepeated && 2 * counts.alone >= counts.by_index &&
+          !has_repeated_triangles(part)) {
         for (const auto& index_part : index_parts) assign(index_part);
         return;
       }

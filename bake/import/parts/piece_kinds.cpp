@@ -20,7 +20,7 @@ namespace {
 using Features = std::vector<float>;
 
 // Maximum number of groups that are compared; a piece that differs from all of them is no copy.
-constexpr std::size_t kMostLeaders = 64;
+constexpr std::size_t kMaxLeaders = 64;
 // Share of the pieces that must be in repeated groups.
 constexpr double kCovered = 0.8;
 
@@ -34,7 +34,7 @@ float largest_difference(const Features& a, const Features& b) {
 /// repeated; empty if few groups do not hold them
 std::vector<std::uint32_t> group_features(const std::vector<Features>& features, float tolerance) {
   std::vector<const Features*> leaders;
-  UnionFind connected(kMostLeaders);
+  UnionFind connected(kMaxLeaders);
   std::vector<std::uint32_t> group_of;
   for (const Features& each : features) {
     std::uint32_t nearest = kNone;
@@ -43,13 +43,13 @@ std::vector<std::uint32_t> group_features(const std::vector<Features>& features,
       if (nearest != kNone) connected.join(nearest, i);
       if (nearest == kNone) nearest = i;
     }
-    if (nearest == kNone && leaders.size() < kMostLeaders) {
+    if (nearest == kNone && leaders.size() < kMaxLeaders) {
       nearest = static_cast<std::uint32_t>(leaders.size());
       leaders.push_back(&each);
     }
     group_of.push_back(nearest);
   }
-  std::vector<std::size_t> counts(kMostLeaders, 0);
+  std::vector<std::size_t> counts(kMaxLeaders, 0);
   for (std::uint32_t& group : group_of)
     if (group != kNone) ++counts[group = connected.find(group)];
   for (std::uint32_t& group : group_of)
@@ -147,14 +147,14 @@ Size size_of(const Mesh& mesh, const NumberedPiece& piece) {
 
 /// Renumbers pieces of sizes whose triangles come in many orders.
 void undo_reordering(const Mesh& mesh, std::vector<NumberedPiece>& pieces) {
-  constexpr std::size_t kMostOrders = 6;
+  constexpr std::size_t kMaxOrders = 6;
   std::map<Size, std::set<std::vector<std::uint32_t>>> orders;
   for (const NumberedPiece& piece : pieces) {
     auto& of = orders[size_of(mesh, piece)];
-    if (of.size() <= kMostOrders) of.insert(piece.corners);
+    if (of.size() <= kMaxOrders) of.insert(piece.corners);
   }
   for (NumberedPiece& piece : pieces)
-    if (orders[size_of(mesh, piece)].size() > kMostOrders) renumber_by_form(mesh, piece);
+    if (orders[size_of(mesh, piece)].size() > kMaxOrders) renumber_by_form(mesh, piece);
 }
 
 /// Numbers topologies; [topology] its pieces.

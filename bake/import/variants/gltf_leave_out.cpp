@@ -136,22 +136,22 @@ std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
 }
 
 /// The finest level of each family. "oak" beside "oak_LOD1" is its level 0.
-std::map<std::string, std::uint32_t> least_levels(const GltfNodes& scene, const std::vector<std::uint32_t>& items,
-                                                  const std::vector<Level>& levels) {
-  std::map<std::string, std::uint32_t> least;
+std::map<std::string, std::uint32_t> finest_levels(const GltfNodes& scene, const std::vector<std::uint32_t>& items,
+                                                   const std::vector<Level>& levels) {
+  std::map<std::string, std::uint32_t> finest;
   for (const std::uint32_t item : items) {
     const Level& level = levels[scene.items[item].position];
     if (level.family.empty()) continue;
-    const auto [found, is_new] = least.try_emplace(level.family, level.level);
+    const auto [found, is_new] = finest.try_emplace(level.family, level.level);
     if (!is_new) found->second = std::min(found->second, level.level);
   }
   for (const std::uint32_t item : items) {
     const GltfNode& node = scene.nodes[scene.items[item].position];
     if (!levels[scene.items[item].position].family.empty()) continue;
     for (const std::string& name : {node.name, node.mesh_name})
-      if (const auto found = least.find(read_node_name(name).stem); found != least.end()) found->second = 0;
+      if (const auto found = finest.find(read_node_name(name).stem); found != finest.end()) found->second = 0;
   }
-  return least;
+  return finest;
 }
 
 /// Whether finer levels of other names stand in the same place as one node's items: "Tree_LOD1" for "Trunk_LOD0" and "Leaves_LOD0".
@@ -163,10 +163,10 @@ bool is_shown_finer(const NodeBox& box, std::uint32_t level, const std::map<std:
 }
 
 void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
-  constexpr std::size_t kMostNames = 2000;
+  constexpr std::size_t kMaxNames = 2000;
   const std::vector<std::uint32_t> items = taken_items(left);
   const std::vector<Level> levels = named_levels(scene, left);
-  const std::map<std::string, std::uint32_t> least = least_levels(scene, items, levels);
+  const std::map<std::string, std::uint32_t> finest = finest_levels(scene, items, levels);
   std::map<std::uint32_t, std::pair<std::uint32_t, NodeBox>> of_node;
   for (const std::uint32_t item : items)
     if (const Level& level = levels[scene.items[item].position]; !level.family.empty()) {
@@ -177,8 +177,8 @@ void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
   for (const std::uint32_t item : items) {
     const Level& level = levels[scene.items[item].position];
     if (level.family.empty()) continue;
-    const auto [coarse, is_new] = is_coarse.try_emplace(level.by, level.level > least.at(level.family));
-    if (is_new && !coarse->second && level.level > 0 && of_node.size() <= kMostNames)
+    const auto [coarse, is_new] = is_coarse.try_emplace(level.by, level.level > finest.at(level.family));
+    if (is_new && !coarse->second && level.level > 0 && of_node.size() <= kMaxNames)
       coarse->second = is_shown_finer(of_node[level.by].second, level.level, of_node);
     if (coarse->second) leave(left, item, LeftReason::coarser_level, level.by);
   }

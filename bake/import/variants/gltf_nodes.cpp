@@ -15,7 +15,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::uint64_t kMostBaseVertices = std::uint64_t{1} << 24;
+constexpr std::uint64_t kMaxBaseVertices = std::uint64_t{1} << 24;
 
 /// Facts of a mesh, wherever it stands. The box of its outermost points in 26 directions is nearly the box of all points, however the mesh
 /// is turned.
@@ -173,7 +173,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
       const Result<std::vector<glm::vec3>> points = positions_of(model, primitive);
       if (!points) continue;  // not reached: read_gltf_nodes has read them all
       vertices += points->size() * item.placed.size();
-      if (vertices > kMostBaseVertices) break;
+      if (vertices > kMaxBaseVertices) break;
       for (const MeshInstance& instance : item.placed)
         for (const glm::vec3& point : *points) {
           const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(point, 1.0));
@@ -181,7 +181,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
         }
     }
   }
-  if (vertices <= kMostBaseVertices && base.low.x <= base.high.x) return base;
+  if (vertices <= kMaxBaseVertices && base.low.x <= base.high.x) return base;
   const glm::dvec2 middle = all.centre();
   base = {};
   base.add({middle.x, all.low.y, middle.y});

@@ -20,10 +20,10 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMostVariants = 256;
+constexpr std::size_t kMaxVariants = 256;
 /// Maximum number of top nodes that are compared in pairs.
-constexpr std::size_t kMostUnits = 2048;
-constexpr int kMostNesting = 4;
+constexpr std::size_t kMaxUnits = 2048;
+constexpr int kMaxNesting = 4;
 
 void add_item(const GltfNodes& scene, std::uint32_t item, NodeGroup& group) {
   group.items.push_back(item);
@@ -132,7 +132,7 @@ bool has_copies(const GltfNodes& scene, const std::vector<NodeGroup>& groups) {
 
 /// Whether all are high enough to be plants, and stand on one ground or have their middles at one height.
 bool on_one_ground(const std::vector<NodeGroup>& groups) {
-  constexpr double kLeastHeight = 0.2, kGroundSlack = 0.15, kMiddleSlack = 0.02;
+  constexpr double kMinHeight = 0.2, kGroundSlack = 0.15, kMiddleSlack = 0.02;
   double tallest = 0.0, ground = std::numeric_limits<double>::infinity();
   for (const NodeGroup& group : groups) {
     tallest = std::max(tallest, group.box.height());
@@ -141,7 +141,7 @@ bool on_one_ground(const std::vector<NodeGroup>& groups) {
   const double middle = 0.5 * (groups.front().box.low.y + groups.front().box.high.y);
   bool ground_fits = true, middle_fits = true;
   for (const NodeGroup& group : groups) {
-    if (group.box.height() < kLeastHeight * tallest) return false;
+    if (group.box.height() < kMinHeight * tallest) return false;
     ground_fits = ground_fits && group.box.low.y - ground <= kGroundSlack * 0.5 * (tallest + group.box.height());
     middle_fits = middle_fits && std::abs(0.5 * (group.box.low.y + group.box.high.y) - middle) <= kMiddleSlack * tallest;
   }
@@ -163,18 +163,18 @@ bool is_upright(const Stand& stand) {
 }
 
 Standing standing(const Stand& a, const Stand& b) {
-  constexpr double kMostOverlap = 0.4, kLeastDistance = 0.2;
+  constexpr double kMaxOverlap = 0.4, kMinDistance = 0.2;
   const double height = 0.5 * (a.box.height() + b.box.height());
-  const double least_share = [&] {
-    double least = 1.0;
+  const double min_share = [&] {
+    double smallest = 1.0;
     for (const int axis : {0, 2}) {
       const double common = std::min(a.box.high[axis], b.box.high[axis]) - std::max(a.box.low[axis], b.box.low[axis]);
       const double narrow = std::min(a.box.size()[axis], b.box.size()[axis]);
-      least = std::min(least, narrow > 0.0 ? common / narrow : common > 0.0 ? 1.0 : 0.0);
+      smallest = std::min(smallest, narrow > 0.0 ? common / narrow : common > 0.0 ? 1.0 : 0.0);
     }
-    return least;
+    return smallest;
   }();
-  if (least_share <= kMostOverlap && glm::length(a.box.centre() - b.box.centre()) >= kLeastDistance * height) return Standing::apart;
+  if (min_share <= kMaxOverlap && glm::length(a.box.centre() - b.box.centre()) >= kMinDistance * height) return Standing::apart;
   const double reach = 0.25 * (a.base.width() + b.base.width()) + 0.01 * height;
   // Variants at one origin share it. Things that were moved next to each other do not.
   const bool one_foot = glm::length(a.base.centre() - b.base.centre()) <= reach && glm::length(a.origin - b.origin) <= 0.02 * height;
@@ -184,11 +184,11 @@ Standing standing(const Stand& a, const Stand& b) {
 
 /// Whether the groups stand too far apart to be stems, or flowers, of one plant.
 bool are_far_apart(const std::vector<NodeGroup>& groups) {
-  constexpr double kLeastDistance = 0.4;  // heights
+  constexpr double kMinDistance = 0.4;  // heights
   for (std::size_t i = 0; i < groups.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (glm::length(groups[i].box.centre() - groups[k].box.centre()) <
-          kLeastDistance * 0.5 * (groups[i].box.height() + groups[k].box.height()))
+          kMinDistance * 0.5 * (groups[i].box.height() + groups[k].box.height()))
         return false;
   return true;
 }
@@ -250,7 +250,7 @@ bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, c
 }
 
 bool are_variants(const tinygltf::Model& model, const GltfNodes& scene, const std::vector<NodeGroup>& groups) {
-  if (groups.size() < 2 || groups.size() > kMostVariants || !on_one_ground(groups) || has_copies(scene, groups)) return false;
+  if (groups.size() < 2 || groups.size() > kMaxVariants || !on_one_ground(groups) || has_copies(scene, groups)) return false;
   std::vector<GroupMaterials> materials;
   for (const NodeGroup& group : groups) materials.push_back(materials_of(model, scene, group));
   return !are_parts(materials) && stand_like_variants(model, scene, groups, materials);
@@ -259,9 +259,9 @@ bool are_variants(const tinygltf::Model& model, const GltfNodes& scene, const st
 /// Groups units whose names differ in one word only: oak1_trunk and oak1_leaves, oak2_trunk and oak2_leaves. Empty if there are none.
 std::vector<NodeGroup> grouped_by_name(const std::vector<NodeGroup>& units) {
   std::vector<std::vector<std::string>> words;
-  std::size_t most_words = 0;
-  for (const NodeGroup& unit : units) most_words = std::max(most_words, words.emplace_back(name_words(unit.name)).size());
-  for (std::size_t word = 0; word < most_words; ++word) {
+  std::size_t max_words = 0;
+  for (const NodeGroup& unit : units) max_words = std::max(max_words, words.emplace_back(name_words(unit.name)).size());
+  for (std::size_t word = 0; word < max_words; ++word) {
     std::map<std::string, std::vector<std::size_t>> by_value;
     std::map<std::string, std::multiset<std::string>> rests;
     for (std::size_t i = 0; i < units.size(); ++i) {
@@ -328,7 +328,7 @@ std::vector<NodeGroup> split_nested(const tinygltf::Model& model, const GltfNode
   std::vector<std::size_t> all(units.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<NodeGroup> one{joined(units, all)};
-  if (depth == 0 || units.size() < 2 || units.size() > kMostUnits) return one;
+  if (depth == 0 || units.size() < 2 || units.size() > kMaxUnits) return one;
   const std::vector<NodeGroup> plants = possible_plants(model, scene, units);
   for (const auto& groups : {plants, grouped_by_name(plants), grouped_by_ground(plants)}) {
     if (!are_variants(model, scene, groups)) continue;
@@ -346,7 +346,7 @@ std::vector<NodeGroup> split_nested(const tinygltf::Model& model, const GltfNode
 }  // namespace
 
 std::vector<NodeGroup> split_variants(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items) {
-  std::vector<NodeGroup> groups = split_nested(model, scene, items, kMostNesting);
+  std::vector<NodeGroup> groups = split_nested(model, scene, items, kMaxNesting);
   std::ranges::sort(groups, {}, [](const NodeGroup& group) { return group.items.front(); });
   std::map<std::string, int> seen;
   for (NodeGroup& group : groups)

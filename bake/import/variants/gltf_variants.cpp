@@ -201,7 +201,7 @@ std::string contents_line(const SourceContents& contents) {
 }
 
 std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const SourceContents& contents) {
-  constexpr std::size_t kMostChars = 64;
+  constexpr std::size_t kMaxChars = 64;
   const auto lower = [](std::string text) {
     std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
     return text;
@@ -210,7 +210,7 @@ std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& 
   std::set<std::string> used;
   std::vector<std::filesystem::path> outputs;
   for (const SourceContents::Variant& variant : contents.variants) {
-    std::string name = variant.name.substr(0, kMostChars);
+    std::string name = variant.name.substr(0, kMaxChars);
     for (char& c : name)
       if (!(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && c != '-' && c != '.') c = '_';
     if (lower(name).starts_with(lower(stem))) name.erase(0, stem.size());

@@ -114,12 +114,13 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
 
 /// The files with no more triangles than requested; if all have more, the smallest.
 std::vector<Candidate> comparable(const std::vector<ForeignLevel>& files, std::uint32_t triangle_count) {
-  std::size_t most = triangle_count, least = std::numeric_limits<std::size_t>::max();
-  for (const ForeignLevel& file : files) least = std::min(least, file.level.mesh.triangle_materials.size());
-  most = std::max(most, least);
+  std::size_t max_count = triangle_count, smallest = std::numeric_limits<std::size_t>::max();
+  for (const ForeignLevel& file : files) smallest = std::min(smallest, file.level.mesh.triangle_materials.size());
+  max_count = std::max(max_count, smallest);
   std::vector<Candidate> candidates;
   for (const ForeignLevel& file : files)
-    if (file.level.mesh.triangle_materials.size() <= most) candidates.push_back({file.parameters, file.level, file.materials, file.images});
+    if (file.level.mesh.triangle_materials.size() <= max_count)
+      candidates.push_back({file.parameters, file.level, file.materials, file.images});
   return candidates;
 }
 

@@ -53,7 +53,7 @@ class GreedyUnion {
 
   /// Unites the cheapest pair. At least two items must be live.
   void step() {
-    const Pair pair = least_pair();
+    const Pair pair = cheapest_pair();
     const std::uint32_t first = std::min(pair.item, pair.partner), second = std::max(pair.item, pair.partner);
     for (const std::uint32_t id : {first, second}) {
       octree_.remove(id);
@@ -79,7 +79,7 @@ class GreedyUnion {
     }
   };
 
-  Pair least_pair() {
+  Pair cheapest_pair() {
     for (;;) {
       COPPICE_ASSERT(!pairs_.empty());
       const Pair pair = pairs_.top();

@@ -15,7 +15,7 @@ namespace coppice::bake {
 
 /// Groups leaves by the tree of their stalks, in order: neighbours are halves of one whole. The number of groups is a power of two.
 /// max_size  of a group, at least 1
-std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std::uint32_t most);
+std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std::uint32_t max_size);
 
 /// leaf_counts  each 1 .. leaf_count (asserted); not empty
 std::vector<Variant> unite_organs(const Foliage& foliage, const std::vector<std::uint32_t>& leaf_counts);

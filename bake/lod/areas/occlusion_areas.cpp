@@ -19,7 +19,7 @@ constexpr std::uint32_t kVerticesPerLeaf = 6;
 /// Queries in one submission: enough that waiting for it costs little, few enough for drivers that end submissions that take seconds.
 constexpr std::uint32_t kQueryCount = 8192;
 /// A driver that takes longer hangs. A processor may do the GPU's work, so the limit is high.
-constexpr std::uint64_t kMostWait_ns = 600'000'000'000;
+constexpr std::uint64_t kMaxWait_ns = 600'000'000'000;
 
 /// Maps metres from the sphere's centre, relative to its radius, to clip space: the camera of raster.h. Depth has a margin on both sides,
 /// so that rounding clips no leaf and no leaf is as far as a cleared pixel.
@@ -269,7 +269,7 @@ class OcclusionAreas::Measurer {
     submit.commandBufferInfoCount = 1;
     submit.pCommandBufferInfos = &commands;
     COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
-    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMostWait_ns), "vkWaitForFences"));
+    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMaxWait_ns), "vkWaitForFences"));
     COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
     counts_.resize(targets.size());
     COPPICE_CHECK(check_vulkan(

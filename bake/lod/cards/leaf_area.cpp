@@ -19,7 +19,7 @@ constexpr int kDirections = 16;
 /// Maximum error of a flat leaf's ratio: samples miss parts of its edge.
 constexpr double kNoise = 0.03;
 /// The ratio of a ball: a disc shows half of its area on average, a ball all of it.
-constexpr double kMostFull = 2.0;
+constexpr double kMaxFull = 2.0;
 
 /// A rectangle across `direction`, as large as the leaf's box. Its area is 0 if the leaf is a line from there.
 struct Outlook {
@@ -68,7 +68,7 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   }
   if (!(flat_shown_m2 > 0.0)) return 1.0;
   const double ratio = shown_m2 / flat_shown_m2;
-  return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMostFull);
+  return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMaxFull);
 }
 
 }  // namespace coppice::bake

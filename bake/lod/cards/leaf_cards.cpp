@@ -34,7 +34,7 @@ constexpr std::uint32_t kSketchSamples = 4;
 constexpr double kAlike = 16.0;
 constexpr int kRefinements = 4;
 /// Minimum coverage of a quad by its leaf: a leaf with less was fitted edge-on and would be lost.
-constexpr float kLeastCoverage = 0.02f;
+constexpr float kMinCoverage = 0.02f;
 constexpr float kCardCutoff = 0.5f;
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
@@ -136,12 +136,12 @@ std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters
   Sketch mean{};
   for (std::size_t k = 0; k < sum.size(); ++k) mean[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
   std::size_t best = clusters.medoids[cluster];
-  std::uint32_t least = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t smallest = std::numeric_limits<std::uint32_t>::max();
   for (std::size_t i = 0; i < sketches.size(); ++i) {
     if (clusters.cluster_of[i] != cluster) continue;
     const std::uint32_t difference = squared_difference(sketches[i], mean);
-    if (difference >= least) continue;
-    least = difference;
+    if (difference >= smallest) continue;
+    smallest = difference;
     best = i;
   }
   return best;
@@ -191,8 +191,8 @@ struct Atlas {
 Atlas make_atlas(std::uint32_t picture_count, std::uint32_t source_px) {
   Atlas atlas;
   while (atlas.tiles_per_side * atlas.tiles_per_side < picture_count) atlas.tiles_per_side *= 2;
-  const std::uint32_t most_px = std::min(kMaxCardSide_px, kMaxAtlasSide_px / atlas.tiles_per_side);
-  atlas.tile_px = std::clamp(std::bit_ceil(source_px), kMinCardSide_px, most_px);
+  const std::uint32_t max_px = std::min(kMaxCardSide_px, kMaxAtlasSide_px / atlas.tiles_per_side);
+  atlas.tile_px = std::clamp(std::bit_ceil(source_px), kMinCardSide_px, max_px);
   const std::uint32_t side_px = atlas.tiles_per_side * atlas.tile_px;
   atlas.image = {side_px, side_px, std::vector<std::uint8_t>(4 * std::size_t{side_px} * side_px, 0)};
   return atlas;
@@ -249,12 +249,12 @@ struct PicturedLeaves {
 /// [cluster] The mean fullness of some of its leaves, spread over it: leaves that look alike bend alike.
 std::vector<double> mean_fullness(const Plant& plant, const PicturedLeaves& pictured, const Clusters& clusters,
                                   std::span<const FittedLeaf> fitted) {
-  constexpr std::size_t kMostLeaves = 16;
+  constexpr std::size_t kMaxLeaves = 16;
   std::vector<std::vector<std::size_t>> members(clusters.medoids.size());
   for (std::size_t i = 0; i < pictured.leaves.size(); ++i) members[clusters.cluster_of[i]].push_back(pictured.leaves[i]);
   std::vector<double> means;
   for (const std::vector<std::size_t>& leaves : members) {
-    const std::size_t count = std::min(leaves.size(), kMostLeaves);
+    const std::size_t count = std::min(leaves.size(), kMaxLeaves);
     double sum = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t leaf = leaves[k * leaves.size() / count];
@@ -319,7 +319,7 @@ void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
         if (is_exact(plant.foliage, plant.leaves[i], fitted[i].quad)) return;
         const Quad held = hold_leaf(plant, plant.leaves[i], fitted[i].quad);
         sketches[i] = sketch_leaf(plant, plant.leaves[i], held);
-        if (coverage(sketches[i]) < kLeastCoverage) return;
+        if (coverage(sketches[i]) < kMinCoverage) return;
         fitted[i].quad = held;
         is_pictured[i] = 1;
       },

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMaxPlanePoints = 24;
 // If a triple spans less than this share of the widest triple's area, its normal is rounding errors.
-constexpr double kLeastSpan = 1e-3;
+constexpr double kMinSpan = 1e-3;
 // Distances to the branch that differ by less than this share of the leaf count as equal, since the branch is sampled.
 constexpr double kEqualDistance = 1e-5;
 
@@ -104,14 +104,14 @@ StalkAndTip find_stalk_and_tip(const LeafShape& shape, const BranchDistance& bra
   // The tip is measured from where the branch bears this leaf: in a crown another branch may pass close to the tip.
   const glm::dvec3 bearing(branch.nearest_point(glm::vec3(shape.points[stalk])));
   std::ranges::transform(shape.points, distances_m.begin(), [&](const glm::dvec3& point) { return glm::distance(point, bearing); });
-  const double most_m = *std::ranges::max_element(distances_m);
+  const double max_m = *std::ranges::max_element(distances_m);
   const auto reach_m = [&](std::size_t i) { return glm::distance(shape.points[i], shape.points[stalk]); };
   double size_m = 0.0;
   for (std::size_t i = 0; i < shape.points.size(); ++i) size_m = std::max(size_m, reach_m(i));
   // If several are farthest, the tip is the one farthest from the stalk.
   StalkAndTip ends{stalk, stalk};
   for (std::size_t i = 0; i < shape.points.size(); ++i)
-    if (distances_m[i] >= most_m - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
+    if (distances_m[i] >= max_m - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
   return ends;
 }
 
@@ -205,8 +205,8 @@ Frame leaf_frame(const LeafShape& shape, const StalkAndTip& ends, const glm::dve
     return arm - glm::dot(arm, normal) * normal;
   };
   // A tip right above the stalk has no direction in the plane, so the farthest point that has one takes its place.
-  constexpr double kLeastSlant = 1e-3;
-  if (glm::length(in_plane(tip)) < kLeastSlant * glm::distance(tip, plane.point))
+  constexpr double kMinSlant = 1e-3;
+  if (glm::length(in_plane(tip)) < kMinSlant * glm::distance(tip, plane.point))
     tip = *std::max_element(shape.points.begin(), shape.points.end(),
                             [&](const glm::dvec3& a, const glm::dvec3& b) { return glm::length(in_plane(a)) < glm::length(in_plane(b)); });
   Frame frame;
@@ -246,8 +246,8 @@ AffineUv fit_uv(const Mesh& mesh, const LeafShape& shape, const Frame& frame, st
   }
   const double scale = moments[0][0];
   if (scale <= 0.0) return {};
-  constexpr double kLeastDeterminant = 1e-12;
-  if (glm::determinant(moments / scale) < kLeastDeterminant) return {{u_moments[0] / scale, 0.0, 0.0}, {v_moments[0] / scale, 0.0, 0.0}};
+  constexpr double kMinDeterminant = 1e-12;
+  if (glm::determinant(moments / scale) < kMinDeterminant) return {{u_moments[0] / scale, 0.0, 0.0}, {v_moments[0] / scale, 0.0, 0.0}};
   const glm::dmat3 solve = glm::inverse(moments);
   const glm::dvec3 to_metres(1.0, 1.0 / length_m, 1.0 / length_m);
   return {solve * u_moments * to_metres, solve * v_moments * to_metres};
@@ -268,10 +268,10 @@ Rectangle measure(const LeafShape& shape, const Frame& frame, const glm::dvec3& 
     rectangle.up_m = std::max(rectangle.up_m, flat.y);
     rectangle.down_m = std::max(rectangle.down_m, -flat.y);
   }
-  constexpr double kLeastShape = 1e-6;
-  if (rectangle.length_m < kLeastShape * farthest_m) rectangle.length_m = farthest_m;
+  constexpr double kMinShape = 1e-6;
+  if (rectangle.length_m < kMinShape * farthest_m) rectangle.length_m = farthest_m;
   // A leaf that its own plane sees edge-on still has area: the rectangle gets that.
-  if (rectangle.up_m + rectangle.down_m < kLeastShape * rectangle.length_m) {
+  if (rectangle.up_m + rectangle.down_m < kMinShape * rectangle.length_m) {
     for (std::size_t t = 0; t < shape.materials.size(); ++t) area_m2 += 0.5 * glm::length(area_vector(shape, t));
     rectangle.up_m = rectangle.down_m = 0.5 * area_m2 / rectangle.length_m;
   }
@@ -291,16 +291,16 @@ Plane best_plane(std::span<const glm::dvec3> points, std::size_t stalk) {
     for (std::size_t j = i + 1; j < candidates.size(); ++j) widest = std::max(widest, glm::length(span_of(i, j)));
 
   Plane best{origin, glm::dvec3(0.0)};
-  std::optional<double> least_m;
+  std::optional<double> min_m;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     for (std::size_t j = i + 1; j < candidates.size(); ++j) {
       const glm::dvec3 span = span_of(i, j);
       const double length = glm::length(span);
-      if (length <= kLeastSpan * widest) continue;
+      if (length <= kMinSpan * widest) continue;
       double sum_m = 0.0;
       for (const glm::dvec3& point : points) sum_m += std::abs(glm::dot(point - origin, span)) / length;
-      if (least_m && sum_m >= *least_m) continue;
-      least_m = sum_m;
+      if (min_m && sum_m >= *min_m) continue;
+      min_m = sum_m;
       best.normal = span / length;
     }
   return best;

@@ -52,7 +52,7 @@ class SimilarityCollapse {
 
   /// Does the next merge. At least two leaves must be live.
   Merge step() {
-    const Pair pair = least_pair();
+    const Pair pair = cheapest_pair();
     Merge merge{std::min(pair.leaf, pair.partner), std::max(pair.leaf, pair.partner), {}};
     merge.corners = merge_corners(quads_[merge.first], quads_[merge.second]);
     const auto merged = static_cast<std::uint32_t>(quads_.size());
@@ -69,7 +69,7 @@ class SimilarityCollapse {
 
  private:
   /// Finds the least dissimilar pair. A pair whose leaf is gone is dropped; a leaf whose partner is gone searches again.
-  Pair least_pair() {
+  Pair cheapest_pair() {
     for (;;) {
       COPPICE_ASSERT(!pairs_.empty());
       const Pair pair = pairs_.top();

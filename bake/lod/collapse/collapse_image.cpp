@@ -60,8 +60,8 @@ bool is_better(const WeighedPair& a, const WeighedPair& b) {
 
 /// A leaf's best known collapses, the best first.
 struct Choices {
-  static constexpr std::size_t kMost = 3;
-  std::array<WeighedPair, kMost> pairs{};
+  static constexpr std::size_t kMax = 3;
+  std::array<WeighedPair, kMax> pairs{};
   std::uint32_t count = 0;
   std::uint32_t stamp = 0;  ///< entries of the queue with another stamp are void
 
@@ -74,8 +74,8 @@ struct Choices {
       for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
   }
   void offer(const WeighedPair& pair) {
-    if (count == kMost && !is_better(pair, pairs.back())) return;
-    count = std::min<std::uint32_t>(count + 1, kMost);
+    if (count == kMax && !is_better(pair, pairs.back())) return;
+    count = std::min<std::uint32_t>(count + 1, kMax);
     pairs[count - 1] = pair;
     sort();
   }
@@ -169,8 +169,8 @@ class ImageCollapse {
   /// The nearest leaves may all be on one twig, and their merges cannot reach across to the next. Leaves search farther once the crown has
   /// lost coverage.
   [[nodiscard]] std::uint32_t candidate_count() const {
-    constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMost = 4.0;
-    const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMost);
+    constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMax = 4.0;
+    const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMax);
     return static_cast<std::uint32_t>(options_.candidate_count * times);
   }
 
@@ -238,9 +238,9 @@ class ImageCollapse {
   /// Finds the best shape of a pair and its opacity, judged by some of the views.
   void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
     const PairShapes shapes = pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad);
-    std::array<PairCorners, PairShapes::kMost> corners;
+    std::array<PairCorners, PairShapes::kMax> corners;
     for (std::size_t s = 0; s < shapes.count; ++s) corners[s] = shapes.shapes[s].corners;
-    std::array<MergeCost, PairShapes::kMost> costs{};
+    std::array<MergeCost, PairShapes::kMax> costs{};
     image_.costs_of({pair.first, pair.second, std::span(corners).first(shapes.count), subset}, scratches_.local(),
                     std::span(costs).first(shapes.count));
     const float before = pair_opacity(pair);

@@ -38,7 +38,7 @@ class LeafVisibilities {
   void remove(std::uint32_t id) { set(id, kNotLive); }
 
   /// The live leaf of smallest visibility; of equals the smaller id. At least one must be live.
-  std::uint32_t least() {
+  std::uint32_t smallest() {
     std::size_t best_block = 0;
     for (std::size_t block = 0; block < minima_.size(); ++block) {
       const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
@@ -100,7 +100,7 @@ class Collapse {
   [[nodiscard]] const Visibility& visibility() const { return visibility_; }
 
   Merge step() {
-    const std::uint32_t chosen = visibilities_.least();
+    const std::uint32_t chosen = visibilities_.smallest();
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);

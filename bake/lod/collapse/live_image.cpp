@@ -24,7 +24,7 @@ constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
 /// The coverage of a leaf, added to its shade.
 constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
 /// Less transmittance than this counts as none: an eighth of a step of 255.
-constexpr float kLeastShare = 1.0f / 2048.0f;
+constexpr float kMinShare = 1.0f / 2048.0f;
 /// How many pixels ahead of a walk memory is prefetched.
 constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
@@ -51,7 +51,7 @@ struct Layers {
              __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
     share *= 1.0f - opacity;
   }
-  [[nodiscard]] bool is_closed() const { return share < kLeastShare; }
+  [[nodiscard]] bool is_closed() const { return share < kMinShare; }
   [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kCovered; }
 };
 
@@ -234,9 +234,9 @@ LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const Pair
 
 std::uint8_t LiveImage::brightest(const LiveLeaf& leaf) const {
   const LeafShades shades = shades_of(leaf);
-  std::uint8_t most = 1;
-  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) most = std::max({most, shades.front[light], shades.back[light]});
-  return static_cast<std::uint8_t>(std::clamp(255 * 16 / most - 8, 8, int{kBrightest}));
+  std::uint8_t largest = 1;
+  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) largest = std::max({largest, shades.front[light], shades.back[light]});
+  return static_cast<std::uint8_t>(std::clamp(255 * 16 / largest - 8, 8, int{kBrightest}));
 }
 
 /// Weight of a pixel's squared difference.
@@ -450,10 +450,10 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
 
 void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const {
   const auto& [first, second, shapes, subset] = trial;
-  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMost);
+  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMax);
   prepare(scratch);
   std::fill(costs.begin(), costs.end(), MergeCost{});
-  std::array<LeafShades, PairShapes::kMost> shades;
+  std::array<LeafShades, PairShapes::kMax> shades;
   for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
   const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
   for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {

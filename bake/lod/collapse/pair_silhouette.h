@@ -40,8 +40,8 @@ struct PairShape {
 
 /// The quads that a pair's merged leaf may have, at most kMax, all different.
 struct PairShapes {
-  static constexpr std::size_t kOpaque = 2, kTranslucent = 2, kMost = kOpaque + kTranslucent + 1;
-  std::array<PairShape, kMost> shapes{};
+  static constexpr std::size_t kOpaque = 2, kTranslucent = 2, kMax = kOpaque + kTranslucent + 1;
+  std::array<PairShape, kMax> shapes{};
   std::size_t count = 0;
   [[nodiscard]] std::span<const PairShape> all() const& { return std::span(shapes).first(count); }
   void all() && = delete;  // the span of a temporary, which a range-based for does not keep, would dangle

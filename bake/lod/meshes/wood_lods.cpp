@@ -33,17 +33,17 @@ namespace {
 constexpr std::size_t kMaxLods = 7;
 constexpr std::size_t kReduction = 4;
 // Wood with fewer triangles gets no coarser LoD: there is nothing left to save.
-constexpr std::size_t kLeastTriangles = 96;
+constexpr std::size_t kMinTriangles = 96;
 // Triangles of a prism with three sides.
 constexpr std::size_t kTubeTriangles = 6;
 // Edge collapse has stalled if it leaves more than kStalled times the triangles asked for. The coarsest clustering that keeps the other
 // share of the piece's area then replaces it, if it leaves fewer.
 constexpr std::size_t kStalled = 2;
-constexpr double kLeastClusteredArea = 0.7;
+constexpr double kMinClusteredArea = 0.7;
 // Minimum share of its length to which a piece is squeezed, so that its cells stay some vertices long.
-constexpr double kLeastSqueeze = 0.01;
+constexpr double kMinSqueeze = 0.01;
 // A LoD with more than this share of the previous one's triangles is not worth its bytes.
-constexpr double kLeastProgress = 0.7;
+constexpr double kMinProgress = 0.7;
 // Errors are relative to a piece's extent, so this limits nothing.
 constexpr float kAnyError = 1.0f;
 // One in so many of a LoD's triangles is for pieces that would be left out.
@@ -51,9 +51,9 @@ constexpr std::size_t kRestShare = 5;
 // A proxy grows to at most kMaxGrowth times the area of its piece, or to a pixel's width where the LoD is likely to be drawn: where the
 // plant is kPxPerRootTriangle pixels high for each square root of a triangle. It takes the area of pieces with at least kMinGirthShare of
 // its girth: thinner pieces look like a haze, which a thick bough would not show.
-constexpr double kMostGrowth = 2.0;
+constexpr double kMaxGrowth = 2.0;
 constexpr double kPxPerRootTriangle = 10.0;
-constexpr double kLeastGirthShare = 0.2;
+constexpr double kMinGirthShare = 0.2;
 constexpr double kGoldenAngle = 2.399963229728653;
 
 using Indices = std::vector<std::uint32_t>;
@@ -118,7 +118,7 @@ Version collapse_edges(const WoodPiece& piece, std::size_t target_count) {
 /// sections. Squeezed along its length by the ratio of thickness to length, a tube of a few sections is a few cells.
 std::vector<glm::vec3> squeezed(const WoodPiece& piece) {
   const double thickness_m = std::hypot(piece.spread_m[1], piece.spread_m[2]) / std::sqrt(2.0);
-  const double factor = piece.spread_m[0] > 0.0 ? std::clamp(thickness_m / piece.spread_m[0], kLeastSqueeze, 1.0) : 1.0;
+  const double factor = piece.spread_m[0] > 0.0 ? std::clamp(thickness_m / piece.spread_m[0], kMinSqueeze, 1.0) : 1.0;
   std::vector<glm::vec3> positions;
   for (const glm::vec3& position : piece.positions) {
     const glm::dvec3 arm = glm::dvec3(position) - piece.center;
@@ -129,15 +129,15 @@ std::vector<glm::vec3> squeezed(const WoodPiece& piece) {
 
 /// The coarsest clustering of at least target_count triangles that keeps enough of the piece's area; empty if none has fewer than
 /// max_count.
-Version cluster_vertices(const WoodPiece& piece, std::size_t target_count, std::size_t most_count) {
+Version cluster_vertices(const WoodPiece& piece, std::size_t target_count, std::size_t max_count) {
   const std::vector<glm::vec3> positions = squeezed(piece);
-  for (std::size_t count = target_count; count < most_count; count *= 2) {
+  for (std::size_t count = target_count; count < max_count; count *= 2) {
     Indices result(piece.indices.size());
     float error = 0.0f;
     result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &positions[0].x, positions.size(),
                                          sizeof(glm::vec3), 3 * count, kAnyError, &error));
-    if (projected_area_m2(piece.positions, result) < kLeastClusteredArea * piece.projected_m2) continue;
-    if (result.size() >= 3 * most_count) return {};
+    if (projected_area_m2(piece.positions, result) < kMinClusteredArea * piece.projected_m2) continue;
+    if (result.size() >= 3 * max_count) return {};
     return {std::move(result), scaled_error_m(error, positions)};
   }
   return {};
@@ -158,17 +158,17 @@ Version simplify_piece(const WoodPiece& piece, std::size_t target_count) {
 constexpr double kStripError = 0.35, kThreeSidedTubeError = 0.2, kTubeError = 0.1, kMisfitError = 0.5;
 constexpr double kThreeSidedSpindleError = 0.3, kSpindleError = 0.2;
 constexpr double kSimplifiedError = 5.0;  ///< divided by the number of triangles
-constexpr double kMeanOfMost = 0.1;       ///< mean square of a simplified piece's distance, relative to the square of the largest
-constexpr std::size_t kLeastSimplified = 12;
+constexpr double kMeanOfMax = 0.1;        ///< mean square of a simplified piece's distance, relative to the square of the largest
+constexpr std::size_t kMinSimplified = 12;
 
 /// Whether the piece shows about as much as the ellipsoid of its spreads: a fruit, a cactus. A piece that forks shows far less, and a
 /// spindle in its place would hang in the air.
 bool is_body(const WoodPiece& piece) {
-  constexpr double kThomsen = 1.6075, kLeastShare = 0.6;  // Thomsen's approximation of an ellipsoid's surface
+  constexpr double kThomsen = 1.6075, kMinShare = 0.6;  // Thomsen's approximation of an ellipsoid's surface
   std::array<double, 3> power{};
   for (std::size_t k = 0; k < 3; ++k) power[k] = std::pow(std::sqrt(3.0) * piece.spread_m[k], kThomsen);
   const double mean = (power[0] * power[1] + power[0] * power[2] + power[1] * power[2]) / 3.0;
-  return piece.projected_m2 >= kLeastShare * std::numbers::pi * std::pow(mean, 1.0 / kThomsen);
+  return piece.projected_m2 >= kMinShare * std::numbers::pi * std::pow(mean, 1.0 / kThomsen);
 }
 
 Candidate candidate_of(WoodPiece&& piece) {
@@ -191,7 +191,7 @@ Candidate candidate_of(WoodPiece&& piece) {
   }
   // The result may have far more triangles than asked for: edges do not collapse between parts, so each of them stays a tube.
   std::vector<Indices> versions;
-  for (std::size_t asked = std::max(kLeastSimplified, kTubeTriangles * piece.part_count); asked < all; asked *= 2) {
+  for (std::size_t asked = std::max(kMinSimplified, kTubeTriangles * piece.part_count); asked < all; asked *= 2) {
     Version version = simplify_piece(piece, asked);
     const std::size_t count = version.indices.size() / 3;
     versions.push_back(std::move(version.indices));
@@ -199,7 +199,7 @@ Candidate candidate_of(WoodPiece&& piece) {
                        count,
                        kSimplifiedError / static_cast<double>(count),
                        {},
-                       kMeanOfMost * version.error_m * version.error_m,
+                       kMeanOfMax * version.error_m * version.error_m,
                        versions.size() - 1});
   }
   versions.push_back(piece.indices);
@@ -328,8 +328,8 @@ std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, con
     if (candidates[i].choices[chosen[i]].kind != Choice::Kind::nothing) continue;
     const std::size_t taker = nearest_taker(candidates, stand_ins, piece, [&](std::size_t k) {
       const WoodPiece& other = candidates[k].piece;
-      return other.material == piece.material && piece.girth_m() >= kLeastGirthShare * other.girth_m() &&
-             areas_m2[k] + piece.projected_m2 <= std::max(kMostGrowth, pixel_m / other.girth_m()) * other.projected_m2;
+      return other.material == piece.material && piece.girth_m() >= kMinGirthShare * other.girth_m() &&
+             areas_m2[k] + piece.projected_m2 <= std::max(kMaxGrowth, pixel_m / other.girth_m()) * other.projected_m2;
     });
     if (taker != kNone) areas_m2[taker] += piece.projected_m2;
   }
@@ -365,7 +365,7 @@ std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece,
 /// as the piece.
 /// normals  from joint_normals
 std::vector<glm::vec3> thickened(const WoodPiece& piece, const std::vector<glm::vec3>& normals, const Indices& indices) {
-  constexpr double kMostThickened = 0.5;  // radii of the tube that has the piece's volume and area
+  constexpr double kMaxThickened = 0.5;  // radii of the tube that has the piece's volume and area
   const double now_m2 = projected_area_m2(piece.positions, indices), radius_m = 0.5 * piece.thickness_m();
   const double step_m = 0.02 * radius_m;
   if (!(now_m2 < piece.projected_m2) || !(step_m > 0.0)) return piece.positions;
@@ -376,7 +376,7 @@ std::vector<glm::vec3> thickened(const WoodPiece& piece, const std::vector<glm::
   };
   const double gained_m2 = projected_area_m2(moved(step_m), indices) - now_m2;
   if (!(gained_m2 > 0.0)) return piece.positions;
-  return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMostThickened * radius_m));
+  return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMaxThickened * radius_m));
 }
 
 struct Corner {
@@ -389,13 +389,13 @@ struct Corner {
 /// that is far off.
 /// face  unit
 Corner corner_of(const Mesh& source, const WoodPiece& piece, const Indices& in_place, std::uint32_t vertex, const glm::vec3& face) {
-  constexpr float kNearer = 1e-3f, kLeastFacing = 0.25f;
+  constexpr float kNearer = 1e-3f, kMinFacing = 0.25f;
   Corner corner{vertex, source.normals[piece.vertices[vertex]]};
   for (const std::uint32_t other : in_place) {
     const glm::vec3& normal = source.normals[piece.vertices[other]];
     if (glm::dot(normal, face) > glm::dot(corner.normal, face) + kNearer) corner = {other, normal};
   }
-  if (glm::dot(corner.normal, face) < kLeastFacing) corner.normal = face;
+  if (glm::dot(corner.normal, face) < kMinFacing) corner.normal = face;
   return corner;
 }
 
@@ -507,7 +507,7 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   levels.push_back({merge(wood, split_by_material(wood))});
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
   std::size_t last_count = wood.triangle_materials.size();
-  while (levels.size() < kMaxLods && last_count > kLeastTriangles) {
+  while (levels.size() < kMaxLods && last_count > kMinTriangles) {
     WoodLevel level;
     for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
       Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
@@ -515,7 +515,7 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
       level.push_back(merge(mesh, split_by_material(mesh)));
     }
     const std::size_t count = level.front().triangle_materials.size();
-    if (static_cast<double>(count) <= kLeastProgress * static_cast<double>(last_count)) {
+    if (static_cast<double>(count) <= kMinProgress * static_cast<double>(last_count)) {
       levels.push_back(std::move(level));
       last_count = count;
     }

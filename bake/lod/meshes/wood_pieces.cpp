@@ -148,11 +148,11 @@ struct TubeEnd {
 
 /// The ends of pieces a few times as long as thick, sorted by x: ends that may touch are near each other.
 std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
-  constexpr double kLeastSlenderness = 3.0;
+  constexpr double kMinSlenderness = 3.0;
   std::vector<TubeEnd> ends;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const WoodPiece& piece = pieces[i];
-    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kLeastSlenderness * piece.girth_m()) continue;
+    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kMinSlenderness * piece.girth_m()) continue;
     ends.push_back({piece.center + piece.first_m * piece.axes[0], -piece.axes[0], piece.girth_m(), i});
     ends.push_back({piece.center + piece.last_m * piece.axes[0], piece.axes[0], piece.girth_m(), i});
   }
@@ -161,9 +161,9 @@ std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
 }
 
 bool continues(const TubeEnd& a, const TubeEnd& b) {
-  constexpr double kLeastCosine = 0.8, kMostGirths = 2.0;
-  if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kLeastCosine) return false;
-  if (std::max(a.girth_m, b.girth_m) > kMostGirths * std::min(a.girth_m, b.girth_m)) return false;
+  constexpr double kMinCosine = 0.8, kMaxGirths = 2.0;
+  if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kMinCosine) return false;
+  if (std::max(a.girth_m, b.girth_m) > kMaxGirths * std::min(a.girth_m, b.girth_m)) return false;
   return glm::distance(a.at, b.at) < std::max(a.girth_m, b.girth_m);
 }
 
@@ -178,12 +178,12 @@ void append(WoodPiece& piece, const WoodPiece& other) {
 /// Joins tubes whose ends meet, the nearest first; an end is joined once.
 std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   const std::vector<TubeEnd> ends = tube_ends(pieces);
-  double most_girth_m = 0.0;
-  for (const TubeEnd& end : ends) most_girth_m = std::max(most_girth_m, end.girth_m);
-  constexpr std::size_t kMostLookedAt = 512;  // enough, unless the wood is one pile of sticks
+  double max_girth_m = 0.0;
+  for (const TubeEnd& end : ends) max_girth_m = std::max(max_girth_m, end.girth_m);
+  constexpr std::size_t kMaxLookedAt = 512;  // enough, unless the wood is one pile of sticks
   std::vector<std::tuple<double, std::size_t, std::size_t>> meetings;
   for (std::size_t i = 0; i < ends.size(); ++i)
-    for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMostLookedAt) && ends[k].at.x - ends[i].at.x < most_girth_m; ++k)
+    for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMaxLookedAt) && ends[k].at.x - ends[i].at.x < max_girth_m; ++k)
       if (pieces[ends[i].piece].material == pieces[ends[k].piece].material && continues(ends[i], ends[k]))
         meetings.emplace_back(glm::distance(ends[i].at, ends[k].at), i, k);
   std::ranges::sort(meetings);
@@ -262,11 +262,11 @@ double projected_area_m2(const std::vector<glm::vec3>& positions, const std::vec
 }
 
 std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
-  constexpr int kMostSplits = 6;
+  constexpr int kMaxSplits = 6;
   std::vector<AreaSample> samples;
   for (std::size_t i = 0; i < piece.indices.size(); i += 3)
     append_samples({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]},
-                   spacing_m, kMostSplits, samples);
+                   spacing_m, kMaxSplits, samples);
   return samples;
 }
 

@@ -38,7 +38,7 @@ std::vector<AreaSample> line_samples(const WoodPiece& piece, std::uint32_t secti
 /// Fits widths that vary linearly from knot to knot to the piece's own (least squares). So even a line of one section narrows towards the
 /// tip of its bough, and the tip does not stand out of the crown as a stub.
 void fit_widths(std::vector<Knot>& knots) {
-  constexpr double kLeastShare = 0.1;  // minimum, relative to the mean width: anything thinner has no side to be lit
+  constexpr double kMinShare = 0.1;  // relative to the mean width: anything thinner has no side to be lit
   // The mass matrix of a line's hat functions, without its common factor of a sixth: each knot's row, eliminated downwards.
   std::vector<double> diagonal(knots.size(), 0.0), upper(knots.size(), 0.0), right(knots.size(), 0.0);
   double area_m2 = 0.0, length_m = 0.0;
@@ -58,7 +58,7 @@ void fit_widths(std::vector<Knot>& knots) {
   }
   for (std::size_t i = knots.size(); i-- > 0;)
     knots[i].width_m = (right[i] - (i + 1 < knots.size() ? upper[i] * knots[i + 1].width_m : 0.0)) / diagonal[i];
-  for (Knot& knot : knots) knot.width_m = std::max(knot.width_m, kLeastShare * area_m2 / length_m);
+  for (Knot& knot : knots) knot.width_m = std::max(knot.width_m, kMinShare * area_m2 / length_m);
 }
 
 /// The line through the middle of the piece's surface. Its knots are evenly spaced along axes[0].
@@ -136,9 +136,9 @@ Body line_body(const std::vector<Ring>& rings, std::uint32_t sides) {
 Body spindle_body(const WoodPiece& piece, std::uint32_t sides) {
   Body body;
   // A thin shell gets something of a third axis, so that it has two sides.
-  constexpr double kLeastSpread = 0.02;
+  constexpr double kMinSpread = 0.02;
   std::array<glm::dvec3, 3> axes{};
-  for (std::size_t k = 0; k < 3; ++k) axes[k] = std::max(piece.spread_m[k], kLeastSpread * piece.spread_m[0]) * piece.axes[k];
+  for (std::size_t k = 0; k < 3; ++k) axes[k] = std::max(piece.spread_m[k], kMinSpread * piece.spread_m[0]) * piece.axes[k];
   for (std::uint32_t side = 0; side < sides; ++side) {
     const double angle = 2.0 * std::numbers::pi * side / sides;
     add_corner(body, piece.center, std::cos(angle) * axes[1] + std::sin(angle) * axes[2]);

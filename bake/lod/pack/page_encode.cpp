@@ -193,7 +193,7 @@ class Planner {
 
   void code_child(const Child& child, std::uint32_t parent_card, const Parent& parent, const Tables& tables, Codes& codes) {
     const std::uint32_t kind_count = child.known == 15 ? 1 : 1 + 2 * header_.shape_count;
-    double least = 0.0;
+    double lowest = 0.0;
     for (std::uint32_t kind = 0; kind < kind_count; ++kind) {
       trial_.clear();
       const bool new_card = child.card != parent_card;
@@ -202,8 +202,8 @@ class Planner {
       const page_model::Steps& steps = page_model::kSteps[child.known];
       for (std::uint32_t s = 0; s < steps.count; ++s) code_corner(kind, steps.step[s], child.corners, parent, trial_);
       const double cost = tables.cost(trial_);
-      if (kind > 0 && cost >= least) continue;
-      least = cost;
+      if (kind > 0 && cost >= lowest) continue;
+      lowest = cost;
       std::swap(best_, trial_);
     }
     codes.append(best_);
@@ -348,7 +348,7 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
 }
 
 /// Bits of one context's symbols with a table of their own.
-double least_cost(const std::vector<std::uint32_t>& counts) {
+double min_cost(const std::vector<std::uint32_t>& counts) {
   Tables own;
   own.set(0, weight_digits(counts));
   return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
@@ -370,7 +370,7 @@ std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
     const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
     if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
-    plain[half] = least_cost(count_symbols(codes[1])[Context::kFades + half]) < least_cost(differences);
+    plain[half] = min_cost(count_symbols(codes[1])[Context::kFades + half]) < min_cost(differences);
   }
   return plain;
 }

@@ -182,10 +182,10 @@ Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
   const glm::dvec3 center = plant.sphere.center;
   // Tolerates half a step of 14 bits on each axis of the leaf box or the wood's, which are inside the sphere: under 1e-4 of either.
   const double radius = plant.sphere.radius;
-  const double most = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
+  const double max_length = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
   const auto outside = [&](const glm::vec3& point) {
     const glm::dvec3 offset = glm::dvec3(point) - center;
-    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= most * most);
+    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= max_length * max_length);
   };
   bool holds = std::ranges::none_of(plant.tree.vertices, outside);
   for (const Mesh& lod : plant.wood.lods) holds = holds && std::ranges::none_of(lod.positions, outside);

@@ -32,7 +32,7 @@ constexpr double kShownShare = 0.5, kFullShare = 0.7;
 /// Lean of a leaf for each metre away from the wood that bears it, and of the top of a plant without wood for each metre of height.
 constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
 /// Minimum lean of the leaves that lean most, relative to the radius: leaves stir on any plant.
-constexpr double kLeastLean = 0.04;
+constexpr double kMinLean = 0.04;
 /// Share of a plant's deflection that is shown: the limits are a fraction of what slender plants do in a gale, and stout plants should
 /// differ from them.
 constexpr double kShownBend = 0.3, kShownLean = 0.4;
@@ -43,7 +43,7 @@ constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
 /// the leaves.
 constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
 /// Limits for natural periods.
-constexpr double kLeastPeriod_s = 0.25, kMostPeriod_s = 10.0;
+constexpr double kMinPeriod_s = 0.25, kMaxPeriod_s = 10.0;
 
 struct Box {
   glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
@@ -150,7 +150,7 @@ class WoodMotion {
     Motion motion{bend_.top_m, 0.0, {}, bend_.stem, bend_.branches};
     std::vector<double> tips_m;
     for (std::size_t i = 0; i < quads_.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
-    motion.lean_m = std::max(upper_value(std::move(tips_m)), kLeastLean * radius_m_);
+    motion.lean_m = std::max(upper_value(std::move(tips_m)), kMinLean * radius_m_);
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       WindPoint point{glm::vec3(rings_[i].center)};
       point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *
@@ -175,7 +175,7 @@ class WoodMotion {
     const double away_m = glm::distance(glm::dvec3(quads_[leaf][corner]), rings_[bearers_[leaf]].center);
     return bend.is_stem ? kLeafSlope * away_m : bend.offset_m + (bend.slope + kLeafSlope) * away_m;
   }
-  static float share(double lean_m, double most_m) { return static_cast<float>(std::sqrt(std::min(lean_m / most_m, 1.0))); }
+  static float share(double lean_m, double max_m) { return static_cast<float>(std::sqrt(std::min(lean_m / max_m, 1.0))); }
   /// Takes the phase of its main branch; if the stem bears it itself, that of a large cell.
   void set_phase_of(std::size_t ring, const glm::dvec3& place, WindPoint& point) const {
     const std::uint32_t branch = bend_.rings[ring].branch_ring;
@@ -271,8 +271,8 @@ void take_weights(const WindSource& source, std::vector<WindPoint>& points) {
 }
 
 /// Limits `value` smoothly: nearly unchanged far below `max`, and never above it.
-double held_below(double value, double most) {
-  return value > 0.0 && most > 0.0 ? value / std::sqrt(1.0 + value / most * (value / most)) : 0.0;
+double held_below(double value, double max) {
+  return value > 0.0 && max > 0.0 ? value / std::sqrt(1.0 + value / max * (value / max)) : 0.0;
 }
 
 double tree_period_s(const Beam& beam) {
@@ -281,14 +281,14 @@ double tree_period_s(const Beam& beam) {
 }
 
 float believed_period(double period_s) {
-  return static_cast<float>(std::clamp(period_s, kLeastPeriod_s, kMostPeriod_s));
+  return static_cast<float>(std::clamp(period_s, kMinPeriod_s, kMaxPeriod_s));
 }
 
-void set_box(const Box& all, const Stand& stand, double least_m, coppice_file_wind& head) {
+void set_box(const Box& all, const Stand& stand, double min_m, coppice_file_wind& head) {
   glm::dvec3 low = all.low, high = all.high;
   if (!stand.hangs) low.y = stand.base_y_m;  // anything below is still
   for (int axis = 0; axis < 3; ++axis) {
-    const double missing_m = std::max(least_m - (high[axis] - low[axis]), 0.0);
+    const double missing_m = std::max(min_m - (high[axis] - low[axis]), 0.0);
     const double below = axis == 1 ? 0.0 : 0.5;
     head.box_min[axis] = static_cast<float>(low[axis] - below * missing_m);
     head.box_max[axis] = static_cast<float>(high[axis] + (1.0 - below) * missing_m);
@@ -335,13 +335,13 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   set_box(all, stand, 0.05 * radius_m, head);
   if (!options.moves) return wind;
 
-  const double softness = 1.0 / std::min(options.stiffness, 1.0f), most_m = COPPICE_MAX_WIND_MOVE * radius_m;
+  const double softness = 1.0 / std::min(options.stiffness, 1.0f), max_m = COPPICE_MAX_WIND_MOVE * radius_m;
   // The bend's gradient is 2 bend_m / height_m.
   head.node_side = wind_node_side(source.leaves.size());
   const double bend_part = head.node_side > 0 ? kBendPart : kLoneBendPart;
-  const double most_bend_m = bend_part * std::min(most_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
-  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, most_bend_m));
-  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * most_m);
+  const double max_bend_m = bend_part * std::min(max_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
+  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, max_bend_m));
+  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * max_m);
   if (head.node_side > 0) {
     head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);
     wind = wind_grid(motion.points, {head, radius_m, stand.hangs});

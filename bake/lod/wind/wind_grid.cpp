@@ -18,7 +18,7 @@ namespace {
 
 /// Share of the limits that is used: rounding to bytes and floats may take the rest.
 constexpr double kMargin = 0.999;
-constexpr int kMostSmoothings = 16;
+constexpr int kMaxSmoothings = 16;
 
 /// A node before it becomes bytes: lean, and the sway's two phases, as shares.
 struct Node {
@@ -147,20 +147,20 @@ double largest_factor(double low, double high, double radius_m, const WindOf& of
 
 /// Stores leans as bytes; the largest becomes 255, which stands for head.lean_m.
 void store_leans(std::span<const Node> nodes, Wind& wind) {
-  double most = 0.0;
-  for (const Node& node : nodes) most = std::max(most, node.shares.x);
-  wind.head.lean_m = static_cast<float>(wind.head.lean_m * most);
-  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i)
-    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / most));
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max(largest, node.shares.x);
+  wind.head.lean_m = static_cast<float>(wind.head.lean_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i)
+    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / largest));
 }
 
 void store_sways(std::span<const Node> nodes, Wind& wind) {
-  double most = 0.0;
-  for (const Node& node : nodes) most = std::max({most, std::abs(node.shares.y), std::abs(node.shares.z)});
-  wind.head.sway_m = static_cast<float>(wind.head.sway_m * most);
-  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i) {
-    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / most));
-    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / most));
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max({largest, std::abs(node.shares.y), std::abs(node.shares.z)});
+  wind.head.sway_m = static_cast<float>(wind.head.sway_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i) {
+    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / largest));
+    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / largest));
   }
 }
 
@@ -175,9 +175,9 @@ struct Fitted {
 /// store  stores lean or sway
 Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part, void (*store)(std::span<const Node>, Wind&)) {
   Fitted best{asked};
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   Nodes nodes = asked;
-  for (int pass = 0; pass <= kMostSmoothings; ++pass) {
+  for (int pass = 0; pass <= kMaxSmoothings; ++pass) {
     if (pass > 0) nodes.smooth();
     const double share = largest_factor(0.0, 1.0, target.radius_m, [&](double factor) {
       Wind wind{target.head, std::vector<coppice_file_wind_node>(nodes.all().size())};
@@ -190,8 +190,8 @@ Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part,
       const glm::dvec3 off = part * (share * nodes.all()[i].shares - asked.all()[i].shares);
       miss += asked.all()[i].weight * glm::dot(off, off);
     }
-    if (miss >= least) continue;
-    least = miss;
+    if (miss >= smallest) continue;
+    smallest = miss;
     best = {nodes, share};
   }
   return best;

@@ -16,7 +16,7 @@ constexpr double kMainShare = 0.55;
 /// ... and is not thinner than this share of the stem's lowest third: otherwise it is a twig like others.
 constexpr double kThinShare = 0.3;
 /// Maximum slope: what bends farther lies down, and catches less.
-constexpr double kMostSlope = 1.0;
+constexpr double kMaxSlope = 1.0;
 
 /// The children of each ring: ring i's start at first[i].
 struct Children {
@@ -85,7 +85,7 @@ void bend_on(const Ring& ring, const RingLoad& load, double force_pa, const Ring
   const double inertia_m4 = 0.25 * std::numbers::pi * ring.radius_m * ring.radius_m * ring.radius_m * ring.radius_m;
   const double arm_m = load.area_m2 > 0.0 ? glm::distance(load.moment / load.area_m2, ring.center) : 0.0;
   const double curvature_per_m = force_pa * load.area_m2 * arm_m / (kWoodModulus_pa * inertia_m4);
-  bend.slope = std::min(from.slope + curvature_per_m * ring.length_m, kMostSlope);
+  bend.slope = std::min(from.slope + curvature_per_m * ring.length_m, kMaxSlope);
   bend.offset_m = from.offset_m + 0.5 * (from.slope + bend.slope) * ring.length_m;
 }
 
@@ -115,7 +115,7 @@ Beam mean_branch(std::span<const Ring> rings, std::span<const RingLoad> loads, s
 
 }  // namespace
 
-WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double most_area_m2) {
+WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double max_area_m2) {
   WoodBend bend;
   bend.rings.resize(rings.size());
   sum_loads(rings, loads);
@@ -124,7 +124,7 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;
   const double softness = 1.0 / std::clamp(stand.height_m() / kWoodHeight_m, 0.1, 1.0);
-  const double force_pa = softness * kGalePressure_pa * kCrownDrag * (all_m2 > most_area_m2 ? most_area_m2 / all_m2 : 1.0);
+  const double force_pa = softness * kGalePressure_pa * kCrownDrag * (all_m2 > max_area_m2 ? max_area_m2 / all_m2 : 1.0);
 
   std::vector<Stem> stems;
   for (std::uint32_t i = 0; i < rings.size(); ++i)

@@ -43,6 +43,6 @@ inline constexpr double kWoodModulus_pa = 7e9, kGalePressure_pa = 375.0, kCrownD
 
 /// loads        [rings.size()] the leaves' loads; the wood's own are added
 /// max_area_m2  limit for all loads: crowns that shelter themselves are scaled down to it
-WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double most_area_m2);
+WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double max_area_m2);
 
 }  // namespace coppice::bake

@@ -140,15 +140,15 @@ class RoundPairs {
   }
 
  private:
-  static constexpr std::size_t kMostPerCell = 48;
+  static constexpr std::size_t kMaxPerCell = 48;
 
   void add(const Filed& a, const Filed& b) {
     if (a.piece != b.piece)
       candidates_.push_back({glm::distance(points_[a.point], points_[b.point]), std::min(a.point, b.point), std::max(a.point, b.point)});
   }
   void add_pairs(std::span<const Filed> own, std::span<const Filed> others) {
-    for (const Filed& a : own.first(std::min(own.size(), kMostPerCell)))
-      for (const Filed& b : others.first(std::min(others.size(), kMostPerCell)))
+    for (const Filed& a : own.first(std::min(own.size(), kMaxPerCell)))
+      for (const Filed& b : others.first(std::min(others.size(), kMaxPerCell)))
         if (own.data() != others.data() || &a < &b) add(a, b);
   }
 

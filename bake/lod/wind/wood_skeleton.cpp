@@ -25,7 +25,7 @@ constexpr double kGroundShare = 0.02;
 constexpr double kSlightShare = 0.05;
 
 /// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
-constexpr double kMostPoints = 1 << 18;
+constexpr double kMaxPoints = 1 << 18;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -168,7 +168,7 @@ std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   return axes;
 }
 
-void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::vector<Ring>& rings) {
+void set_radii(const WoodGraph& graph, const Bands& bands, double min_m, std::vector<Ring>& rings) {
   const std::vector<glm::dvec3> axes = ring_axes(rings);
   std::vector<double> sums_m(rings.size(), 0.0), counts(rings.size(), 0.0);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
@@ -176,7 +176,7 @@ void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::
     sums_m[ring] += glm::length(glm::cross(glm::dvec3(graph.points[i]) - rings[ring].center, axes[ring]));
     counts[ring] += 1.0;
   }
-  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], least_m);
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], min_m);
 }
 
 /// Replaces each radius by the median of the ring's and those of up to two rings below and two above: rings at forks come out too thick,
@@ -207,7 +207,7 @@ void smooth_radii(std::vector<Ring>& rings) {
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
   // Triangles that are split at their longest edges have about three corners for each square of that edge.
-  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMostPoints));
+  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxPoints));
   const WoodGraph graph = wood_graph(wood, ring_m);
   const Ways ways = ways_from_ground(graph, stand);
   const Bands bands = without_bumps(take_bands(graph, ways, ring_m));

@@ -19,11 +19,11 @@ constexpr int kGrid = 6;
 constexpr double kUnits = 4503599627370496.0;  // 2^52
 /// Units of a texel's coverage, and the minimum that counts: sampling lines miss a texel's edge by a little.
 constexpr double kCoverUnits = 1048576.0;
-constexpr double kLeastCover = 1.0 / 16.0;
+constexpr double kMinCover = 1.0 / 16.0;
 /// A triangle that repeats the image more often than this counts as showing all texels alike.
-constexpr double kMostPeriods = 64.0;
+constexpr double kMaxPeriods = 64.0;
 /// Sampling lines to a row of texels, and to a triangle; a row has at least one.
-constexpr std::int64_t kLinesPerRow = 4, kMostLines = 4096;
+constexpr std::int64_t kLinesPerRow = 4, kMaxLines = 4096;
 constexpr int kPointsOnLine = 64;
 
 std::int64_t units(double share) {
@@ -67,12 +67,12 @@ std::vector<AreaOfUvs> merge_equal(std::vector<AreaOfUvs> triangles) {
 }  // namespace
 
 double color_difference(const glm::dvec3& a, const glm::dvec3& b) {
-  double most = 0.0;
+  double largest = 0.0;
   for (int c = 0; c < 3; ++c) {
     const float difference = srgb_from_linear(static_cast<float>(a[c])) - srgb_from_linear(static_cast<float>(b[c]));
-    most = std::max(most, static_cast<double>(std::abs(difference)));
+    largest = std::max(largest, static_cast<double>(std::abs(difference)));
   }
-  return most;
+  return largest;
 }
 
 ColorSum triangle_color(const Material& material, const std::vector<Image>& images, const UvTriangle& uvs, double area_m2) {
@@ -99,12 +99,12 @@ void ShownArea::add(const UvTriangle& uvs, double share) {
   const glm::dvec2 high = glm::max(glm::max(points[0], points[1]), points[2]);
   const glm::dvec2 periods = (high - low) / glm::dvec2(side_);
   constexpr double kFar = 1e9;  // texels; beyond that floats are too coarse for coordinates
-  if (!(periods.x < kMostPeriods && periods.y < kMostPeriods && glm::length(low) < kFar && glm::length(high) < kFar))
+  if (!(periods.x < kMaxPeriods && periods.y < kMaxPeriods && glm::length(low) < kFar && glm::length(high) < kFar))
     return add_everywhere(share);
   const glm::dvec2 ab = points[1] - points[0], ac = points[2] - points[0];
   const double area = 0.5 * std::abs(ab.x * ac.y - ab.y * ac.x);
   const auto first_row = static_cast<std::int64_t>(std::floor(low.y)), last_row = static_cast<std::int64_t>(std::ceil(high.y));
-  const std::int64_t lines = std::clamp<std::int64_t>(kMostLines / std::max<std::int64_t>(last_row - first_row, 1), 1, kLinesPerRow);
+  const std::int64_t lines = std::clamp<std::int64_t>(kMaxLines / std::max<std::int64_t>(last_row - first_row, 1), 1, kLinesPerRow);
   bool found = false;
   for (std::int64_t row = first_row; row < last_row && area > 1e-6; ++row)
     for (std::int64_t line = 0; line < lines; ++line) {
@@ -127,7 +127,7 @@ std::vector<float> ShownArea::weights() const {
       const Step& step = steps_[y * (side_.x + 1) + x];
       sum.area += step.area;
       sum.cover += step.cover;
-      const bool is_shown = static_cast<double>(sum.cover) >= kLeastCover * kCoverUnits;
+      const bool is_shown = static_cast<double>(sum.cover) >= kMinCover * kCoverUnits;
       sums.push_back(is_shown ? sum.area : 0);
       largest = std::max(largest, sums.back());
     }

@@ -21,7 +21,7 @@ namespace {
 constexpr float kCrownShare = 0.62f;  // relative to the bounding sphere: trees are taller than wide
 constexpr std::uint32_t kPlantsAPlot = 256;
 constexpr std::uint32_t kMaxPlots = 1024;  // on each side
-constexpr int kTries = 24;                 // places per plant before it goes to the next plot
+constexpr int kAttempts = 24;              // for each plant, before it goes to the next plot
 constexpr float kGrove_m = 70.0f, kClearing_m = 110.0f;
 
 std::uint64_t mix(std::uint64_t value) {
@@ -226,8 +226,8 @@ class Scatter {
   void fill(const Plot& plot, std::size_t s, std::uint64_t target, std::uint64_t seed) {
     if (plants_.size() >= target || plot.density <= 0.0f) return;
     Random random{mix(seed)};
-    const std::uint64_t tries = kTries * (target - plants_.size());
-    for (std::uint64_t i = 0; i < tries && plants_.size() < target; ++i) {
+    const std::uint64_t attempts = kAttempts * (target - plants_.size());
+    for (std::uint64_t i = 0; i < attempts && plants_.size() < target; ++i) {
       const Place at{plot.corner.x + plot_m_ * random.share(), plot.corner.z + plot_m_ * random.share()};
       if (random.share() * plot.max_density >= field_.density(at, s)) continue;
       const ScenePlant plant = make_plant(at, s, random);

@@ -136,16 +136,16 @@ TEST(LiveImage, CoverageOfTwoSquaresByHand) {
 
 // The squares cover 32 px.
 TEST(LiveImage, LostCoverOfTwoSquaresByHand) {
-  const auto lost_cover = [](const PairCorners& corners, std::uint8_t fade) {
+  const auto lost_coverage = [](const PairCorners& corners, std::uint8_t fade) {
     LiveImage image = live_image(two_squares());
-    EXPECT_EQ(image.lost_cover(), 0.0);
+    EXPECT_EQ(image.lost_coverage(), 0.0);
     image.apply({0, 1, 2, image.merged(0, 1, corners, fade)});
-    return image.lost_cover();
+    return image.lost_coverage();
   };
   const PairCorners left{0, 1, 2, 3}, bridge{0, 5, 6, 3};
-  EXPECT_DOUBLE_EQ(lost_cover(left, kNoFade), 0.5);
-  EXPECT_DOUBLE_EQ(lost_cover(bridge, kNoFade), -1.0);
-  EXPECT_DOUBLE_EQ(lost_cover(bridge, fade_of(kOpaque / 2)), 0.0);
+  EXPECT_DOUBLE_EQ(lost_coverage(left, kNoFade), 0.5);
+  EXPECT_DOUBLE_EQ(lost_coverage(bridge, kNoFade), -1.0);
+  EXPECT_DOUBLE_EQ(lost_coverage(bridge, fade_of(kOpaque / 2)), 0.0);
 }
 
 // The bridge is 64 px where the squares were 32: pixels alone want the opacity that errs least on 32 px that are black and 32 that are not.
@@ -187,7 +187,7 @@ TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
   std::vector<std::uint32_t> live;
   for (std::uint32_t id = 2; id <= 60; ++id) live.push_back(id);
   image.apply({0, 1, 60, image.merged(0, 1, {0, 5, 6, 3}, fade_of(11, 5))});
-  const double whole = image.error(), lost_cover = image.lost_cover();
+  const double whole = image.error(), lost_coverage = image.lost_coverage();
   EXPECT_GT(whole, 0.0);
   for (const std::uint32_t side_px : {32u, 16u, 8u}) {
     ASSERT_TRUE(image.can_halve());
@@ -195,7 +195,7 @@ TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
     EXPECT_EQ(image.pixels_per_view(), side_px * side_px);
     EXPECT_EQ(image.pixel_area(), 64.0 * 64.0 / (side_px * side_px));
     EXPECT_NEAR(image.error(), whole, 0.02 * whole) << "differences are rounded to sixteenths";
-    EXPECT_NEAR(image.lost_cover(), lost_cover, 0.002);
+    EXPECT_NEAR(image.lost_coverage(), lost_coverage, 0.002);
     // Scratches follow.
     MergeCost cost;
     const PairCorners same{0, 1, 2, 3};

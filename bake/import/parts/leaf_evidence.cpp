@@ -61,9 +61,9 @@ std::pair<double, double> heights_of(const Mesh& mesh, const Pieces& pieces, std
 
 bool has_holes(const Material& material, const std::vector<Image>& images) {
   // Images that were saved with alpha for no reason have stray texels.
-  constexpr double kMaxCovered = 0.98;
+  constexpr double kMaxCoverage = 0.98;
   return material.alpha_cutoff > 0.0f && material.image != kNone &&
-         alpha_coverage(images[material.image], material.alpha_cutoff) < kMaxCovered;
+         alpha_coverage(images[material.image], material.alpha_cutoff) < kMaxCoverage;
 }
 
 /// The texel at a coordinate. Textures repeat.

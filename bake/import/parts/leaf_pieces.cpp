@@ -271,10 +271,10 @@ class Splitter {
     constexpr double kShare = 0.4;
     std::map<ClassKey, std::vector<std::size_t>> sizes;
     for (const auto& part : parts) sizes[class_of(part)].push_back(part.size());
-    std::size_t covered = 0;
+    std::size_t repeated = 0;
     for (const auto& [key, of] : sizes)
-      if (of.size() >= kMany && key.triangle_count > 1) covered += std::accumulate(of.begin(), of.end(), std::size_t{0});
-    return static_cast<double>(covered) >= kShare * static_cast<double>(whole.size());
+      if (of.size() >= kMany && key.triangle_count > 1) repeated += std::accumulate(of.begin(), of.end(), std::size_t{0});
+    return static_cast<double>(repeated) >= kShare * static_cast<double>(whole.size());
   }
 
   bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {

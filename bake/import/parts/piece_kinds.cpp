@@ -22,7 +22,7 @@ using Features = std::vector<float>;
 // Maximum number of groups that are compared; a piece that differs from all of them is no copy.
 constexpr std::size_t kMaxLeaders = 64;
 // Share of the pieces that must be in repeated groups.
-constexpr double kCovered = 0.8;
+constexpr double kGroupedShare = 0.8;
 
 float largest_difference(const Features& a, const Features& b) {
   float largest = 0.0f;
@@ -54,8 +54,8 @@ std::vector<std::uint32_t> group_features(const std::vector<Features>& features,
     if (group != kNone) ++counts[group = connected.find(group)];
   for (std::uint32_t& group : group_of)
     if (group != kNone && counts[group] < kRepeated) group = kNone;
-  const auto covered = static_cast<double>(features.size()) - static_cast<double>(std::ranges::count(group_of, kNone));
-  if (covered < kCovered * static_cast<double>(features.size())) return {};
+  const auto grouped = static_cast<double>(features.size()) - static_cast<double>(std::ranges::count(group_of, kNone));
+  if (grouped < kGroupedShare * static_cast<double>(features.size())) return {};
   return group_of;
 }
 

@@ -126,10 +126,10 @@ bool overlap(const NodeBox& a, const NodeBox& b) {
   return true;
 }
 
-bool covers(const NodeBox& cover, const NodeBox& box, double share) {
-  if (!overlap(cover, box)) return false;
+bool covers(const NodeBox& outer, const NodeBox& box, double share) {
+  if (!overlap(outer, box)) return false;
   for (int axis = 0; axis < 3; ++axis) {
-    const double common = std::min(cover.high[axis], box.high[axis]) - std::max(cover.low[axis], box.low[axis]);
+    const double common = std::min(outer.high[axis], box.high[axis]) - std::max(outer.low[axis], box.low[axis]);
     if (common < share * (box.high[axis] - box.low[axis])) return false;
   }
   return true;

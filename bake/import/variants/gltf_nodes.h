@@ -30,7 +30,7 @@ struct NodeBox {
 
 bool overlap(const NodeBox& a, const NodeBox& b);
 /// Whether `outer` reaches over at least `share` of `box` along each axis.
-bool covers(const NodeBox& cover, const NodeBox& box, double share);
+bool covers(const NodeBox& outer, const NodeBox& box, double share);
 
 /// A node that shows a mesh, once or as often as its instances say.
 struct NodeItem {

@@ -18,7 +18,7 @@ namespace coppice::bake {
 /// Makes the line from the middle of one short edge to that of the other. Its width gives it the share of the quad's area that its card
 /// covers.
 /// coverage  in [0, 1]
-Needle needle_of(const Quad& quad, std::uint32_t material, double covered);
+Needle needle_of(const Quad& quad, std::uint32_t material, double coverage);
 
 /// The length of a line that replaces two.
 enum class NeedleLength {

@@ -170,7 +170,7 @@ class ImageCollapse {
   /// lost coverage.
   [[nodiscard]] std::uint32_t candidate_count() const {
     constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMax = 4.0;
-    const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMax);
+    const double times = std::clamp(1.0 + kGrowth * (image_.lost_coverage() - kBearableLoss), 1.0, kMax);
     return static_cast<std::uint32_t>(options_.candidate_count * times);
   }
 

@@ -22,7 +22,7 @@ using Channels = LiveImage::Channels;
 constexpr std::uint32_t kLargestShift = 5;
 constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
 /// The coverage of a leaf, added to its shade.
-constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
+constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
 /// Less transmittance than this counts as none: an eighth of a step of 255.
 constexpr float kMinShare = 1.0f / 2048.0f;
 /// How many pixels ahead of a walk memory is prefetched.
@@ -52,7 +52,7 @@ struct Layers {
     share *= 1.0f - opacity;
   }
   [[nodiscard]] bool is_closed() const { return share < kMinShare; }
-  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kCovered; }
+  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kFullCoverage; }
 };
 
 float dot(const Channels& a, const Channels& b) {
@@ -210,7 +210,7 @@ void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
   view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
 }
 
-double LiveImage::lost_cover() const {
+double LiveImage::lost_coverage() const {
   std::int64_t covered = 0, excess = 0;
   for (const View& view : views_) covered += view.covered, excess += view.excess;
   return covered > 0 ? -static_cast<double>(excess) / static_cast<double>(covered) : 0.0;
@@ -399,7 +399,7 @@ inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t
     in_front.put(color);
     if (in_front.is_closed()) return {};
   }
-  return {in_front.share * kCovered - (rest - in_front.channels()), in_front.share};
+  return {in_front.share * kFullCoverage - (rest - in_front.channels()), in_front.share};
 }
 
 /// How the merged leaf changes the error after release(), as a function of its opacity and light. At equal depths it is behind: its id is
@@ -407,7 +407,7 @@ inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t
 MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
-  const Channels own_shade = channels_of(shade) - kCovered;
+  const Channels own_shade = channels_of(shade) - kFullCoverage;
   double covered = 0.0;
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
   const AlphaMask& mask = masks_[card.material];

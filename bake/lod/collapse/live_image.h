@@ -137,7 +137,7 @@ class LiveImage {
   void set_coverage_weight(double weight);
 
   /// The share of the first image's coverage that the present image lacks, over all views; below 0 if it covers more.
-  [[nodiscard]] double lost_cover() const;
+  [[nodiscard]] double lost_coverage() const;
 
   /// Merges two leaves. The result's id must not be live. Parallel over views.
   void apply(const LeafMerge& merge);

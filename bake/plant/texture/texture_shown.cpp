@@ -18,8 +18,8 @@ constexpr int kGrid = 6;
 /// Units of all the area that shows an image: a texel of 2^24 with a millionth of its part still counts.
 constexpr double kUnits = 4503599627370496.0;  // 2^52
 /// Units of a texel's coverage, and the minimum that counts: sampling lines miss a texel's edge by a little.
-constexpr double kCoverUnits = 1048576.0;
-constexpr double kMinCover = 1.0 / 16.0;
+constexpr double kCoverageUnits = 1048576.0;
+constexpr double kMinCoverage = 1.0 / 16.0;
 /// A triangle that repeats the image more often than this counts as showing all texels alike.
 constexpr double kMaxPeriods = 64.0;
 /// Sampling lines to a row of texels, and to a triangle; a row has at least one.
@@ -126,8 +126,8 @@ std::vector<float> ShownArea::weights() const {
     for (std::size_t x = 0; x < side_.x; ++x) {
       const Step& step = steps_[y * (side_.x + 1) + x];
       sum.area += step.area;
-      sum.cover += step.cover;
-      const bool is_shown = static_cast<double>(sum.cover) >= kMinCover * kCoverUnits;
+      sum.coverage += step.coverage;
+      const bool is_shown = static_cast<double>(sum.coverage) >= kMinCoverage * kCoverageUnits;
       sums.push_back(is_shown ? sum.area : 0);
       largest = std::max(largest, sums.back());
     }
@@ -159,7 +159,7 @@ void ShownArea::add_span(std::int64_t row, double first, double last, const Dens
   const double side = side_.x;
   const auto y = static_cast<std::size_t>(wrapped(row, side_.y));
   const double whole = std::floor((last - first) / side);
-  if (whole > 0.0) add_within(y, 0.0, side, {density.area * whole, density.cover});
+  if (whole > 0.0) add_within(y, 0.0, side, {density.area * whole, density.coverage});
   const double period = std::floor(first / side) * side;
   const double from = first - period, to = last - whole * side - period;
   add_within(y, from, std::min(to, side), density);
@@ -171,11 +171,11 @@ void ShownArea::add_within(std::size_t row, double first, double last, const Den
   if (!(first < last)) return;
   Step* steps = steps_.data() + row * (side_.x + 1);
   const auto add_texels = [&](std::size_t from, std::size_t to, double part) {
-    const std::int64_t area = units(density.area * part), cover = std::llround(density.cover * part * kCoverUnits);
+    const std::int64_t area = units(density.area * part), coverage = std::llround(density.coverage * part * kCoverageUnits);
     steps[from].area += area;
-    steps[from].cover += cover;
+    steps[from].coverage += coverage;
     steps[to].area -= area;
-    steps[to].cover -= cover;
+    steps[to].coverage -= coverage;
   };
   const auto left = std::min(static_cast<std::size_t>(first), std::size_t{side_.x} - 1);
   const auto right = std::min(static_cast<std::size_t>(last), std::size_t{side_.x} - 1);

@@ -61,7 +61,7 @@ class ShownArea {
   void add_line(const std::array<glm::dvec2, 3>& points, double share);
   /// What a covered texel gets: a part of the share, and its coverage.
   struct Density {
-    double area = 0.0, cover = 0.0;
+    double area = 0.0, coverage = 0.0;
   };
   void add_span(std::int64_t row, double first, double last, const Density& density);
   void add_within(std::size_t row, double first, double last, const Density& density);
@@ -69,7 +69,7 @@ class ShownArea {
   glm::uvec2 side_;
   /// The difference of a texel to the one on its left, in whole units.
   struct Step {
-    std::int64_t area = 0, cover = 0;
+    std::int64_t area = 0, coverage = 0;
   };
   std::vector<Step> steps_;  ///< by row and column
 };

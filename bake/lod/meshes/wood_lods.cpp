@@ -19,7 +19,7 @@
 
 #include "triangle_soup.h"
 #include "wood_pieces.h"
-#include "wood_stand_ins.h"
+#include "wood_proxies.h"
 
 namespace coppice::bake {
 namespace {
@@ -63,10 +63,10 @@ enum class LeftOut : std::uint8_t { merged, lost };
 
 /// A way to draw a piece, and its error relative to leaving the piece out.
 struct Choice {
-  enum class Kind : std::uint8_t { nothing, stand_in, simplified } kind = Kind::nothing;
+  enum class Kind : std::uint8_t { nothing, proxy, simplified } kind = Kind::nothing;
   std::size_t triangle_count = 0;
   double error = 1.0;
-  StandIn form{};
+  Proxy form{};
   double misfit_m2 = 0.0;   ///< squared distance from the piece
   std::size_t version = 0;  ///< index of a simplified version
 };
@@ -179,15 +179,15 @@ Candidate candidate_of(WoodPiece&& piece) {
     if (2 * sections >= all) break;
     const double misfit_m2 = line_misfit_m2(piece, sections);
     for (const auto& [sides, error] : {std::pair{2u, kStripError}, std::pair{3u, kThreeSidedTubeError}, std::pair{5u, kTubeError}}) {
-      const StandIn form{sections, sides};
-      if (form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error, form, misfit_m2});
+      const Proxy form{sections, sides};
+      if (form.triangle_count() < all) choices.push_back({proxy, form.triangle_count(), error, form, misfit_m2});
     }
   }
   // The spindle's error grows with the ratio of length to width.
   const double long_error = piece.spread_m[0] > 0.0 ? 0.8 * (1.0 - piece.spread_m[1] / piece.spread_m[0]) : 0.0;
   for (const auto& [sides, error] : {std::pair{3u, kThreeSidedSpindleError}, std::pair{4u, kSpindleError}}) {
-    const StandIn form{0, sides};
-    if (is_body(piece) && form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error + long_error, form});
+    const Proxy form{0, sides};
+    if (is_body(piece) && form.triangle_count() < all) choices.push_back({proxy, form.triangle_count(), error + long_error, form});
   }
   // The result may have far more triangles than asked for: edges do not collapse between parts, so each of them stays a tube.
   std::vector<Indices> versions;
@@ -297,13 +297,13 @@ std::vector<std::size_t> deal_out(const std::vector<Candidate>& candidates, std:
 
 /// The nearest proxy that may take a piece's area, among some on either side of it along the curve; kNone if there is none.
 /// proxies  by curve rank
-std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<const std::size_t> stand_ins, const WoodPiece& piece,
+std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<const std::size_t> proxies, const WoodPiece& piece,
                           const auto& may_take) {
   constexpr std::ptrdiff_t kLookedAt = 24;
   const auto rank_of = [&](std::size_t i) { return candidates[i].piece.curve_rank; };
-  const auto middle = std::ranges::lower_bound(stand_ins, piece.curve_rank, {}, rank_of);
-  const auto first = middle - std::min(kLookedAt, middle - stand_ins.begin());
-  const auto last = middle + std::min(kLookedAt, stand_ins.end() - middle);
+  const auto middle = std::ranges::lower_bound(proxies, piece.curve_rank, {}, rank_of);
+  const auto first = middle - std::min(kLookedAt, middle - proxies.begin());
+  const auto last = middle + std::min(kLookedAt, proxies.end() - middle);
   std::size_t nearest = kNone;
   double nearest_m = std::numeric_limits<double>::infinity();
   for (auto it = first; it != last; ++it) {
@@ -315,18 +315,18 @@ std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<co
 
 /// The projected area of each piece's proxy, m2: its own, plus the area of pieces near it that are left out.
 /// pixel_m  width to which it may grow in any case; 0: no proxy takes other pieces' area
-std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
+std::vector<double> proxy_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
   std::vector<double> areas_m2;
-  std::vector<std::size_t> stand_ins;
+  std::vector<std::size_t> proxies;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     areas_m2.push_back(candidates[i].piece.projected_m2);
-    if (candidates[i].choices[chosen[i]].kind == Choice::Kind::stand_in) stand_ins.push_back(i);
+    if (candidates[i].choices[chosen[i]].kind == Choice::Kind::proxy) proxies.push_back(i);
   }
-  std::ranges::sort(stand_ins, {}, [&](std::size_t i) { return candidates[i].piece.curve_rank; });
+  std::ranges::sort(proxies, {}, [&](std::size_t i) { return candidates[i].piece.curve_rank; });
   for (std::size_t i = 0; i < candidates.size() && pixel_m > 0.0; ++i) {
     const WoodPiece& piece = candidates[i].piece;
     if (candidates[i].choices[chosen[i]].kind != Choice::Kind::nothing) continue;
-    const std::size_t taker = nearest_taker(candidates, stand_ins, piece, [&](std::size_t k) {
+    const std::size_t taker = nearest_taker(candidates, proxies, piece, [&](std::size_t k) {
       const WoodPiece& other = candidates[k].piece;
       return other.material == piece.material && piece.girth_m() >= kMinGirthShare * other.girth_m() &&
              areas_m2[k] + piece.projected_m2 <= std::max(kMaxGrowth, pixel_m / other.girth_m()) * other.projected_m2;
@@ -447,13 +447,13 @@ Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std
   const double pixel_m = extent_m(source) / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
   for (Candidate& candidate : candidates) set_choices(candidate, pixel_m);
   const std::vector<std::size_t> chosen = deal_out(candidates, target_count, left_out);
-  const std::vector<double> areas_m2 = stand_in_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
+  const std::vector<double> areas_m2 = proxy_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
   Mesh mesh;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const WoodPiece& piece = candidates[i].piece;
     const Choice& choice = candidates[i].choices[chosen[i]];
-    if (choice.kind == Choice::Kind::stand_in)
-      append_stand_in(source, piece, {choice.form, areas_m2[i], kGoldenAngle * static_cast<double>(i)}, mesh);
+    if (choice.kind == Choice::Kind::proxy)
+      append_proxy(source, piece, {choice.form, areas_m2[i], kGoldenAngle * static_cast<double>(i)}, mesh);
     if (choice.kind == Choice::Kind::simplified) append_piece(source, piece, candidates[i].versions[choice.version], mesh);
   }
   return mesh;

@@ -1,4 +1,4 @@
-#include "wood_stand_ins.h"
+#include "wood_proxies.h"
 
 #include <algorithm>
 #include <array>
@@ -202,7 +202,7 @@ double line_misfit_m2(const WoodPiece& piece, std::uint32_t sections) {
   return area_m2 > 0.0 ? std::max(excess / area_m2, 0.0) : 0.0;
 }
 
-void append_stand_in(const Mesh& source, const WoodPiece& piece, const StandInDesc& desc, Mesh& mesh) {
+void append_proxy(const Mesh& source, const WoodPiece& piece, const ProxyDesc& desc, Mesh& mesh) {
   if (!(piece.length_m() > 0.0) || !(piece.projected_m2 > 0.0)) return;
   const bool is_line = desc.form.sections > 0;
   Body body;

@@ -9,7 +9,7 @@ namespace coppice::bake {
 
 /// A proxy: a body of few triangles in a piece's place. Its mean projected area over all directions is given, so that a piece thinner than
 /// a pixel keeps its part of the image.
-struct StandIn {
+struct Proxy {
   /// Sections of the line that follows the piece. 0: no line, but a spindle with the piece's three axes.
   std::uint32_t sections = 1;
   /// 2: a flat strip, which shows more or less as it turns. 3 and more: a tube of so many sides, open at its ends.
@@ -22,8 +22,8 @@ struct StandIn {
 double line_misfit_m2(const WoodPiece& piece, std::uint32_t sections);
 
 /// Describes a proxy.
-struct StandInDesc {
-  StandIn form;
+struct ProxyDesc {
+  Proxy form;
   double projected_m2 = 0.0;
   double turn = 0.0;  ///< radians: direction of the first side of a round piece's line. It varies, so that not all strips are seen by their
                       ///< edge at once.
@@ -31,6 +31,6 @@ struct StandInDesc {
 
 /// Appends a proxy to `mesh`. Texture coordinates are those of the nearest vertex of the piece in `source`. Normals point away from the
 /// proxy's line as far as the piece is closed, or where its sheet faces. Appends nothing if the piece has no area.
-void append_stand_in(const Mesh& source, const WoodPiece& piece, const StandInDesc& desc, Mesh& mesh);
+void append_proxy(const Mesh& source, const WoodPiece& piece, const ProxyDesc& desc, Mesh& mesh);
 
 }  // namespace coppice::bake

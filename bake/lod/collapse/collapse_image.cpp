@@ -94,7 +94,7 @@ class ImageCollapse {
  public:
   /// card_chroma  [card_table.size()] each card's chroma()
   ImageCollapse(const Foliage& foliage, std::vector<glm::vec2> card_chroma, const CollapseOptions& options,
-                const ImageErrorOptions& image_options, LiveImage image)
+                const ImageErrorOptions& image_options, IncrementalImage image)
       : options_(options),
         image_options_(image_options),
         card_chroma_(std::move(card_chroma)),
@@ -342,7 +342,7 @@ class ImageCollapse {
   CollapseOptions options_;
   ImageErrorOptions image_options_;
   std::vector<glm::vec2> card_chroma_;
-  LiveImage image_;
+  IncrementalImage image_;
   LeafOctree octree_;
   std::vector<Choices> choices_;
   std::vector<ReachPoints> reach_;  ///< empty if not live
@@ -356,7 +356,7 @@ class ImageCollapse {
   std::vector<WeighedPair*> finalists_;
   std::vector<WeighedPair> pairs_;
   std::vector<std::uint32_t> partners_;
-  tbb::enumerable_thread_specific<LiveImage::Scratch> scratches_;
+  tbb::enumerable_thread_specific<IncrementalImage::Scratch> scratches_;
 };
 
 Result<void> check_options(const CollapseOptions& options, const ImageErrorOptions& image_options) {
@@ -385,7 +385,7 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
   const std::vector<glm::vec3> colors = mean_texel_colors(shown.materials, shown.images, masks);
   std::vector<glm::vec2> card_chroma;
   for (const Card& card : shown.foliage.card_table) card_chroma.push_back(chroma(colors[card.material]));
-  LiveImage image(shown, std::move(masks), views, buffers, image_options);
+  IncrementalImage image(shown, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

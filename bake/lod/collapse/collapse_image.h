@@ -1,7 +1,7 @@
 #pragma once
 
 #include "collapse.h"
-#include "live_image.h"
+#include "incremental_image.h"
 #include "plant.h"
 #include "progress.h"
 #include "result.h"

@@ -83,7 +83,7 @@ struct MergeTrial {
   ViewSubset views = {};
 };
 
-class LiveImage {
+class IncrementalImage {
  public:
   /// Four channels at once.
   using Channels = float __attribute__((vector_size(16)));
@@ -108,8 +108,8 @@ class LiveImage {
   };
 
   /// buffers  render_item_buffers of `shown` with the same views; the conditions are checked there
-  LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
-            const ImageErrorOptions& options);
+  IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
+                   const ImageErrorOptions& options);
 
   [[nodiscard]] std::uint32_t view_count() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }

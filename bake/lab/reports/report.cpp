@@ -70,7 +70,7 @@ std::string padded(const std::string& text, std::size_t width) {
 }
 
 /// Compares values as they are printed, so that all methods that look equal get a mark.
-std::string lowest(const EvaluationReport& report, std::size_t level, const Column& column) {
+std::string lowest_printed(const EvaluationReport& report, std::size_t level, const Column& column) {
   double best = std::numeric_limits<double>::infinity();
   for (const MethodMeasures& method : report.methods) best = std::min(best, column.value(method.levels[level]));
   return number(best, column.decimals);
@@ -87,7 +87,7 @@ std::string level_block(const EvaluationReport& report, std::size_t level) {
     text += "  " + name + padded(triangles, std::max(triangles.size() + 1, 25 - std::min<std::size_t>(25, name.size())));
     for (const Column& column : shown) {
       const std::string value = number(column.value(method.levels[level]), column.decimals);
-      text += padded(value, 10) + (column.is_lower_better && value == lowest(report, level, column) ? "*" : " ");
+      text += padded(value, 10) + (column.is_lower_better && value == lowest_printed(report, level, column) ? "*" : " ");
     }
     const std::string& parameters = method.levels[level].parameters;
     if (!parameters.empty()) text += "  " + printable(parameters);

@@ -25,7 +25,7 @@ constexpr double kGroundShare = 0.02;
 constexpr double kSlightShare = 0.05;
 
 /// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
-constexpr double kMaxPoints = 1 << 18;
+constexpr double kMaxSplitPoints = 1 << 18;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -207,7 +207,7 @@ void smooth_radii(std::vector<Ring>& rings) {
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
   // Triangles that are split at their longest edges have about three corners for each square of that edge.
-  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxPoints));
+  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
   const WoodGraph graph = wood_graph(wood, ring_m);
   const Ways ways = ways_from_ground(graph, stand);
   const Bands bands = without_bumps(take_bands(graph, ways, ring_m));

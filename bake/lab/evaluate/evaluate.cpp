@@ -69,7 +69,7 @@ Result<LevelMeasures> measure_best(const std::vector<Candidate>& candidates, dou
   ImageSums best_sums;
   for (const Candidate& candidate : candidates) {
     COPPICE_TRY(looks, surface_looks(candidate.materials, candidate.images, colour));
-    const ImageSums sums = measure_pictures(candidate.level, looks, bench.reference);
+    const ImageSums sums = measure_images(candidate.level, looks, bench.reference);
     if (best != nullptr && !(badness(sums) < badness(best_sums))) continue;
     best = &candidate;
     best_looks = std::move(looks);
@@ -155,8 +155,7 @@ Result<EvaluationReport::Stored> measure_stored(const StoredLevel& stored, std::
                                                 const EvaluateOptions& options) {
   COPPICE_TRY(looks, surface_looks(stored.materials, stored.images, reference_colour(options.reference)));
   const Level level{stored.mesh};
-  EvaluationReport::Stored measured{stored.is_leaf_meshes,
-                                    measure_level(level, looks, reference, measure_pictures(level, looks, reference))};
+  EvaluationReport::Stored measured{stored.is_leaf_meshes, measure_level(level, looks, reference, measure_images(level, looks, reference))};
   measured.level.fraction = 1.0;
   measured.level.leaves = leaf_count;
   return measured;

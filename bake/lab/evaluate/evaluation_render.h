@@ -101,7 +101,7 @@ std::vector<EvaluationFrame> temporal_frames();
 bool covers_sample(float opacity, std::uint32_t leaf, std::uint32_t pixel, std::uint32_t frame);
 
 /// An image before it is lit: the surface at each pixel.
-struct UnlitPicture {
+struct UnlitImage {
   /// A normal that a surface shows to the camera, and its share of the visible area.
   struct Facet {
     glm::dvec3 normal{0.0};
@@ -124,11 +124,11 @@ struct UnlitPicture {
 /// texel, uvs repeat. At equal depths the first triangle wins. covers_sample decides where a leaf shows. A voxel is one leaf with the
 /// opacity 1 - exp(-a t / v), where t is the length of the ray in it, v its volume and a its leaves' area as seen from the camera.
 /// looks  one per material; every index of the mesh is within its arrays, shades are none or one for two triangles (asserted)
-UnlitPicture render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
-                          const EvaluationFrame& frame = {});
+UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
+                        const EvaluationFrame& frame = {});
 
 /// Lights the image by a sun, with lambert_luminance.
-EvaluationImage lit_picture(const UnlitPicture& picture, const glm::dvec3& sun);
+EvaluationImage lit_image(const UnlitImage& unlit, const glm::dvec3& sun);
 
 /// Renders and lights under evaluation_sun().
 EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,

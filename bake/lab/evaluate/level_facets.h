@@ -15,14 +15,14 @@ namespace coppice::bake {
 struct NeedleRibbon {
   Mesh mesh;
   /// Normals of flat leaves, rolled about the needle's axis in eight even steps and weighted by the area that each shows.
-  std::vector<UnlitPicture::Facet> facets;
+  std::vector<UnlitImage::Facet> facets;
 };
 NeedleRibbon ribbon_towards(const Needle& needle, const glm::dvec3& camera);
 
 /// The leaves of a voxel as seen from a far point.
 struct VoxelFacets {
-  double area_m2 = 0.0;                     ///< area across the line of sight
-  std::vector<UnlitPicture::Facet> facets;  ///< on the point's side
+  double area_m2 = 0.0;                   ///< area across the line of sight
+  std::vector<UnlitImage::Facet> facets;  ///< on the point's side
 };
 VoxelFacets facets_towards(const Voxel& voxel, const glm::dvec3& camera);
 

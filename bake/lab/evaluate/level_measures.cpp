@@ -35,11 +35,11 @@ ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_
 /// Draws both once a camera, and lights them with each sun.
 ImageSums suns_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   return sum_over_cameras(reference, [&](std::size_t camera) {
-    const UnlitPicture picture = render_unlit(level, looks, reference.cameras[camera], reference.size_px);
-    const UnlitPicture source = render_unlit(reference.level, reference.looks, reference.cameras[camera], reference.size_px);
+    const UnlitImage image = render_unlit(level, looks, reference.cameras[camera], reference.size_px);
+    const UnlitImage source = render_unlit(reference.level, reference.looks, reference.cameras[camera], reference.size_px);
     ImageSums sums;
     for (const glm::dvec3& sun : evaluation_suns())
-      sums.add(compare_luminance(lit_picture(picture, sun).luminance, lit_picture(source, sun).luminance, reference.size_px));
+      sums.add(compare_luminance(lit_image(image, sun).luminance, lit_image(source, sun).luminance, reference.size_px));
     return sums;
   });
 }
@@ -87,7 +87,7 @@ Result<Reference> make_reference(const ReferenceSurface& surface, const Evaluate
   return reference;
 }
 
-ImageSums measure_pictures(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
+ImageSums measure_images(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   return sum_over_cameras(reference, [&](std::size_t camera) {
     return compare_images(render_evaluation(level, looks, reference.cameras[camera], reference.size_px), reference.images[camera]);
   });

@@ -43,9 +43,9 @@ SurfaceColour reference_colour(ReferenceKind reference);
 Result<Reference> make_reference(const ReferenceSurface& surface, const EvaluateOptions& options);
 
 /// Compares images of one frame under one sun.
-ImageSums measure_pictures(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference);
+ImageSums measure_images(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference);
 
-/// Computes all figures but those about the method. sums  from measure_pictures of this level
+/// Computes all figures but those about the method. sums  from measure_images of this level
 LevelMeasures measure_level(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference, const ImageSums& sums);
 
 }  // namespace coppice::bake

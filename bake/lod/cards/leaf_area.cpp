@@ -23,7 +23,7 @@ constexpr double kMaxFull = 2.0;
 
 /// A rectangle across `direction`, as large as the leaf's box. Its area is 0 if the leaf is a line from there.
 struct Outlook {
-  PictureFrame frame;
+  CardFrame frame;
   double area_m2 = 0.0;
 };
 

@@ -29,7 +29,7 @@ std::array<std::int32_t, 2> range(const std::array<double, 3>& values, std::uint
 
 }  // namespace
 
-PictureFrame picture_frame(const Quad& quad) {
+CardFrame card_frame(const Quad& quad) {
   const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
   return {corner, x / glm::dot(x, x), y / glm::dot(y, y), glm::cross(y, x)};
 }

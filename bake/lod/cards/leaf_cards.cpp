@@ -50,7 +50,7 @@ Quad crop(const Quad& quad, const glm::dvec2& low, const glm::dvec2& high) {
 /// stalk, and its texture may leave most of its mesh empty.
 Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const Mesh& mesh = plant.foliage;
-  const PictureFrame frame = picture_frame(quad);
+  const CardFrame frame = card_frame(quad);
   glm::dvec2 low(std::numeric_limits<double>::max()), high(std::numeric_limits<double>::lowest());
   bool is_masked = false;
   for (std::size_t t = leaf.first_triangle; t < std::size_t{leaf.first_triangle} + leaf.triangle_count; ++t) {
@@ -64,7 +64,7 @@ Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   }
   const Quad held = crop(quad, low, high);
   if (!is_masked) return held;
-  LeafCanvas canvas(plant, picture_frame(held), kHoldSide_px);
+  LeafCanvas canvas(plant, card_frame(held), kHoldSide_px);
   canvas.draw(leaf);
   glm::uvec2 first(kHoldSide_px), last(0);
   for (std::uint32_t y = 0; y < kHoldSide_px; ++y)
@@ -84,11 +84,11 @@ float coverage(const Sketch& sketch) {
 }
 
 Sketch sketch_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
-  const LeafPicture picture = draw_leaf(plant, leaf, quad, kSketchSide_px, kSketchSamples);
+  const CardImage image = draw_leaf(plant, leaf, quad, kSketchSide_px, kSketchSamples);
   Sketch sketch{};
-  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+  for (std::size_t i = 0; i < image.texels.size(); ++i)
     for (int c = 0; c < 4; ++c)
-      sketch[4 * i + static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0f * picture.texels[i][c]));
+      sketch[4 * i + static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0f * image.texels[i][c]));
   return sketch;
 }
 
@@ -154,7 +154,7 @@ Clusters cluster_sketches(const std::vector<Sketch>& sketches) {
   clusters.medoids[0] = medoid(sketches, clusters, 0);
   assign(sketches, clusters);
   const double alike = kAlike * kAlike * Sketch{}.size();
-  while (clusters.medoids.size() < kMaxPictures) {
+  while (clusters.medoids.size() < kMaxCardImages) {
     const auto farthest = std::max_element(clusters.differences.begin(), clusters.differences.end());
     if (*farthest < alike) break;
     clusters.medoids.push_back(static_cast<std::size_t>(farthest - clusters.differences.begin()));
@@ -188,9 +188,9 @@ struct Atlas {
 };
 
 /// source_px  a leaf's length in its own image, texels
-Atlas make_atlas(std::uint32_t picture_count, std::uint32_t source_px) {
+Atlas make_atlas(std::uint32_t image_count, std::uint32_t source_px) {
   Atlas atlas;
-  while (atlas.tiles_per_side * atlas.tiles_per_side < picture_count) atlas.tiles_per_side *= 2;
+  while (atlas.tiles_per_side * atlas.tiles_per_side < image_count) atlas.tiles_per_side *= 2;
   const std::uint32_t max_px = std::min(kMaxCardSide_px, kMaxAtlasSide_px / atlas.tiles_per_side);
   atlas.tile_px = std::clamp(std::bit_ceil(source_px), kMinCardSide_px, max_px);
   const std::uint32_t side_px = atlas.tiles_per_side * atlas.tile_px;
@@ -215,13 +215,13 @@ std::uint32_t source_side_px(const Plant& plant, const LeafRange& leaf, const Ma
 
 /// Writes a leaf's image into the atlas in sRGB, its colours relative to `base_color`. Holes get the leaf's mean colour, for readers that
 /// filter without weighting by alpha.
-void paste(const LeafPicture& picture, const glm::vec4& base_color, std::uint32_t tile, Atlas& atlas) {
+void paste(const CardImage& image, const glm::vec4& base_color, std::uint32_t tile, Atlas& atlas) {
   glm::vec4 sum(0.0f);
-  for (const glm::vec4& texel : picture.texels) sum += texel;
+  for (const glm::vec4& texel : image.texels) sum += texel;
   const glm::uvec2 origin = atlas.origin_px(tile);
-  for (std::uint32_t y = 0; y < picture.side_px; ++y)
-    for (std::uint32_t x = 0; x < picture.side_px; ++x) {
-      const glm::vec4& texel = picture.texels[std::size_t{y} * picture.side_px + x];
+  for (std::uint32_t y = 0; y < image.side_px; ++y)
+    for (std::uint32_t x = 0; x < image.side_px; ++x) {
+      const glm::vec4& texel = image.texels[std::size_t{y} * image.side_px + x];
       const glm::vec4 colour = texel.a > 0.0f ? texel / texel.a : sum / std::max(sum.a, 1e-6f);
       std::uint8_t* rgba = atlas.image.rgba.data() + 4 * (std::size_t{origin.y + y} * atlas.image.width + origin.x + x);
       for (int c = 0; c < 3; ++c) {
@@ -241,17 +241,17 @@ Card tile_card(std::uint32_t material, const Atlas& atlas, std::uint32_t tile) {
 }
 
 /// The leaves of one material that get a card image.
-struct PicturedLeaves {
+struct DrawnLeaves {
   std::vector<std::size_t> leaves;
   std::vector<Sketch> sketches;
 };
 
 /// [cluster] The mean fullness of some of its leaves, spread over it: leaves that look alike bend alike.
-std::vector<double> mean_fullness(const Plant& plant, const PicturedLeaves& pictured, const Clusters& clusters,
+std::vector<double> mean_fullness(const Plant& plant, const DrawnLeaves& drawn, const Clusters& clusters,
                                   std::span<const FittedLeaf> fitted) {
   constexpr std::size_t kMaxLeaves = 16;
   std::vector<std::vector<std::size_t>> members(clusters.medoids.size());
-  for (std::size_t i = 0; i < pictured.leaves.size(); ++i) members[clusters.cluster_of[i]].push_back(pictured.leaves[i]);
+  for (std::size_t i = 0; i < drawn.leaves.size(); ++i) members[clusters.cluster_of[i]].push_back(drawn.leaves[i]);
   std::vector<double> means;
   for (const std::vector<std::size_t>& leaves : members) {
     const std::size_t count = std::min(leaves.size(), kMaxLeaves);
@@ -273,13 +273,13 @@ Quad scaled(const Quad& quad, double scale) {
   return result;
 }
 
-void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& pictured, std::span<FittedLeaf> fitted) {
-  const Clusters clusters = cluster_sketches(pictured.sketches);
+void draw_material(Plant& plant, std::uint32_t material, const DrawnLeaves& drawn, std::span<FittedLeaf> fitted) {
+  const Clusters clusters = cluster_sketches(drawn.sketches);
   Material card_material = plant.materials[material];
-  const std::size_t first = pictured.leaves[clusters.medoids[0]];
+  const std::size_t first = drawn.leaves[clusters.medoids[0]];
   Atlas atlas = make_atlas(static_cast<std::uint32_t>(clusters.medoids.size()), source_side_px(plant, plant.leaves[first], card_material));
   for (std::uint32_t tile = 0; tile < clusters.medoids.size(); ++tile) {
-    const std::size_t leaf = pictured.leaves[clusters.medoids[tile]];
+    const std::size_t leaf = drawn.leaves[clusters.medoids[tile]];
     paste(draw_leaf(plant, plant.leaves[leaf], fitted[leaf].quad, atlas.tile_px, kCardSamples), card_material.base_color, tile, atlas);
   }
   card_material.image = static_cast<std::uint32_t>(plant.images.size());
@@ -287,9 +287,9 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
   card_material.base_color.a = 1.0f;
   card_material.normal_map = kNone;
   const auto number = static_cast<std::uint32_t>(plant.materials.size());
-  const std::vector<double> means = mean_fullness(plant, pictured, clusters, fitted);
-  for (std::size_t i = 0; i < pictured.leaves.size(); ++i) {
-    FittedLeaf& leaf = fitted[pictured.leaves[i]];
+  const std::vector<double> means = mean_fullness(plant, drawn, clusters, fitted);
+  for (std::size_t i = 0; i < drawn.leaves.size(); ++i) {
+    FittedLeaf& leaf = fitted[drawn.leaves[i]];
     leaf.card = tile_card(number, atlas, clusters.cluster_of[i]);
     leaf.quad = scaled(leaf.quad, std::sqrt(means[clusters.cluster_of[i]]));
   }
@@ -299,20 +299,20 @@ void draw_material(Plant& plant, std::uint32_t material, const PicturedLeaves& p
 
 }  // namespace
 
-LeafPicture draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
-  LeafCanvas canvas(plant, picture_frame(quad), side_px * samples);
+CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
+  LeafCanvas canvas(plant, card_frame(quad), side_px * samples);
   canvas.draw(leaf);
-  LeafPicture picture{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
+  CardImage image{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
   const float share = 1.0f / static_cast<float>(samples * samples);
   for (std::uint32_t y = 0; y < side_px * samples; ++y)
     for (std::uint32_t x = 0; x < side_px * samples; ++x)
-      picture.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
-  return picture;
+      image.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
+  return image;
 }
 
 void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
   std::vector<Sketch> sketches(fitted.size());
-  std::vector<std::uint8_t> is_pictured(fitted.size(), 0);
+  std::vector<std::uint8_t> is_drawn(fitted.size(), 0);
   parallel_for(
       fitted.size(),
       [&](std::size_t i) {
@@ -321,12 +321,12 @@ void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
         sketches[i] = sketch_leaf(plant, plant.leaves[i], held);
         if (coverage(sketches[i]) < kMinCoverage) return;
         fitted[i].quad = held;
-        is_pictured[i] = 1;
+        is_drawn[i] = 1;
       },
       16);
-  std::vector<PicturedLeaves> by_material(plant.materials.size());
+  std::vector<DrawnLeaves> by_material(plant.materials.size());
   for (std::size_t i = 0; i < fitted.size(); ++i) {
-    if (is_pictured[i] == 0) continue;
+    if (is_drawn[i] == 0) continue;
     by_material[fitted[i].card.material].leaves.push_back(i);
     by_material[fitted[i].card.material].sketches.push_back(sketches[i]);
   }

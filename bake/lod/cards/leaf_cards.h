@@ -11,18 +11,18 @@
 namespace coppice::bake {
 
 /// Maximum number of card images of a material: they share one atlas of at most 4 x 4.
-inline constexpr std::uint32_t kMaxPictures = 16;
+inline constexpr std::uint32_t kMaxCardImages = 16;
 
 /// A leaf as its quad shows it: linear RGB times alpha, and alpha; rows top to bottom. The left edge is the quad's stalk edge (corners 3,
 /// 0), the top edge runs from corner 3 to 2. Colours are relative to the base colour of the leaf's material.
-struct LeafPicture {
+struct CardImage {
   std::uint32_t side_px = 0;
   std::vector<glm::vec4> texels;  ///< [side_px * side_px]
 };
 
 /// Draws the leaf's triangles along the normal of its (rectangular) quad, front up. A texel is the mean of samples * samples points, each
 /// with the topmost texel that is no hole.
-LeafPicture draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples);
+CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples);
 
 /// Gives each leaf that is not a quad itself a card that shows it, so that the quad has the leaf's outline, colours and area. The quad is
 /// refitted along its sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many

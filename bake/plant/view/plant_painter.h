@@ -35,10 +35,10 @@ class PlantPainter {
   PlantPainter(const std::vector<Material>& materials, const std::vector<Image>& images, const Viewpoint& view, const Sphere& sphere,
                std::uint32_t size_px, const glm::vec3& background);
 
-  /// Paints the triangle where it is nearest, no hole and no gap. is_gap(pixel) says so of a pixel that it covers, color(uv) its RGB
-  /// colour.
-  template <class IsGap, class Color>
-  void paint(const PaintedTriangle& triangle, const IsGap& is_gap, const Color& color) {
+  /// Paints the triangle where it is nearest and no hole. is_transparent(pixel) leaves out pixels by stochastic transparency, color(uv) is
+  /// the RGB colour.
+  template <class IsTransparent, class Color>
+  void paint(const PaintedTriangle& triangle, const IsTransparent& is_transparent, const Color& color) {
     const RasterTriangle raster(project(projection_, triangle.points[0]), project(projection_, triangle.points[1]),
                                 project(projection_, triangle.points[2]));
     const auto size = static_cast<std::int32_t>(size_px_);
@@ -48,7 +48,7 @@ class PlantPainter {
       for (std::int32_t x = span.first; x <= span.last; ++x) {
         const std::size_t pixel = static_cast<std::size_t>(y) * size_px_ + static_cast<std::size_t>(x);
         const std::uint32_t depth = depths.at(x);
-        if (depth >= depths_[pixel] || is_gap(pixel)) continue;
+        if (depth >= depths_[pixel] || is_transparent(pixel)) continue;
         const glm::dvec2 uv = uv_at(triangle, raster.weights(x, y));
         if (is_hole(materials_[triangle.material], uv)) continue;
         depths_[pixel] = depth;

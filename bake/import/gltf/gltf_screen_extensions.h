@@ -17,7 +17,7 @@
 
 namespace coppice::bake {
 
-/// How an extension is treated. bake/README.md has the same table.
+/// How an extension is treated. bake/import/README.md has the same table.
 struct ExtensionRule {
   std::string_view name;  ///< a family of extensions if it ends in '*'
   std::string_view treatment;

@@ -7,7 +7,7 @@
 
 namespace coppice::bake {
 
-/// The file of `coppice evaluate --json`: keys as in bake/README.md, two spaces of indent, a newline at the end. Numbers that are not
+/// The file of `coppice evaluate --json`: keys as in bake/lab/README.md, two spaces of indent, a newline at the end. Numbers that are not
 /// finite are null.
 std::string evaluation_json(const EvaluationReport& report);
 

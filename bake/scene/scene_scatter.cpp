@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "image_decode.h"
+#include "seeded_random.h"
 
 namespace coppice::bake {
 namespace {
@@ -30,11 +31,10 @@ std::uint64_t mix(std::uint64_t value) {
   return value ^ value >> 31;
 }
 
-/// SplitMix64, which gives the same numbers on every machine.
-struct Random {
-  std::uint64_t state;
-  float share() { return static_cast<float>(mix(state += 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f; }
-};
+/// Uniform in [0, 1), 24 bits.
+float uniform(SeededRandom& random) {
+  return static_cast<float>(random.next() >> 40) * 0x1p-24f;
+}
 
 /// Smooth noise in [-1, 1] with features as large as about one unit.
 float noise(float x, float z, std::uint64_t seed) {
@@ -225,11 +225,11 @@ class Scatter {
 
   void fill(const Plot& plot, std::size_t s, std::uint64_t target, std::uint64_t seed) {
     if (plants_.size() >= target || plot.density <= 0.0f) return;
-    Random random{mix(seed)};
+    SeededRandom random(mix(seed));
     const std::uint64_t attempts = kAttempts * (target - plants_.size());
     for (std::uint64_t i = 0; i < attempts && plants_.size() < target; ++i) {
-      const Place at{plot.corner.x + plot_m_ * random.share(), plot.corner.z + plot_m_ * random.share()};
-      if (random.share() * plot.max_density >= field_.density(at, s)) continue;
+      const Place at{plot.corner.x + plot_m_ * uniform(random), plot.corner.z + plot_m_ * uniform(random)};
+      if (uniform(random) * plot.max_density >= field_.density(at, s)) continue;
       const ScenePlant plant = make_plant(at, s, random);
       if (!stems_.has_room(plant)) continue;
       plants_.push_back(plant);
@@ -237,15 +237,15 @@ class Scatter {
     }
   }
 
-  ScenePlant make_plant(Place at, std::size_t s, Random& random) const {
+  ScenePlant make_plant(Place at, std::size_t s, SeededRandom& random) const {
     ScenePlant plant;
     plant.position_m = {at.x, 0.0f, at.z};
     plant.species = static_cast<std::uint16_t>(s);
-    plant.scale = std::lerp(options_.scale_min, options_.scale_max, random.share());
-    plant.yaw = static_cast<std::uint16_t>(random.share() * 65535.0f);
-    plant.mirrored = random.share() < 0.5f;
-    const float warm = 0.5f * (random.share() - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
-    const float light = 1.0f + 0.2f * (random.share() - 0.5f);
+    plant.scale = std::lerp(options_.scale_min, options_.scale_max, uniform(random));
+    plant.yaw = static_cast<std::uint16_t>(uniform(random) * 65535.0f);
+    plant.mirrored = uniform(random) < 0.5f;
+    const float warm = 0.5f * (uniform(random) - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
+    const float light = 1.0f + 0.2f * (uniform(random) - 0.5f);
     plant.tint = pack_tint({light * (1.0f + 0.25f * warm), light, light * (1.0f - 0.3f * warm)});
     return plant;
   }

@@ -17,13 +17,8 @@
 
 namespace coppice::bake {
 
-/// How an extension is treated. bake/import/README.md has the same table.
-struct ExtensionRule {
-  std::string_view name;  ///< a family of extensions if it ends in '*'
-  std::string_view treatment;
-};
-/// A rule for every extension that a document may require; the first match counts.
-std::span<const ExtensionRule> extension_rules();
+/// The extensions that a document may require; a name that ends in '*' is a family. bake/import/README.md says how each is treated.
+std::span<const std::string_view> known_extensions();
 
 /// Whether an extension is read, or changes nothing that is read.
 bool is_supported_extension(std::string_view name);

@@ -33,7 +33,7 @@ constexpr std::uint32_t kShellTriangles = 2000;
 /// The source materials in use. Numbers count the plant's materials in order of first use.
 struct UsedMaterials {
   std::map<std::uint32_t, std::uint32_t> number_of;  ///< by the model's material index, kNone for the default material
-  std::vector<std::uint32_t> sources;                ///< the reverse
+  std::vector<std::uint32_t> sources;                ///< [number] the model's material index
 };
 
 std::uint32_t material_index(const tinygltf::Primitive& primitive) {

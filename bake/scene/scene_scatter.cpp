@@ -174,7 +174,7 @@ class Scatter {
   struct Plot {
     Place corner{};
     float density = 0.0f;      ///< mean
-    float max_density = 0.0f;  ///< about
+    float max_density = 0.0f;  ///< approximate
   };
 
   /// Places as many more plants of a species as fit, at most `wanted`. first_round  numbers the random places, which differ between rounds

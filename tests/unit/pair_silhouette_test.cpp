@@ -14,7 +14,7 @@
 namespace coppice::bake {
 namespace pair_silhouette_test {
 
-/// Of an opaque quad that stands for opaque leaves.
+/// The mismatch of an opaque quad that replaces opaque leaves.
 float opaque_mismatch_m2(const PairShape& shape) {
   return shape.mismatch_m2(1.0f, 1.0f);
 }

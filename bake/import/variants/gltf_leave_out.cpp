@@ -118,7 +118,7 @@ void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Le
   }
 }
 
-/// [nodes]
+/// [nodes] The level that each node's name says.
 std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
   std::vector<Level> levels;
   levels.reserve(scene.nodes.size());

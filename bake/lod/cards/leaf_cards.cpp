@@ -103,7 +103,7 @@ std::uint32_t squared_difference(const Sketch& a, const Sketch& b) {
 
 /// Clusters of sketches; the medoid's leaf is drawn for all of its cluster.
 struct Clusters {
-  std::vector<std::size_t> medoids;        ///< into the sketches
+  std::vector<std::size_t> medoids;        ///< indices of sketches
   std::vector<std::uint32_t> cluster_of;   ///< [sketch count] index into medoids
   std::vector<std::uint32_t> differences;  ///< [sketch count] difference to the medoid
 };

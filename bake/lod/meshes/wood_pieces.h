@@ -14,9 +14,9 @@ namespace coppice::bake {
 /// A connected piece of wood of one material, or several pieces that continue each other: trunk, bough, twig, spine, fruit.
 struct WoodPiece {
   std::uint32_t material = 0;
-  std::vector<std::uint32_t> vertices;  ///< in the source mesh
+  std::vector<std::uint32_t> vertices;  ///< indices in the source mesh
   std::vector<glm::vec3> positions;     ///< [vertices.size()]
-  std::vector<std::uint32_t> indices;   ///< into `vertices`
+  std::vector<std::uint32_t> indices;   ///< indices into `vertices`
   std::size_t part_count = 1;           ///< how many connected pieces it was made of
   std::uint32_t curve_rank = 0;         ///< rank along a curve through all pieces: pieces of similar rank are mostly near each other
   // The next members are its shape from afar.

@@ -27,7 +27,7 @@ struct NodeName {
 NodeName read_node_name(std::string_view name);
 
 /// The words of a name, lower case: "OakTree_02b" is oak, tree, 02, b. They end at what is neither letter nor digit, between letters and
-/// digits, and before a capital that follows a small letter. Of a long name the first 256 bytes count.
+/// digits, and before a capital that follows a small letter. Only the first 256 bytes of a name count.
 std::vector<std::string> name_words(std::string_view name);
 
 /// Whether a word distinguishes things of one kind: a number, a single letter, "small", "old", "variant", ...

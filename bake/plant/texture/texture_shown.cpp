@@ -166,7 +166,7 @@ void ShownArea::add_span(std::int64_t row, double first, double last, const Dens
   if (to > side) add_within(y, 0.0, to - side, density);
 }
 
-/// 0 <= first, last <= side
+/// Adds a span within the image: 0 <= first, last <= side.
 void ShownArea::add_within(std::size_t row, double first, double last, const Density& density) {
   if (!(first < last)) return;
   Step* steps = steps_.data() + row * (side_.x + 1);

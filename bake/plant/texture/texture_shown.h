@@ -71,7 +71,7 @@ class ShownArea {
   struct Step {
     std::int64_t area = 0, coverage = 0;
   };
-  std::vector<Step> steps_;  ///< by row and column
+  std::vector<Step> steps_;  ///< [side.y * (side.x + 1)] row-major
 };
 
 /// Sets Image::shown of every image that a material shows in its colour: the area of the triangles at each texel.

@@ -12,7 +12,6 @@
 
 namespace coppice::bake {
 
-/// The classes of a soup's pieces.
 struct ClassedPieces {
   std::vector<PieceClass> classes;      ///< by material, then most pieces first
   std::vector<double> bulks;            ///< [class count] medians; see piece_shape.h

@@ -210,7 +210,6 @@ std::vector<std::uint32_t> group_by_form(const Mesh& mesh, const std::vector<Num
   return group_features(forms, tolerance);
 }
 
-/// Adds the kinds of one topology.
 void add_kinds(const Mesh& mesh, std::vector<NumberedPiece>& pieces, const std::vector<std::uint32_t>& members, KindTable& table) {
   // A leaf that was stretched shows the same part of the image; only a clearly different form makes it another kind.
   constexpr float kFormTolerance = 0.06f, kSameImageTolerance = 0.12f;

@@ -19,7 +19,6 @@ struct LeftOut {
   std::vector<std::uint32_t> by;   ///< [items]
 };
 
-/// Indices of the items that are taken.
 std::vector<std::uint32_t> taken_items(const LeftOut& left);
 
 /// The model's nodes that any node's MSFT_lod names as coarser.

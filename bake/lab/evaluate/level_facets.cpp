@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::uint32_t kRollSteps = 8;
 
-/// Scales the shares so that they sum to 1.
 void normalise(std::vector<UnlitImage::Facet>& facets, double sum) {
   for (UnlitImage::Facet& facet : facets) facet.share /= sum;
 }

@@ -62,7 +62,6 @@ SurfaceDistance distance_to_surface(const SurfaceSamples& from, const TriangleTr
 /// Hausdorff's distance: both figures are the larger of the two directions.
 SurfaceDistance symmetric_distance(const SurfaceDistance& forward, const SurfaceDistance& backward);
 
-/// Area of all triangles, m^2.
 double surface_area_m2(const Mesh& mesh);
 
 }  // namespace coppice::bake

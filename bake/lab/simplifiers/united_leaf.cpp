@@ -29,7 +29,6 @@ glm::dvec3 diameter_of(const std::array<glm::dvec3, 8>& corners) {
   return longest;
 }
 
-/// The vector from stalk to tip.
 glm::dvec3 axis_of(const Quad& quad) {
   return 0.5 * (glm::dvec3(quad[1]) + glm::dvec3(quad[2]) - glm::dvec3(quad[0]) - glm::dvec3(quad[3]));
 }

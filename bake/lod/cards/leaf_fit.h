@@ -13,7 +13,6 @@
 
 namespace coppice::bake {
 
-/// A leaf's quad and what it shows.
 struct FittedLeaf {
   Quad quad{};
   Card card{};  ///< uv as fitted: neither shifted nor shared

@@ -229,7 +229,6 @@ class ImageCollapse {
         both_m2 > 0.0 ? (first_m2 * opacity_of(first.fade) + second_m2 * opacity_of(second.fade)) / both_m2 : double{kOpaque};
     return static_cast<float>(steps / kOpaque);
   }
-  /// The larger leaf's brightness.
   [[nodiscard]] std::uint8_t pair_brightness(const WeighedPair& pair) const {
     const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
     return brightness_of(quad_area(second.quad) > quad_area(first.quad) ? second.fade : first.fade);

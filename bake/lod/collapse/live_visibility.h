@@ -24,7 +24,6 @@ struct LiveLeaf {
   std::uint8_t fade = kNoFade;
 };
 
-/// A card and the holes of its material.
 struct MaskedCard {
   const Card& card;
   const AlphaMask& mask;

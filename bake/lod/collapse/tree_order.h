@@ -13,7 +13,6 @@ Tree build_tree(const Foliage& foliage, const CollapseSequence& sequence);
 /// Nodes of cut(m), ascending. m in [1, leaf_count] (asserted).
 std::vector<std::uint32_t> cut_nodes(const Tree& tree, std::uint32_t leaf_count);
 
-/// Corners of a node.
 Quad node_quad(const Tree& tree, std::uint32_t node);
 
 /// A cut as leaves of its own.

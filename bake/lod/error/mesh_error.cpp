@@ -24,7 +24,6 @@ struct LuminanceLevel {
   std::vector<float> luminance;
 };
 
-/// What a material shows.
 struct Look {
   float plain = 0.0f;                  ///< luminance without an image
   std::vector<LuminanceLevel> levels;  ///< luminance, times the base colour
@@ -83,7 +82,6 @@ class Light {
   float cosine_ = 0.0f;
 };
 
-/// Draws triangles in the colours of their images.
 class TexturedCanvas {
  public:
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
@@ -208,7 +206,6 @@ float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uin
 
 using ErrorRow = std::array<float, kErrorSizesPx.size()>;
 
-/// The error of each mesh by itself.
 Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span<const Mesh* const> lods) {
   if (!std::ranges::equal(plant.errors.sizes_px, kErrorSizesPx))
     return Error{Status::invalid_argument, "wood error: the error table is not at the sizes that are measured"};

@@ -442,7 +442,6 @@ double extent_m(const Mesh& mesh) {
   return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
 }
 
-/// Builds a LoD of about target_count triangles.
 Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
   const double pixel_m = extent_m(source) / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
   for (Candidate& candidate : candidates) set_choices(candidate, pixel_m);

@@ -139,7 +139,6 @@ std::vector<WoodPiece> connected_pieces(const Mesh& wood) {
   return pieces;
 }
 
-/// An end of a tube.
 struct TubeEnd {
   glm::dvec3 at{0.0}, outward{0.0};
   double girth_m = 0.0;

@@ -21,7 +21,6 @@ struct Stem {
   [[nodiscard]] float length() const { return distances.back(); }
 };
 
-/// A place on a stem.
 struct StemPoint {
   glm::vec3 position{0.0f};
   glm::vec3 tangent{0.0f};  ///< unit

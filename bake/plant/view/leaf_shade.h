@@ -23,7 +23,6 @@ glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& i
 std::vector<glm::vec3> mean_texel_colors(const std::vector<Material>& materials, const std::vector<Image>& images,
                                          const std::vector<AlphaMask>& masks);
 
-/// The luminance of mean_texel_color.
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
 
 /// Red minus luminance and blue minus luminance at a leaf's mean shade, 0..255 as a display would show it. albedo  linear

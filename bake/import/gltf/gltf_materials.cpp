@@ -152,7 +152,7 @@ std::uint32_t add_image(Image image, std::vector<Image>& images) {
   return number;
 }
 
-/// Returns a scale above 0.
+/// The normal map's scale; 1 if the file's is not above 0.
 float normal_scale_of(const tinygltf::Material& source) {
   const auto scale = static_cast<float>(source.normalTexture.scale);
   return std::isfinite(scale) && scale > 0.0f ? scale : 1.0f;

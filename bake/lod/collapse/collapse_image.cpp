@@ -189,7 +189,7 @@ class ImageCollapse {
     image_.halve(live);
   }
 
-  /// Each merge takes a little of the crown's coverage without counting it. The fewer leaves are left, the more it counts.
+  /// Merges that ignored coverage would each lose a little of the crown's. The fewer leaves are left, the more coverage counts.
   void grow_coverage_weight() {
     const double merged = static_cast<double>(leaf_count_) / (leaf_count_ - collapse_count_);
     image_.set_coverage_weight(static_cast<double>(image_options_.coverage_weight) * std::sqrt(merged * std::sqrt(merged)));

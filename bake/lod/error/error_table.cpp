@@ -125,7 +125,7 @@ void composite(Canvas& canvas) {
   }
 }
 
-/// Renders the mean of many frames, in each of which a leaf shows with the probability of its opacity.
+/// Renders the mean of many frames, each of which shows the share of a leaf's pixels that is its opacity.
 ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
   const Tree& tree = renderer.plant->tree;
   Canvas canvas;

@@ -77,7 +77,7 @@ std::vector<KeyPart> option_parts(const BakeOptions& options) {
   option("leaf-meshes", leaf_meshes ? "on" : "off");
   option("wind-stiffness", wind_moves ? exact(wind_stiffness) : "no wind");
   if (wind_color_set) option("wind-weights", "COLOR_" + std::to_string(*wind_color_set));
-  if (areas == Areas::vulkan) option("areas", "vulkan, at every step up to " + std::to_string(kMostMeasuredLeaves) + " leaves");
+  if (areas == Areas::vulkan) option("areas", "vulkan, at every step up to " + std::to_string(kMaxMeasuredLeaves) + " leaves");
   if (leaf_material) option("leaf-material", *leaf_material);
   if (wood_material) option("wood-material", *wood_material);
   for (const ClassRule& rule : classes)

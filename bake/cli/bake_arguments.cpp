@@ -59,7 +59,7 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
           "--areas", arguments.areas,
           "Who measures the projected areas of --metric mi: item-buffers, or the paper's occlusion queries on a Vulkan device, at every "
           "step for up to " +
-              std::to_string(kMostMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file")
+              std::to_string(kMaxMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file")
       ->check(CLI::IsMember({"item-buffers", "vulkan"}))
       ->type_name("item-buffers|vulkan")
       ->capture_default_str();

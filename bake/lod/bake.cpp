@@ -75,7 +75,7 @@ Result<CollapseResult> collapse_by_queries(const CollapseOptions& options, const
                                            const StageProgress& progress, BakeReport& report) {
   COPPICE_TRY(queries, OcclusionAreas::create({shown, views, options.resolution_px}));
   report.area_device = queries.device_name();
-  report.area_every_step = shown.foliage.leaf_count() <= kMostMeasuredLeaves;
+  report.area_every_step = shown.foliage.leaf_count() <= kMaxMeasuredLeaves;
   AreaSource areas{{}, report.area_every_step};
   areas.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) {
     const bool is_first = request.changed.empty();

@@ -24,7 +24,7 @@ enum class Areas {
 
 /// Maximum number of leaves for which Areas::vulkan measures again at every step; with more leaves it measures once, before the first step.
 /// Time grows with the square of the number.
-inline constexpr std::uint32_t kMostMeasuredLeaves = 512;
+inline constexpr std::uint32_t kMaxMeasuredLeaves = 512;
 
 /// Default number of a metric's viewpoints: 20, the paper's, except for the default metric. That has 42, or 32 for plants of more than
 /// 8,192 leaves, where time matters and a single leaf does not.

@@ -22,8 +22,8 @@ struct ChunkSummary {
 /// How far full wind moves the plant.
 struct WindSummary {
   coppice_file_wind head{};
-  float most_lean_m = 0.0f, most_sway_m = 0.0f;  ///< maximum over the nodes
-  double most_move_m = 0.0, most_growth = 0.0;   ///< see wind_field.h
+  float max_lean_m = 0.0f, max_sway_m = 0.0f;  ///< maximum over the nodes
+  double max_move_m = 0.0, max_growth = 0.0;   ///< see wind_field.h
 };
 
 /// The contents of `coppice inspect`.

@@ -101,7 +101,7 @@ Result<TriangleSoup> gather_triangles(const tinygltf::Model& model, const std::v
     }
   }
   if (wind_color_set && soup.mesh.wind_weights.empty())
-    warnings.push_back("--wind-weights: no mesh has COLOR_" + std::to_string(*wind_color_set) + "; what bends is told by the wood");
+    warnings.push_back("--wind-weights: no mesh has COLOR_" + std::to_string(*wind_color_set) + "; the wood decides what bends");
   return soup;
 }
 
@@ -134,7 +134,7 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
   const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
   if (largest->triangle_count >= kShellTriangles)
     plant.warnings.push_back("a leaf has " + std::to_string(largest->triangle_count) +
-                             " triangles: leaves that share vertices cannot be told apart");
+                             " triangles: leaves that share vertices cannot be separated");
 }
 
 /// Splits the soup into the plant's leaves and wood.

@@ -173,7 +173,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.level_information = collapse.levels;
 
   KeptLeafMeshes kept = options.leaf_meshes ? keep_leaf_meshes(plant, foliage) : KeptLeafMeshes{{}, "not asked for", false};
-  if (kept.too_large) report.warnings.push_back("close up it is drawn with leaf quads: " + kept.note);
+  if (kept.too_large) report.warnings.push_back("leaf quads replace leaf meshes in close views: " + kept.note);
   report.leaf_mesh_triangles = triangle_count(kept.meshes);
   report.leaf_mesh_note = std::move(kept.note);
 

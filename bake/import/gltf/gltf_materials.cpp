@@ -165,7 +165,8 @@ std::uint32_t normal_map_of(const tinygltf::Model& model, const tinygltf::Materi
   warn_of_texture(model, info.index, warnings);
   const std::uint32_t image = image_of(model, info.index);
   if (image == kNone || color.index < 0 || uvs_of(info) == uvs_of(color)) return image;
-  warnings.push_back("material '" + source.name.substr(0, 64) + "': its normal map is left out, it lies otherwise than the base colour");
+  warnings.push_back("material '" + source.name.substr(0, 64) +
+                     "': its normal map is left out, since its texture coordinates differ from the base colour's");
   return kNone;
 }
 

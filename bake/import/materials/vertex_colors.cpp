@@ -160,7 +160,8 @@ void warn(const std::string& material, const glm::vec4& spread, bool is_wind, st
     return;
   }
   if (std::max({spread.r, spread.g, spread.b}) > kVisibleDifference)
-    warnings.push_back(name + "its vertex colours differ; leaves and pieces of wood that differ clearly are told apart, each shows a mean");
+    warnings.push_back(
+        name + "its vertex colours differ; leaves and pieces of wood that differ clearly become separate materials, each with its mean");
   if (spread.a > kVisibleDifference) warnings.push_back(name + "the alpha of its vertex colours is not used");
 }
 

@@ -17,7 +17,7 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
 /// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the larger of two errors:
 /// - as above, but lit by the normals of the wood's vertices, and drawn among all leaf quads, so that what the crown hides does not count;
-/// - 1.5 times the size, up to 64 px, times the share of the image of leaves and wood that is lost or too much in 8 x 8 parts of it.
+/// - 96 / 36 times the size, up to 36 px, times the share of the image of leaves and wood that is lost or too much in 8 x 8 parts of it.
 /// Squares hardly show that a thin stem is missing, since it is a small share of each of its pixels.
 /// A running maximum from one LoD to the next makes it non-decreasing.
 /// plant   tree, card_table, materials, images, sphere and the sizes of its error table are read

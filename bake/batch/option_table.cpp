@@ -172,7 +172,7 @@ std::vector<BakeOption> bake_group() {
       "areas",
       "Who measures the projected areas of --metric mi: item-buffers, or the paper's occlusion queries on a Vulkan device, at every step "
       "for up to " +
-          std::to_string(kMostMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file",
+          std::to_string(kMaxMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file",
       {{"item-buffers", Areas::item_buffers}, {"vulkan", Areas::vulkan}}, [](auto& o) -> auto& { return o.areas; }));
   table.push_back(choice<TextureCoding>(
       "textures", "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes",

@@ -74,12 +74,12 @@ double cm(float length_m) {
 }
 
 void print_wind(const WindSummary& wind) {
-  if (wind.most_move_m == 0.0) {
+  if (wind.max_move_m == 0.0) {
     std::printf("wind: does not move it\n");
     return;
   }
   std::printf("wind, full: the stem bends %.1f cm, twigs lean %.1f cm more and sway %.1f cm; periods %.2f s and %.2f s; grid %u^3\n",
-              cm(wind.head.bend_m), cm(wind.most_lean_m), cm(wind.most_sway_m), static_cast<double>(wind.head.stem_period_s),
+              cm(wind.head.bend_m), cm(wind.max_lean_m), cm(wind.max_sway_m), static_cast<double>(wind.head.stem_period_s),
               static_cast<double>(wind.head.branch_period_s), wind.head.node_side);
 }
 
@@ -140,13 +140,13 @@ void print_json(const FileSummary& file) {
        {{"base_y_m", file.wind.head.base_y_m},
         {"height_m", file.wind.head.height_m},
         {"bend_m", file.wind.head.bend_m},
-        {"lean_m", file.wind.most_lean_m},
-        {"sway_m", file.wind.most_sway_m},
+        {"lean_m", file.wind.max_lean_m},
+        {"sway_m", file.wind.max_sway_m},
         {"stem_period_s", file.wind.head.stem_period_s},
         {"branch_period_s", file.wind.head.branch_period_s},
         {"node_side", file.wind.head.node_side},
-        {"most_move_m", file.wind.most_move_m},
-        {"most_growth", file.wind.most_growth}}},
+        {"most_move_m", file.wind.max_move_m},
+        {"most_growth", file.wind.max_growth}}},
       {"wood_error_px", file.wood_error_px},
       {"leaf_mesh_error_px", file.leaf_mesh_error_px},
       {"error_table", {{"leaves", file.error_leaf_counts}, {"sizes_px", file.error_sizes_px}, {"error_px", file.error_px}}},

@@ -15,7 +15,7 @@ Error not_plain(const char* what, const std::filesystem::path& path) {
   return Error{Status::io, what, Error::kNoOffset, path.string() + ": not a plain file"};
 }
 
-/// An open file, closed on every way out.
+/// Closes an open file on every way out.
 struct Descriptor {
   int number = -1;
   ~Descriptor() {
@@ -23,7 +23,7 @@ struct Descriptor {
   }
 };
 
-/// Where the bytes go: through a symbolic link to what it names, and never over something that is not a plain file.
+/// Finds the file to write: follows a symbolic link, and refuses what is not a plain file.
 Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
   if (path.empty()) return Error{Status::io, "cannot write", Error::kNoOffset, "the output has no name"};
   std::error_code error;
@@ -53,12 +53,12 @@ Result<void> read_all(int descriptor, std::span<std::uint8_t> bytes, const std::
   return {};
 }
 
-Result<std::vector<std::uint8_t>> read_open_file(int descriptor, const std::filesystem::path& path, std::uint64_t most_bytes) {
+Result<std::vector<std::uint8_t>> read_open_file(int descriptor, const std::filesystem::path& path, std::uint64_t max_bytes) {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) return system_error("cannot read", path, errno);
   if (S_ISDIR(status.st_mode)) return system_error("cannot read", path, EISDIR);
   if (!S_ISREG(status.st_mode)) return not_plain("cannot read", path);
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), most_bytes)));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), max_bytes)));
   COPPICE_CHECK(read_all(descriptor, bytes, path));
   return bytes;
 }
@@ -98,11 +98,11 @@ std::uint64_t bytes_of_file(const std::filesystem::path& path) {
   return missing ? 0 : bytes;
 }
 
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t most_bytes) {
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
   // Without O_NONBLOCK a pipe would be waited for here, and a serial line.
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
   if (file.number < 0) return system_error("cannot read", path, errno);
-  return read_open_file(file.number, path, most_bytes);
+  return read_open_file(file.number, path, max_bytes);
 }
 
 }  // namespace coppice::bake

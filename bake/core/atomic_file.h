@@ -17,26 +17,27 @@ namespace coppice::bake {
 /// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
-/// The first half of it: the temporary file, with all its bytes on disk. publish() is the second. For files that belong together.
+/// The first half of write_file_atomically: writes the temporary file beside `path` to disk. publish() is the second half. Files that
+/// belong together are all staged before the first is published.
 /// errors  those of write_file_atomically
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
-/// Makes the folder that `path` is to be in, and those above it, where they are missing. errors  io
+/// Creates the folder that will hold `path`, and its missing parents. errors  io
 Result<void> make_folder_of(const std::filesystem::path& path);
 
-/// Tries whether write_file_atomically can write there, by making the temporary file, and removes abandoned ones beside it
-/// (temporary_file.h). Leaves what is at `path` alone.
-/// errors  those of write_file_atomically that can be known before
+/// Checks that write_file_atomically can write to `path`: makes the temporary file, removes it, and removes abandoned ones beside it
+/// (temporary_file.h). What is at `path` stays.
+/// errors  those of write_file_atomically that show before the bytes are written
 Result<void> try_writing(const std::filesystem::path& path);
 
-/// Bytes of a file; 0 where there is none.
+/// Size of a file in bytes; 0 if there is none.
 std::uint64_t bytes_of_file(const std::filesystem::path& path);
 
 inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
 
-/// A regular file, or its first `most_bytes`. Nothing else is waited for or read without end: pipes, devices and folders are refused, and
-/// no more is read than the file's size was when it was opened.
+/// Reads a regular file, or its first `max_bytes`. It refuses pipes, devices and folders, and reads no more than the file's size at
+/// opening, so that no read waits or goes on without end.
 /// errors  io: names the path and the operating system's reason, or that it is not a plain file; out_of_memory
-Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t most_bytes = kWholeFile);
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes = kWholeFile);
 
 }  // namespace coppice::bake

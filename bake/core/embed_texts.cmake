@@ -1,5 +1,5 @@
 # Turns text files into string constants:  cmake -DOUTPUT=report_page.h -DNAMESPACE=a::b "-DTEXTS=kName=file;kOther=file,file" -P embed_texts.cmake
-# Files of one constant are joined. A constant holds at most 65,536 characters, the most that every C++ compiler takes in one literal.
+# Files of one constant are joined. A constant holds at most 65,536 characters, which every C++ compiler accepts in one literal.
 set(header "// Written by embed_texts.cmake.\n#pragma once\n\n#include <string_view>\n\nnamespace ${NAMESPACE} {\n\n")
 foreach(text IN LISTS TEXTS)
   string(REGEX MATCH "^([A-Za-z]+)=(.+)$" matched "${text}")

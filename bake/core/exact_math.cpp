@@ -1,10 +1,10 @@
-// The functions of <cmath> whose bits depend on the processor, once more, from a library where they do not. glibc has several versions of
-// sin, pow, log2 and others, and takes one with fused multiply-adds where the processor has them: about one result in a thousand then
-// differs in its last bit, and a file baked there from one baked elsewhere. SLEEF's "cinz" functions are plain C without fused operations.
-// A program that links the baker has these in place of the C library's, wherever they are called from: in the baker, in the room that
-// writes the format, in Draco. Only + - * / and sqrt are left to the processor, which IEEE 754 lays down to the bit.
+// Replaces the functions of <cmath> whose results depend on the processor. glibc has several versions of sin, pow, log2 and others, and
+// takes one with fused multiply-adds where the processor has them. About one result in a thousand then differs in its last bit, and so does
+// the baked file. SLEEF's "cinz" functions are plain C without fused operations. A program that links the baker has these in place of the C
+// library's for all callers: the baker, the module that writes the format, and Draco. The processor keeps + - * / and sqrt, which IEEE 754
+// defines to the bit.
 //
-// Float functions are the double ones, rounded. What is exact in any case (sqrt, floor, lround, fmod, ldexp) stays the C library's.
+// Float functions round the double ones. Functions that are exact anyway (sqrt, floor, lround, fmod, ldexp) stay the C library's.
 
 #include <sleef.h>
 
@@ -57,7 +57,7 @@ double cbrt(double x) noexcept {
 double hypot(double x, double y) noexcept {
   return Sleef_cinz_hypotd1_u05purec(x, y);
 }
-// g++ makes one call of a sine and a cosine.
+// g++ makes one call of a sine and a cosine of the same angle.
 void sincos(double x, double* sine, double* cosine) noexcept {
   *sine = sin(x);
   *cosine = cos(x);
@@ -100,7 +100,7 @@ float log10f(float x) noexcept {
   return static_cast<float>(log10(double{x}));
 }
 float powf(float x, float y) noexcept {
-  // A third of the time of pow, and exact enough for a float; what is no power of a positive number has rules of its own.
+  // It takes a third of pow's time and is exact enough for a float. Bases that are not positive have rules of their own, which pow knows.
   if (x > 0.0f && x < 1e30f && y > -8.0f && y < 8.0f) return static_cast<float>(exp(double{y} * Sleef_cinz_logd1_u35purec(double{x})));
   return static_cast<float>(pow(double{x}, double{y}));
 }

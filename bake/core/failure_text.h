@@ -5,7 +5,7 @@
 
 namespace coppice::bake {
 
-/// What an exception says; of one that TBB throws where it could start no thread, that and the operating system's reason.
+/// The exception's message. If TBB could not start a thread, the operating system's reason follows.
 std::string failure_text(const std::exception& error);
 
 }  // namespace coppice::bake

@@ -2,7 +2,9 @@
 
 namespace coppice::bake {
 
-/// std::floor and a cast, without the library call that baseline x86-64 makes of it. |value| must fit.
+/// Rounds down like std::floor, without the library call that baseline x86-64 makes of it.
+/// value
+///  must fit.
 template <class Integer>
 [[nodiscard]] inline Integer floor_to_int(double value) {
   const auto truncated = static_cast<Integer>(value);

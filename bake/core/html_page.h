@@ -1,6 +1,6 @@
 #pragma once
 
-// Pages that open without a network: all that they show is inside.
+// Builds HTML pages that open without a network: the file holds all that they show.
 
 #include <cstdint>
 #include <span>
@@ -11,14 +11,14 @@
 
 namespace coppice::bake {
 
-/// "data:image/png;base64,…", for media_type "image/png".
+/// Returns "data:image/png;base64,…" for media_type "image/png".
 std::string data_url(std::string_view media_type, std::span<const std::uint8_t> bytes);
 
-/// JSON that cannot end the script element that holds it: strings alone have '<', and there it can be written as an escape.
+/// Escapes JSON so that it cannot end the script element that holds it. JSON has '<' only in strings, where an escape may replace it.
 std::string json_for_script(std::string_view json);
 
-/// The page with each name's first place after that of the name before filled with its text. Names are in the page, in its order, so that
-/// what was put in is never searched.
+/// Fills a page: replaces each name by its text, at the name's first place after that of the name before. Names stand in the page's order,
+/// so that text that was filled in is never searched.
 std::string filled_page(std::string_view page, std::span<const std::pair<std::string_view, std::string_view>> parts);
 
 }  // namespace coppice::bake

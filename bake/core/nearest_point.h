@@ -1,6 +1,6 @@
 #pragma once
 
-// For rooms that link nanoflann.
+// Only modules that link nanoflann include this.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,13 +12,13 @@
 
 namespace coppice::bake {
 
-/// Which of some points, at least one, is the nearest. Calls may overlap.
+/// Finds the nearest of at least one point. Calls may overlap.
 template <class Real>
 class NearestPoint {
   using Point = glm::vec<3, Real>;
 
  public:
-  /// leaf_points: that the tree ends at
+  /// leaf_points  how many points the tree's leaves may have
   NearestPoint(std::vector<Point> points, std::size_t leaf_points)
       : cloud_{std::move(points)}, index_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_points)) {}
   NearestPoint(const NearestPoint&) = delete;
@@ -33,7 +33,7 @@ class NearestPoint {
   [[nodiscard]] const Point& point(std::uint32_t index) const { return cloud_.points[index]; }
 
  private:
-  // nanoflann calls these names.
+  // nanoflann requires these names.
   struct Cloud {
     std::vector<Point> points;
     [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }

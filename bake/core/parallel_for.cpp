@@ -1,7 +1,7 @@
-// The one file that calls tbb::parallel_for, and the one compiled without ThreadSanitizer where the rest has it. A distribution's TBB is
-// built without it too, so the sanitizer sees neither that a loop starts after what its caller did before nor that it ends before what its
-// caller does next, and would call both data races, and what TBB's headers do between its threads others. The order of a loop is therefore
-// told here. Of two bodies of a loop it tells nothing, so that a race between those is still found.
+// Only this file calls tbb::parallel_for, and only this file is compiled without ThreadSanitizer where the rest has it. Distributions build
+// TBB without the sanitizer. It therefore sees neither that a loop starts after what its caller did before, nor that it ends before what
+// its caller does next, and would report both as data races; it would report what TBB's headers do between threads, too. The annotations
+// here tell the sanitizer both orders. They say nothing about two bodies of one loop, so it still finds a race between those.
 #include "parallel_for.h"
 
 #include <tbb/blocked_range.h>
@@ -31,7 +31,7 @@ class ForkJoin {
   }
 
  private:
-  char forked_ = 0, joined_ = 0;  // two, or what one body did would seem to come before the next that starts
+  char forked_ = 0, joined_ = 0;  // two variables: with one, what a body did would seem to come before the next body that starts
 #else
   void fork() {}
   void enter() {}

@@ -4,8 +4,8 @@
 
 namespace coppice::bake {
 
-/// SplitMix64 (Steele, Lea and Flood 2014). The standard library's distributions differ between implementations; figures and plants must
-/// not.
+/// The generator SplitMix64 (Steele, Lea and Flood 2014). The standard library's distributions differ between implementations; plants and
+/// figures must not.
 class SeededRandom {
  public:
   explicit SeededRandom(std::uint64_t seed) : state_(seed) {}

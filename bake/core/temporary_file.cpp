@@ -24,16 +24,16 @@
 namespace coppice::bake {
 namespace {
 
-/// A path where a signal handler finds it. A process has few temporary files at a time; one too many is not in the table.
+/// Holds a path for the signal handler. A process has few temporary files at a time; one too many is not in the table.
 struct Slot {
-  std::atomic<pid_t> owner{0};  ///< 0: free; kFilling; else the process whose file it is
+  std::atomic<pid_t> owner{0};  ///< 0: free; kFilling; else the process that made the file
   std::array<char, PATH_MAX> path{};
 };
 
 constexpr pid_t kFilling = -1;
 constexpr std::size_t kNoSlot = ~std::size_t{0};
 
-// Read by signal handlers, and destroyed by nobody.
+// Signal handlers read it, so no destructor may run on it.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 constinit std::array<Slot, 16> slots{};
 static_assert(std::atomic<pid_t>::is_always_lock_free, "signal handlers read it");
@@ -54,11 +54,11 @@ void free_slot(std::size_t slot) {
   if (slot != kNoSlot) slots[slot].owner.store(0);
 }
 
-// No other program's files start so, and no target's name is so long that there is no room for it.
+// No other program's files start with this. The target's name is not part of it: together they could be too long for a file's name.
 constexpr std::string_view kStart = ".coppice-";
 constexpr std::string_view kEnd = ".tmp";
 
-/// Eight hexadecimal digits of this machine's name.
+/// Eight hexadecimal digits of a hash of this machine's name.
 const std::string& machine_digits() {
   static const std::string digits = [] {
     std::array<char, 256> host{};
@@ -72,7 +72,8 @@ const std::string& machine_digits() {
   return digits;
 }
 
-/// ".coppice-PROCESS-NUMBER-MACHINE.tmp": unique among the files this and other processes write now; O_EXCL catches what a killed one left.
+/// Returns ".coppice-PROCESS-NUMBER-MACHINE.tmp", unique among the files that this and other processes write now. O_EXCL catches what a
+/// killed process left.
 std::filesystem::path temporary_path(const std::filesystem::path& target) {
   static std::atomic<unsigned> counter{0};
   std::string name(kStart);
@@ -80,10 +81,10 @@ std::filesystem::path temporary_path(const std::filesystem::path& target) {
   return target.parent_path() / name;
 }
 
-/// Who made a temporary file, by its name; process 0: it is none.
+/// Says who made a temporary file, by the file's name. Process 0: it is no temporary file.
 struct Maker {
   pid_t process = 0;
-  bool is_here = true;  ///< on this machine, as is one whose name has no machine
+  bool is_here = true;  ///< it was made on this machine, or its name says none
 };
 
 Maker maker_of(std::string_view name) {
@@ -100,15 +101,15 @@ Maker maker_of(std::string_view name) {
   return *end == '-' && machine.size() == machine_digits().size() ? Maker{process, machine == machine_digits()} : Maker{};
 }
 
-/// No write takes so long.
+/// No write takes this long.
 bool is_old(const std::filesystem::path& path) {
   std::error_code gone;
   const auto written = std::filesystem::last_write_time(path, gone);
   return !gone && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(1);
 }
 
-/// Whether the file's process is no more: neither here, nor, as far as the lock that it holds tells, in another container or machine that
-/// sees this folder. Some network file systems keep locks to each machine: files of others must be old too.
+/// Whether the file's process is gone: it does not run here, and no other container or machine that sees this folder holds the file's lock.
+/// Some network file systems do not share locks between machines, so a file of another machine must be old too.
 bool is_abandoned(const std::filesystem::path& path) {
   const Maker maker = maker_of(path.filename().native());
   if (maker.process == 0) return false;
@@ -121,8 +122,7 @@ bool is_abandoned(const std::filesystem::path& path) {
   return unheld;
 }
 
-/// A rename survives a power cut only once the folder itself is on disk. Some file systems cannot sync folders; the file is whole either
-/// way.
+/// A rename survives a power cut only once the folder is on disk. Some file systems cannot sync folders; the file is whole either way.
 void sync_folder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -167,12 +167,12 @@ TemporaryFile::~TemporaryFile() {
 Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& target) {
   while (true) {
     std::filesystem::path path = temporary_path(target);
-    const std::size_t slot = take_slot(path.native());  // before there is a file: a signal may come between
+    const std::size_t slot = take_slot(path.native());  // comes before the file, as a signal may come between
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
       TemporaryFile file(target, std::move(path), slot);
       file.descriptor_ = descriptor;
-      ::flock(descriptor, LOCK_EX | LOCK_NB);  // is_abandoned; where a file system has no locks, the process's number has to do
+      ::flock(descriptor, LOCK_EX | LOCK_NB);  // is_abandoned tests this lock; without locks the process's number has to do
       return file;
     }
     const int reason = errno;
@@ -184,9 +184,9 @@ Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& 
 Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   COPPICE_CHECK(write_all(descriptor_, bytes, target_));
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
-  // The second descriptor keeps the lock until the file has its name: another machine would take it for abandoned.
+  // The second descriptor keeps the lock until the file has its name. Without it another machine would take the file for abandoned.
   const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
-  // Network file systems say only here that there was no room.
+  // Network file systems report a full disk only here.
   if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_, errno);
   return {};
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// Text as bytes, and bytes as text: no copies, they live as long as what they are of.
+// Views text as bytes, and bytes as text. A view lives as long as its source.
 
 #include <cstdint>
 #include <span>

@@ -7,7 +7,8 @@
 
 namespace coppice::bake {
 
-/// The number that a whole text is, whatever the locale: no blanks, no plus sign. Nothing where it is not one, or does not fit a T.
+/// Reads all of a text as a number, whatever the locale. No blanks, no plus sign. Returns nothing for other text or if the number does not
+/// fit a T.
 template <typename T>
 std::optional<T> number_of(std::string_view text) {
   T number{};

@@ -25,15 +25,15 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::size_t kMaxWarnings = 32;
-// Nodes times primitives: a bound on work that a small file can ask for.
+// Limits nodes times primitives: work that a small file can ask for.
 constexpr std::size_t kMaxDraws = std::size_t{1} << 22;
-// One leaf of this many triangles is more likely a crown that is welded together.
+// A leaf of this many triangles is more likely a crown that is welded together.
 constexpr std::uint32_t kShellTriangles = 2000;
 
-/// A source material in use; numbers count the plant's materials in order of first use.
+/// The source materials in use. Numbers count the plant's materials in order of first use.
 struct UsedMaterials {
   std::map<std::uint32_t, std::uint32_t> number_of;  ///< by the model's material index, kNone for the default material
-  std::vector<std::uint32_t> sources;                ///< the reverse
+  std::vector<std::uint32_t> sources;                ///< [number] the model's material index
 };
 
 std::uint32_t material_index(const tinygltf::Primitive& primitive) {
@@ -66,7 +66,7 @@ std::string name_list(const std::vector<Material>& materials) {
   return materials.size() > kMaxNames ? list + ", ..." : list;
 }
 
-/// All that the options say about materials, in the order in which it is weighed.
+/// All rules of the options about materials, in the order in which they count.
 std::vector<ClassRule> all_rules(const ImportOptions& options) {
   std::vector<ClassRule> rules;
   if (options.leaf_material) rules.push_back({.material = *options.leaf_material, .part = PlantPart::leaf, .source = "--leaf-material"});
@@ -101,11 +101,11 @@ Result<TriangleSoup> gather_triangles(const tinygltf::Model& model, const std::v
     }
   }
   if (wind_color_set && soup.mesh.wind_weights.empty())
-    warnings.push_back("--wind-weights: no mesh has COLOR_" + std::to_string(*wind_color_set) + "; what bends is told by the wood");
+    warnings.push_back("--wind-weights: no mesh has COLOR_" + std::to_string(*wind_color_set) + "; the wood decides what bends");
   return soup;
 }
 
-/// One line for each material that has welded crowns or the like.
+/// Warns once for each material that has welded crowns or the like.
 void warn_of_shells(Plant& plant) {
   for (std::size_t first = 0, last = 0; first < plant.classes.size(); first = last) {
     std::uint32_t count = 0, largest = 0;
@@ -134,7 +134,7 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
   const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
   if (largest->triangle_count >= kShellTriangles)
     plant.warnings.push_back("a leaf has " + std::to_string(largest->triangle_count) +
-                             " triangles: leaves that share vertices cannot be told apart");
+                             " triangles: leaves that share vertices cannot be separated");
 }
 
 /// Splits the soup into the plant's leaves and wood.
@@ -156,7 +156,7 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
 }
 
 void limit_warnings(std::vector<std::string>& warnings) {
-  for (std::string& warning : warnings) warning = printable(warning);  // it may quote the file's own names
+  for (std::string& warning : warnings) warning = printable(warning);  // a warning may quote the file's own names
   if (warnings.size() <= kMaxWarnings) return;
   const std::size_t more = warnings.size() - kMaxWarnings;
   warnings.resize(kMaxWarnings);
@@ -176,7 +176,7 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
-  // Images tell leaves by their colour and holes.
+  // The images' colours and holes are evidence for leaves.
   COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));
   plant.images = std::move(images);
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
@@ -194,7 +194,7 @@ Error named(Error error, const std::filesystem::path& path) {
   return error;
 }
 
-/// Runs `read` to its end, whatever tinygltf, the standard library or memory do on the way.
+/// Runs `read` and turns exceptions of tinygltf, the standard library or memory into errors.
 template <class Value, class Read>
 Result<Value> guarded(const std::filesystem::path& path, const Read& read) {
   try {

@@ -17,11 +17,11 @@
 namespace coppice::bake {
 namespace {
 
-// Drawn so much larger and averaged.
+// The picture is drawn so many times larger, and averaged.
 constexpr std::uint32_t kSupersampling = 2;
 constexpr glm::dvec3 kWood(0.45, 0.29, 0.16);
 
-/// Green by a number: hue from yellow-green to blue-green, light and dark.
+/// A green for each number: hue from yellow-green to blue-green, light and dark.
 glm::dvec3 leaf_color(std::uint32_t leaf) {
   // Neighbours in the file get hues far apart: steps of the golden ratio never fall into a short cycle.
   const double turn = std::fmod(leaf * 0.6180339887498949, 1.0), shade = std::fmod(leaf * 0.7548776662466927, 1.0);
@@ -44,7 +44,7 @@ Sphere bounds(const Plant& plant) {
   return sphere;
 }
 
-/// What is seen of it, in its columns of the picture.
+/// Draws one view of the plant into its columns of the picture.
 void draw_view(const Plant& plant, const Viewpoint& viewpoint, const Sphere& sphere, std::size_t view, std::size_t view_count,
                std::vector<std::uint8_t>& rgb) {
   PlantPainter painter(plant.materials, plant.images, viewpoint, sphere, kSupersampling * kPreviewSizePx, glm::vec3(1.0f));

@@ -8,10 +8,10 @@
 
 namespace coppice::bake {
 
-/// A picture in which a wrong guess about leaves is seen at a glance: the plant from the front, from the right and from above, side by
-/// side, wood in brown and each leaf in a green of its own, between yellow and blue, so that leaves that were split or joined are seen too.
-/// Alpha masks are honoured. On white.
-/// returns a PNG file of RGB, 3 kPreviewSizePx wide and kPreviewSizePx high. The same bytes for any number of threads.
+/// Draws a picture that shows wrong guesses about leaves at a glance: the plant from the front, the right and above, side by side, on
+/// white. Wood is brown. Each leaf has its own green between yellow and blue, so that leaves that were split or joined show too. Alpha
+/// masks are honoured.
+/// returns  a PNG file of RGB, 3 kPreviewSizePx wide and kPreviewSizePx high; the same bytes for any number of threads
 /// errors  internal: the picture cannot be encoded
 Result<std::vector<std::uint8_t>> render_leaf_preview_png(const Plant& plant);
 

@@ -12,9 +12,9 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMostClasses = 6;
+constexpr std::size_t kMaxClasses = 6;
 
-/// What part of a material's pieces became.
+/// How many of a material's pieces became one part.
 struct PartCount {
   std::uint64_t classes = 0, pieces = 0, triangles = 0;
 };
@@ -26,7 +26,7 @@ PartCount count_part(std::span<const PieceClass> classes, PlantPart part) {
   return count;
 }
 
-/// "leaves" alone where all pieces became that, otherwise how many became what.
+/// "leaves" alone if all pieces became leaves; otherwise how many became what.
 std::string becomes(std::span<const PieceClass> classes) {
   const std::array parts{std::pair{PlantPart::leaf, "leaves"}, std::pair{PlantPart::wood, "wood"},
                          std::pair{PlantPart::dropped, "dropped"}};
@@ -58,7 +58,7 @@ std::string class_line(const PieceClass& each) {
   return line("  %9u %-40s %-8s %s\n", each.piece_count, shape.c_str(), part_name(each), printable(each.reason).c_str());
 }
 
-/// As much of a name, as it may be printed, as `bytes` hold: no character is cut in two.
+/// The printable beginning of a name that fits into `bytes`; cuts no character in two.
 std::string printable_front(const std::string& name, std::size_t bytes) {
   std::string front = printable(name);
   if (front.size() <= bytes) return front;
@@ -66,16 +66,16 @@ std::string printable_front(const std::string& name, std::size_t bytes) {
   return front.substr(0, bytes);
 }
 
-/// One material: its line and its largest classes, those of leaves and those of the rest each by number.
+/// Lines of one material: its own and those of its largest classes, of leaves and of the rest, each with its number.
 std::string material_lines(const std::string& name, std::span<const PieceClass> classes) {
   std::uint64_t triangles = 0, pieces = 0;
   for (const PieceClass& each : classes) triangles += each.total_triangles, pieces += each.piece_count;
   const std::string shown = name.empty() ? "(unnamed)" : printable_front(name, 32);
   std::string text = line("%-32s %10llu %9llu %8zu  %s\n", shown.c_str(), static_cast<unsigned long long>(triangles),
                           static_cast<unsigned long long>(pieces), classes.size(), becomes(classes).c_str());
-  for (const PieceClass& each : classes.first(std::min(classes.size(), kMostClasses))) text += class_line(each);
-  if (classes.size() > kMostClasses) {
-    const std::span rest = classes.subspan(kMostClasses);
+  for (const PieceClass& each : classes.first(std::min(classes.size(), kMaxClasses))) text += class_line(each);
+  if (classes.size() > kMaxClasses) {
+    const std::span rest = classes.subspan(kMaxClasses);
     text += line("            and %zu smaller classes: %s\n", rest.size(), becomes(rest).c_str());
   }
   return text;

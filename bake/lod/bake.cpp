@@ -75,7 +75,7 @@ Result<CollapseResult> collapse_by_queries(const CollapseOptions& options, const
                                            const StageProgress& progress, BakeReport& report) {
   COPPICE_TRY(queries, OcclusionAreas::create({shown, views, options.resolution_px}));
   report.area_device = queries.device_name();
-  report.area_every_step = shown.foliage.leaf_count() <= kMostMeasuredLeaves;
+  report.area_every_step = shown.foliage.leaf_count() <= kMaxMeasuredLeaves;
   AreaSource areas{{}, report.area_every_step};
   areas.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) {
     const bool is_first = request.changed.empty();
@@ -94,7 +94,7 @@ Result<CollapseResult> collapse_by(const BakeOptions& options, const ShownFoliag
   return collapse_by_image_error(shown, views, collapse, ImageErrorOptions{}, progress);
 }
 
-/// The foliage of a plant that is all wood. A tree has at least one leaf: this one is a point in the middle of the wood, and never seen.
+/// The foliage of a plant that is all wood. A tree has at least one leaf: this one is a point in the middle of the wood, and invisible.
 Foliage bare_foliage(const Mesh& wood) {
   glm::vec3 low = wood.positions.front(), high = low;
   for (const glm::vec3& position : wood.positions) low = glm::min(low, position), high = glm::max(high, position);
@@ -125,16 +125,16 @@ std::uint32_t file_metric(Metric metric) {
 
 std::uint32_t metric_resolution_px(Metric metric, const Foliage& foliage, std::uint32_t resolution_px) {
   if (metric != Metric::default_metric) return resolution_px;
-  // The densest of the plants that tests measure have 3; their views stay as they are.
-  constexpr double kMostLayers = 6.0, kLeastShare = 0.375;
+  // The densest plant of the tests has 3; those plants keep their full views.
+  constexpr double kMaxLayers = 6.0, kMinShare = 0.375;
   double area_m2 = 0.0;
   for (const Quad& quad : foliage.quads)
     area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(quad[2] - quad[0]), glm::dvec3(quad[3] - quad[1])));
   const double side_m = 2.0 * bounding_sphere(foliage).radius;
-  // Seen from all sides a quad covers half of its area.
+  // Seen from all sides a quad covers half of its area on average.
   const double layers = side_m > 0.0 ? 0.5 * area_m2 / (side_m * side_m) : 0.0;
-  if (layers <= kMostLayers) return resolution_px;
-  return std::max(1u, static_cast<std::uint32_t>(resolution_px * std::max(kLeastShare, std::sqrt(kMostLayers / layers))));
+  if (layers <= kMaxLayers) return resolution_px;
+  return std::max(1u, static_cast<std::uint32_t>(resolution_px * std::max(kMinShare, std::sqrt(kMaxLayers / layers))));
 }
 
 Result<void> check_areas(const BakeOptions& options) {
@@ -173,12 +173,12 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.level_information = collapse.levels;
 
   KeptLeafMeshes kept = options.leaf_meshes ? keep_leaf_meshes(plant, foliage) : KeptLeafMeshes{{}, "not asked for", false};
-  if (kept.too_large) report.warnings.push_back("close up it is drawn with leaf quads: " + kept.note);
+  if (kept.too_large) report.warnings.push_back("leaf quads replace leaf meshes in close views: " + kept.note);
   report.leaf_mesh_triangles = triangle_count(kept.meshes);
   report.leaf_mesh_note = std::move(kept.note);
 
   BakedPlant baked;
-  baked.name = printable(plant.name);  // what verify() asks for
+  baked.name = printable(plant.name);  // verify() requires this
   baked.metric = file_metric(options.metric);
   baked.tree = build_tree(foliage, collapse.sequence);
   baked.card_table = std::move(foliage.card_table);

@@ -8,7 +8,7 @@ namespace coppice::bake {
 /// What becomes of a piece of the source's surface.
 enum class PlantPart : std::uint8_t { leaf, wood, dropped };
 
-/// What speaks for leaves (above 0) and for wood (below): see find_leaves.h.
+/// Evidence for leaves (above 0) or for wood (below): see find_leaves.h.
 struct LeafEvidence {
   double name = 0.0, holes = 0.0, colour = 0.0, flatness = 0.0, repetition = 0.0, size = 0.0, company = 0.0;
   [[nodiscard]] double sum() const { return name + holes + colour + flatness + repetition + size + company; }
@@ -17,7 +17,7 @@ struct LeafEvidence {
 /// The pieces of one material that have equal numbers of triangles and of points, and what became of them.
 struct PieceClass {
   std::uint32_t material = 0;
-  std::uint32_t triangle_count = 0, point_count = 0;  ///< of each piece; 0 for a class of what has no area
+  std::uint32_t triangle_count = 0, point_count = 0;  ///< each piece has so many; 0 for the class of pieces without area
   std::uint32_t piece_count = 0;
   std::uint64_t total_triangles = 0;
   double length_m = 0.0, elongation = 0.0, flatness = 0.0;  ///< medians; see piece_shape.h, elongation is length over width

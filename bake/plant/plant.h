@@ -1,7 +1,7 @@
 #pragma once
 
-// What the baker works on, from the imported file to the finished tree. Plain data; each stage has a room of its own.
-// Lengths are metres, axes glTF's (right-handed, +Y up), colours linear.
+// The data that the baker works on, from the imported file to the finished tree. Plain structs; each stage has a module of its own. Lengths
+// are metres, axes glTF's (right-handed, +Y up), colours linear.
 
 #include <array>
 #include <cstdint>
@@ -21,16 +21,16 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// How far the normals that light leaves turn to the crown's unless told otherwise.
+/// How far the normals that light leaves turn towards the crown's, by default.
 inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 
 /// RGBA8, rows top to bottom; colour in sRGB, alpha linear.
 struct Image {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint8_t> rgba;
-  /// A normal map instead: RGB is a unit vector, 0..255 for -1..1, x along u, y against v, z off the surface; alpha means nothing.
+  /// The image is a normal map: RGB is a unit vector, 0..255 for -1..1, x along u, y against v, z off the surface; alpha means nothing.
   bool is_normal_map = false;
-  /// How much of the plant's surface shows each texel, relative (measure_shown_texels); empty: all alike.
+  /// How much of the plant's surface shows each texel, relative (measure_shown_texels); empty: all texels alike.
   std::vector<float> shown = {};
 };
 
@@ -52,7 +52,7 @@ struct Mesh {
   std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
   std::vector<std::uint32_t> indices;             ///< 3 per triangle
   std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
-  std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, one for all of a triangle: core/tree.h; empty: kNoFade
+  std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, the same for all of a triangle: core/tree.h; empty: kNoFade
   std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
   std::vector<float> wind_weights = {};           ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
 };
@@ -69,9 +69,9 @@ struct Plant {
   std::vector<Material> materials;
   std::vector<Image> images;
   Mesh foliage;
-  std::vector<LeafRange> leaves;      ///< in file order, tile the foliage triangles
+  std::vector<LeafRange> leaves;      ///< in file order; together they are all triangles of `foliage`
   Mesh wood;                          ///< may be empty
-  std::vector<PieceClass> classes;    ///< what leaves and wood were told by, grouped by material
+  std::vector<PieceClass> classes;    ///< why pieces became leaves or wood, grouped by material
   std::vector<std::string> warnings;  ///< what was guessed or dropped, one line each, for a person
 };
 
@@ -93,18 +93,18 @@ struct Foliage {
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
 
-/// Leaf quads, and what they show. Refers to what it is made of.
+/// Leaf quads and what they show. Holds references.
 struct ShownFoliage {
   const Foliage& foliage;
   const std::vector<Material>& materials;
   const std::vector<Image>& images;
 };
 
-/// Two live nodes replaced by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
+/// Replaces two live nodes by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second
   std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
-  std::uint8_t fade = kNoFade;            ///< of the result: core/tree.h
+  std::uint8_t fade = kNoFade;            ///< the result's: core/tree.h
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.
@@ -113,7 +113,7 @@ struct CollapseSequence {
   std::uint64_t evaluations = 0;  ///< pairs whose cost was computed
 };
 
-/// The same in refinement order: see core/tree.h. Vertices are the 4N source vertices, shared by all levels.
+/// A collapse sequence in refinement order: see core/tree.h. Vertices are the 4N source vertices, shared by all levels.
 struct Tree {
   struct Node {
     std::array<std::uint32_t, 4> vertices{};  ///< indices into `vertices`
@@ -135,22 +135,22 @@ struct ErrorTable {
   std::vector<float> error_px;             ///< [L * S] row per level, non-increasing down a column
 };
 
-/// Wood, finest first.
+/// Levels of detail of the wood, finest first.
 struct WoodLods {
   std::vector<Mesh> lods;
-  std::vector<float> error_px;  ///< [lods * sizes] of each against the finest, at ErrorTable::sizes_px; not falling down a column
+  std::vector<float> error_px;  ///< [lods * sizes] errors against the finest, at ErrorTable::sizes_px; non-decreasing down a column
 };
 
 /// Whole leaves as they were modelled: what one LEAF_MESH chunk holds.
 struct LeafMeshPart {
   Mesh mesh;
-  std::vector<glm::vec3> stalks;  ///< [vertices] corner 0 of the quad of the vertex's leaf: leaves are told apart, and tinted, by it
+  std::vector<glm::vec3> stalks;  ///< [vertices] corner 0 of the quad of the vertex's leaf: it identifies leaves, and tints them
 };
 
-/// The leaves as they were modelled, for close up; no parts where that is what the quads are.
+/// The leaves as they were modelled, for close views; no parts if the quads are the same.
 struct LeafMeshes {
   std::vector<LeafMeshPart> parts;
-  std::vector<float> error_px;  ///< [sizes] of all quads against them, at ErrorTable::sizes_px; not falling
+  std::vector<float> error_px;  ///< [sizes] error of all quads against them, at ErrorTable::sizes_px; non-decreasing
 };
 
 /// How wind moves a plant: format.h.

@@ -11,13 +11,13 @@ namespace {
 
 // The tallest tree alive is 116 m high, duckweed a few millimetres wide.
 constexpr double kLargestPlant_m = 120.0, kSmallestPlant_m = 0.01;
-/// A file in another unit is most likely of a plant that is no larger than this.
+/// A warning suggests the first power of ten that brings a plant within these sizes: most plants are.
 constexpr double kLargestUsual_m = 60.0, kSmallestUsual_m = 0.1;
 
 std::string number_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g", value);
-  // As printf writes it, 1234.5 is 1.23e+03.
+  // printf would write 1234.5 as 1.23e+03.
   if (std::abs(value) >= 1000.0 && std::abs(value) < 1e6) std::snprintf(text.data(), text.size(), "%.0f", value);
   return text.data();
 }

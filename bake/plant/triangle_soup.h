@@ -15,13 +15,14 @@ struct TriangleSoup {
   Mesh mesh;
   std::vector<std::uint32_t> vertex_instances;
   std::vector<glm::vec4> vertex_colors;    ///< [vertices] linear, 0..1; white where a primitive has none; empty where none has any
-  std::set<std::uint32_t> wind_materials;  ///< of coloured meshes that are called after wind (wind_words.h)
+  std::set<std::uint32_t> wind_materials;  ///< materials of coloured meshes that are named after wind (wind_words.h)
 };
 
 /// Drops vertices that no triangle uses and numbers the rest in order of first use.
 Mesh compact(const Mesh& mesh);
 
-/// Turns triangles so that their corners run counter-clockwise as seen from where their normals point: lights are those of the side seen.
+/// Turns triangles so that their corners run counter-clockwise as seen from where their normals point: the renderer lights the side that is
+/// seen.
 void turn_to_normals(Mesh& mesh);
 
 }  // namespace coppice::bake

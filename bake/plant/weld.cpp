@@ -14,8 +14,8 @@
 namespace coppice::bake {
 namespace {
 
-// Vertices are filed in a grid whose cells are some tolerances wide, so that most need to look at their own cell only. Those filed are
-// more than a tolerance apart, so that a cell never holds more than some hundreds, however the plant is shaped.
+// Vertices are filed in a grid whose cells are some tolerances wide, so that most are compared within their own cell only. Filed vertices
+// are more than a tolerance apart, so that a cell holds some hundreds at most, whatever the plant's shape.
 constexpr double kCellTolerances = 8.0;
 
 struct Cell {
@@ -42,7 +42,7 @@ class Grid {
     first_.reserve(positions.size());
   }
 
-  /// Joins vertex i with those filed that it is one with; files it if there are none.
+  /// Joins vertex i with the filed vertices that it coincides with; files it if there are none.
   void add(std::uint32_t i, std::uint32_t group, UnionFind& sets) {
     const glm::dvec3 scaled = (glm::dvec3(positions_[i]) - low_) / cell_m_;
     const double margin = 1.0 / kCellTolerances;
@@ -90,7 +90,7 @@ std::vector<std::uint32_t> weld(std::span<const glm::vec3> positions, std::span<
     high = glm::max(high, position);
   }
   const double diagonal_m = glm::distance(glm::dvec3(low), glm::dvec3(high));
-  // All in one point: any cell size files them together.
+  // All vertices are in one point: any cell size files them together.
   const double tolerance_m = diagonal_m > 0.0 ? diagonal_m * static_cast<double>(kWeldTolerance) : 1.0;
   Grid grid(positions, glm::dvec3(low), tolerance_m);
   UnionFind sets(positions.size());

@@ -37,7 +37,7 @@ std::optional<std::size_t> find_species(const std::string& name, std::span<const
   return {};
 }
 
-/// The species whose words are those of `stem`, which is of a NodeName, but for numbers at its end.
+/// The species whose words are those of `stem`, a NodeName's, except for numbers at its end.
 std::optional<std::size_t> find_stem(std::string stem, std::span<const std::string> species) {
   const auto joined = [](const std::string& name) {
     std::string text;
@@ -53,7 +53,7 @@ std::optional<std::size_t> find_stem(std::string stem, std::span<const std::stri
   }
 }
 
-/// What a node's mesh stands for.
+/// The plant that a node's mesh stands for.
 struct NodePlant {
   std::optional<std::size_t> species;
   std::string name;
@@ -62,7 +62,7 @@ struct NodePlant {
   std::uint32_t level = 0;
 };
 
-/// Coarser than any level that a name tells: a billboard, what MSFT_lod names.
+/// The level of billboards and of nodes that MSFT_lod names: coarser than any level in a name.
 constexpr std::uint32_t kCoarsest = 1000;
 
 NodePlant node_plant(const tinygltf::Model& model, const MeshInstance& instance, std::span<const std::string> species) {
@@ -76,7 +76,7 @@ NodePlant node_plant(const tinygltf::Model& model, const MeshInstance& instance,
     const NodeName read = read_node_name(name);
     plant.species = find_species(name, species);
     plant.level = read.level.value_or(0);
-    // "oak_billboard", unless a plant is called so.
+    // Skips "oak_billboard", unless a plant has that name.
     if (plant.species || read.role == NodeRole::shape) continue;
     plant.species = find_stem(read.stem, species);
     plant.role = read.role;
@@ -85,7 +85,7 @@ NodePlant node_plant(const tinygltf::Model& model, const MeshInstance& instance,
   return plant;
 }
 
-/// [model's nodes] whether MSFT_lod says that the node, or one above it, is a coarser level.
+/// [model's nodes] Whether MSFT_lod says that the node, or one above it, is a coarser level.
 std::vector<bool> msft_coarser(const tinygltf::Model& model) {
   const std::set<std::uint32_t> named = msft_coarser_nodes(model);
   std::vector<bool> coarser(model.nodes.size());
@@ -95,7 +95,7 @@ std::vector<bool> msft_coarser(const tinygltf::Model& model) {
   return coarser;
 }
 
-/// A species and where, to a centimetre.
+/// A species and its place, to a centimetre.
 using SpeciesPlace = std::array<std::int64_t, 4>;
 SpeciesPlace place_of(const NodePlant& plant, const glm::dmat4& world_from_plant) {
   SpeciesPlace place{static_cast<std::int64_t>(*plant.species)};
@@ -103,13 +103,13 @@ SpeciesPlace place_of(const NodePlant& plant, const glm::dmat4& world_from_plant
   return place;
 }
 
-/// Upright, with one scale: what a scene can hold of a transform.
+/// Adds a plant upright and with one scale: a scene holds no more of a transform.
 void add_plant(LevelPlants& level, const glm::dmat4& world_from_plant, std::size_t species) {
   const glm::dvec3 x(world_from_plant[0]), y(world_from_plant[1]), z(world_from_plant[2]);
   const std::array<double, 3> lengths = {glm::length(x), glm::length(y), glm::length(z)};
-  const auto [least, most] = std::ranges::minmax(lengths);
+  const auto [shortest, longest] = std::ranges::minmax(lengths);
   const double scale = std::cbrt(lengths[0] * lengths[1] * lengths[2]);
-  if (most > 1.02 * least) ++level.stretched_count;
+  if (longest > 1.02 * shortest) ++level.stretched_count;
   constexpr double kLean = 0.9986;  // cos 3 degrees
   if (scale > 0.0 && y.y < kLean * lengths[1]) ++level.tilted_count;
   ScenePlant plant;

@@ -1,6 +1,7 @@
 #pragma once
 
-// Plants of a glTF scene: nodes whose names are those of baked plants, instanced with EXT_mesh_gpu_instancing or one by one.
+// Reads the plants of a glTF scene: nodes whose names are those of baked plants, instanced with EXT_mesh_gpu_instancing or placed one by
+// one.
 
 #include <filesystem>
 #include <span>
@@ -15,21 +16,23 @@ namespace coppice::bake {
 
 struct LevelPlants {
   std::vector<ScenePlant> plants;
-  std::vector<std::string> missing;  ///< names of instanced meshes that no species has, sorted, with their number of instances
-  std::size_t missing_count = 0;     ///< instances of those
+  std::vector<std::string> missing;  ///< names of instanced meshes that match no species, sorted, with their number of instances
+  std::size_t missing_count = 0;     ///< number of these instances
   std::size_t other_count = 0;       ///< meshes that are neither a species' nor instanced: ground, rocks
   std::size_t coarser_count = 0;     ///< coarser levels, billboards and collision shapes of a plant that stands in the same place
-  std::size_t tilted_count = 0;      ///< plants that lean by more than 3 degrees; they stand upright in the scene
-  std::size_t stretched_count = 0;   ///< plants scaled by more than 2 % differently along their axes; they get the mean
+  std::size_t tilted_count = 0;      ///< plants that lean by more than 3 degrees; the scene has them upright
+  std::size_t stretched_count = 0;   ///< plants whose scales along their axes differ by more than 2 %; they get the mean
 };
 
-/// species  names, as species_name gives them; a plant's species is its index
+/// Reads a level.
+/// species  names as from species_name; a plant's species is its index
 /// options  axes and unit of the file
-/// errors  as load_gltf and mesh_instances
+/// errors   as load_gltf and mesh_instances
 Result<LevelPlants> import_level(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options);
 
-/// "trees/Oak.coppice" -> "oak". Node and mesh names are compared with it in lower case, as they are and then without what editors append:
-/// "Oak.001", "oak_LOD0". Of several levels in one place the finest is a plant; a level that stands alone is one too.
+/// The name of a plant's file: "oak" for "trees/Oak.coppice". Names of nodes and meshes are compared with it in lower case, first as they
+/// are and then without what editors append: "Oak.001", "oak_LOD0". Among several levels in one place the finest is a plant; a level that
+/// stands alone is one too.
 std::string species_name(const std::filesystem::path& plant);
 
 }  // namespace coppice::bake

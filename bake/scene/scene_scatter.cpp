@@ -1,8 +1,8 @@
-// Each species has its share of the plants, and those with the widest crowns are placed first: of what small ones leave free little fits
-// them. The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of a species is its share
-// of that species' density, summed up; within it places are drawn at random and kept by their density, and if they are far enough from what
-// stands there. What finds no room in a plot is left to the next ones, and at the end to a second round; what a species has no room for, to
-// the others.
+// Each species has its share of the plants, and those with the widest crowns are placed first, since they hardly fit into what small ones
+// leave free. The square is cut into plots of some hundred plants each, visited along a Z-shaped curve. A plot's share of a species is its
+// share of that species' density, summed up. Within it places are drawn at random; a place is kept with the probability of its density, and
+// only if it is far enough from earlier plants. Plants that do not fit into a plot go to the next plots, and at the end to a second pass;
+// plants that do not fit anywhere are replaced by other species.
 
 #include "scene_scatter.h"
 
@@ -14,14 +14,15 @@
 #include <numeric>
 
 #include "image_decode.h"
+#include "seeded_random.h"
 
 namespace coppice::bake {
 namespace {
 
-constexpr float kCrownShare = 0.62f;  // of the bounding sphere: trees are taller than wide
+constexpr float kCrownShare = 0.62f;  // relative to the bounding sphere: trees are taller than wide
 constexpr std::uint32_t kPlantsAPlot = 256;
-constexpr std::uint32_t kMostPlots = 1024;  // a side
-constexpr int kTries = 24;                  // places a plant is tried at before it is left to the next plot
+constexpr std::uint32_t kMaxPlots = 1024;  // on each side
+constexpr int kAttempts = 24;              // for each plant, before it goes to the next plot
 constexpr float kGrove_m = 70.0f, kClearing_m = 110.0f;
 
 std::uint64_t mix(std::uint64_t value) {
@@ -30,13 +31,12 @@ std::uint64_t mix(std::uint64_t value) {
   return value ^ value >> 31;
 }
 
-/// SplitMix64: the same numbers on every machine.
-struct Random {
-  std::uint64_t state;
-  float share() { return static_cast<float>(mix(state += 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f; }
-};
+/// Uniform in [0, 1), 24 bits.
+float uniform(SeededRandom& random) {
+  return static_cast<float>(random.next() >> 40) * 0x1p-24f;
+}
 
-/// Smooth noise in [-1, 1] with features of about a unit.
+/// Smooth noise in [-1, 1] with features as large as about one unit.
 float noise(float x, float z, std::uint64_t seed) {
   const float x0 = std::floor(x), z0 = std::floor(z);
   const auto corner = [&](float dx, float dz) {
@@ -65,7 +65,7 @@ class Field {
 
   float density(Place at, std::size_t s) const {
     const float map = species_[s].density != nullptr ? sample(*species_[s].density, at) : 1.0f;
-    // Black is bare: no noise is asked there.
+    // Black is bare, so the noise is not needed.
     if (map <= 0.0f) return 0.0f;
     const float grove = map * std::exp(1.5f * noise(at.x / kGrove_m, at.z / kGrove_m, options_.seed * 131ull + s));
     if (any_map_) return grove;
@@ -88,15 +88,15 @@ class Field {
   bool any_map_ = false;
 };
 
-/// Plants by square cell. The plants themselves are the scatter's.
+/// Plants by square cell. The scatter owns the plants.
 class Stems {
  public:
   Stems(std::span<const ScatterSpecies> species, const ScatterOptions& options, const std::vector<ScenePlant>& plants)
       : species_(species), options_(options), plants_(plants) {
     for (const ScatterSpecies& s : species) largest_crown_m_ = std::max(largest_crown_m_, crown_radius_m(s) * options.scale_max);
     if (options.spacing <= 0.0f) return;
-    constexpr float kMostCells = 4096;
-    cell_m_ = std::max(2.0f * options.spacing * largest_crown_m_, options.size_m / kMostCells);
+    constexpr float kMaxCells = 4096;
+    cell_m_ = std::max(2.0f * options.spacing * largest_crown_m_, options.size_m / kMaxCells);
     side_ = static_cast<std::size_t>(options.size_m / cell_m_) + 1;
     first_.assign(side_ * side_, kNone);
     next_.reserve(static_cast<std::size_t>(options.count));
@@ -115,7 +115,7 @@ class Stems {
         }
     return true;
   }
-  /// The plant that was last put into the array.
+  /// Adds the plant that was last put into the array.
   void add() {
     if (first_.empty()) return;
     const ScenePlant& plant = plants_.back();
@@ -147,7 +147,7 @@ class Scatter {
       : species_(species), options_(options), field_(species, options), stems_(species, options, plants_), placed_(species.size(), 0) {
     const double side = std::sqrt(static_cast<double>(options.count) / kPlantsAPlot);
     std::uint32_t plots = 1;
-    while (plots < side && plots < kMostPlots) plots *= 2;
+    while (plots < side && plots < kMaxPlots) plots *= 2;
     plot_side_ = plots;
     plot_m_ = options.size_m / static_cast<float>(plots);
     plants_.reserve(static_cast<std::size_t>(options.count));
@@ -174,10 +174,10 @@ class Scatter {
   struct Plot {
     Place corner{};
     float density = 0.0f;      ///< mean
-    float max_density = 0.0f;  ///< about
+    float max_density = 0.0f;  ///< approximate
   };
 
-  /// As many more of a species as fit, `wanted` at most. first_round: numbers the random places, which are others in each
+  /// Places as many more plants of a species as fit, at most `wanted`. first_round  numbers the random places, which differ between rounds
   void place(std::size_t s, std::uint64_t wanted, std::uint64_t first_round, const std::function<void(float)>& progress) {
     if (wanted == 0) return;
     const std::vector<Plot> plots = measured_plots(s);
@@ -190,7 +190,7 @@ class Scatter {
       for (std::size_t i = 0; i < plots.size(); ++i) {
         density += plots[i].density;
         const auto target = start + static_cast<std::uint64_t>(std::llround(static_cast<double>(missing) * density / total));
-        // What other plots had no room for may double a plot's plants, no more: where nothing fits anywhere that must show soon.
+        // Plants that did not fit into other plots may at most double a plot's number: if nothing fits anywhere, that must show soon.
         const auto share = static_cast<std::uint64_t>(2.0 * plots[i].density * static_cast<double>(wanted) / total);
         fill(plots[i], s, std::min({target, end, plants_.size() + share + 4}),
              mix(options_.seed * 0x9e3779b97f4a7c15u + round + 16 * s) ^ i);
@@ -225,11 +225,11 @@ class Scatter {
 
   void fill(const Plot& plot, std::size_t s, std::uint64_t target, std::uint64_t seed) {
     if (plants_.size() >= target || plot.density <= 0.0f) return;
-    Random random{mix(seed)};
-    const std::uint64_t tries = kTries * (target - plants_.size());
-    for (std::uint64_t i = 0; i < tries && plants_.size() < target; ++i) {
-      const Place at{plot.corner.x + plot_m_ * random.share(), plot.corner.z + plot_m_ * random.share()};
-      if (random.share() * plot.max_density >= field_.density(at, s)) continue;
+    SeededRandom random(mix(seed));
+    const std::uint64_t attempts = kAttempts * (target - plants_.size());
+    for (std::uint64_t i = 0; i < attempts && plants_.size() < target; ++i) {
+      const Place at{plot.corner.x + plot_m_ * uniform(random), plot.corner.z + plot_m_ * uniform(random)};
+      if (uniform(random) * plot.max_density >= field_.density(at, s)) continue;
       const ScenePlant plant = make_plant(at, s, random);
       if (!stems_.has_room(plant)) continue;
       plants_.push_back(plant);
@@ -237,26 +237,26 @@ class Scatter {
     }
   }
 
-  ScenePlant make_plant(Place at, std::size_t s, Random& random) const {
+  ScenePlant make_plant(Place at, std::size_t s, SeededRandom& random) const {
     ScenePlant plant;
     plant.position_m = {at.x, 0.0f, at.z};
     plant.species = static_cast<std::uint16_t>(s);
-    plant.scale = std::lerp(options_.scale_min, options_.scale_max, random.share());
-    plant.yaw = static_cast<std::uint16_t>(random.share() * 65535.0f);
-    plant.mirrored = random.share() < 0.5f;
-    const float warm = 0.5f * (random.share() - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
-    const float light = 1.0f + 0.2f * (random.share() - 0.5f);
+    plant.scale = std::lerp(options_.scale_min, options_.scale_max, uniform(random));
+    plant.yaw = static_cast<std::uint16_t>(uniform(random) * 65535.0f);
+    plant.mirrored = uniform(random) < 0.5f;
+    const float warm = 0.5f * (uniform(random) - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
+    const float light = 1.0f + 0.2f * (uniform(random) - 0.5f);
     plant.tint = pack_tint({light * (1.0f + 0.25f * warm), light, light * (1.0f - 0.3f * warm)});
     return plant;
   }
 
-  /// Which species found no places, and why.
+  /// Says which species did not fit, and why.
   std::string lack_text(const std::vector<std::uint64_t>& shares) const {
-    constexpr std::size_t kMostSpecies = 6;
+    constexpr std::size_t kMaxSpecies = 6;
     std::string text;
     std::size_t lacking = 0;
     for (std::size_t s = 0; s < species_.size(); ++s) {
-      if (placed_[s] >= shares[s] || ++lacking > kMostSpecies) continue;
+      if (placed_[s] >= shares[s] || ++lacking > kMaxSpecies) continue;
       std::array<char, 160> line{};
       std::snprintf(line.data(), line.size(), ": %llu of %llu, crowns %.3g m wide, so %.3g m apart at spacing %.3g",
                     static_cast<unsigned long long>(placed_[s]), static_cast<unsigned long long>(shares[s]),
@@ -275,11 +275,11 @@ class Scatter {
   std::vector<ScenePlant> plants_;
   Stems stems_;
   std::vector<std::uint64_t> placed_;  ///< [species]
-  std::uint32_t plot_side_ = 1;        ///< plots lie along a Z-shaped curve
+  std::uint32_t plot_side_ = 1;        ///< plots on each side; they lie along a Z-shaped curve
   float plot_m_ = 1.0f;
 };
 
-/// White is 1.
+/// Mean density of a species; white is 1.
 double mean_density(const ScatterSpecies& species) {
   if (species.density == nullptr) return 1.0;
   const std::vector<std::uint8_t>& grey = species.density->grey;

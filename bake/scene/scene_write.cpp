@@ -1,7 +1,7 @@
-// The tree is built in place, like a sort by halving: a tile takes the plants it keeps to the front of its run, and the rest is partitioned
-// into four runs, one per quadrant. What a tile keeps of more than it can hold: half by size, the largest first, because they must be seen
-// from farther away; half by place, the largest of each cell of a grid over the square, so that what is seen of a far square is spread over
-// it. Everything is ordered by value, not by where it stood in the input.
+// The tree is built in place, like a sort by halving: a tile moves the plants that it keeps to the front of its run, and the rest is
+// partitioned into four runs, one per quadrant. If a tile has more plants than it can hold, it keeps half of them by size, the largest
+// first, since these must be visible from farther away; and half by place, the largest in each cell of a grid over the square, so that a
+// far square shows plants all over. Everything is ordered by value, not by its place in the input.
 
 #include "scene_write.h"
 
@@ -57,7 +57,7 @@ class TreeBuilder {
  private:
   float radius_m(const ScenePlant& plant) const { return plant.scale * species_[plant.species].sphere_radius_m; }
 
-  /// Larger plants first; a total order, so that equal input in another order makes the same tree.
+  /// Larger plants come first. A total order, so that the same plants in another order make the same tree.
   bool before(const ScenePlant& a, const ScenePlant& b) const {
     const float radius_a = radius_m(a), radius_b = radius_m(b);
     if (radius_a != radius_b) return radius_a > radius_b;
@@ -135,7 +135,7 @@ std::uint16_t quantise(float value, float low, float high) {
                     : std::uint16_t{0};
 }
 
-/// Place along a Z-shaped curve: neighbours follow each other, so that they are culled together.
+/// The place along a Z-shaped curve. Neighbours follow each other, so that they are culled together.
 std::uint32_t morton_code(const coppice_scene_instance& instance) {
   const auto spread = [](std::uint32_t bits) {
     bits = (bits | bits << 8) & 0x00ff00ffu;
@@ -169,7 +169,7 @@ coppice_scene_tile encode_tile(const Tile& tile, std::span<const SceneSpecies> s
       instance.position[axis] = quantise(plant.position_m[axis], entry.box_min[axis], entry.box_max[axis]);
     instance.species = static_cast<std::uint16_t>(plant.species | (plant.mirrored ? COPPICE_SCENE_MIRRORED : 0u));
     instance.yaw = static_cast<std::uint8_t>((plant.yaw + 128u) >> 8);
-    // Down: no plant may come out larger than the tile's, and its parent's, largest.
+    // Rounds down: no decoded plant may be larger than the tile's, and its parent's, largest.
     if (log_scales > 0.0f)
       instance.scale = static_cast<std::uint8_t>(std::clamp(255.0f * std::log(plant.scale / entry.scale_min) / log_scales, 0.0f, 255.0f));
     instance.tint = plant.tint;
@@ -190,8 +190,8 @@ coppice_scene_tile encode_tile(const Tile& tile, std::span<const SceneSpecies> s
   return entry;
 }
 
-/// So that no tile's scales are further apart than COPPICE_MAX_SCENE_SCALE_RATIO.
-constexpr float kLeastScale = 1e-23f;
+/// Keeps the scales of a tile within COPPICE_MAX_SCENE_SCALE_RATIO.
+constexpr float kMinScale = 1e-23f;
 
 Result<void> check_input(std::span<const SceneSpecies> species, std::span<const ScenePlant> plants) {
   if (plants.empty()) return Error{Status::invalid_argument, "scene: no plant"};
@@ -207,7 +207,7 @@ Result<void> check_input(std::span<const SceneSpecies> species, std::span<const 
   }
   for (const ScenePlant& plant : plants) {
     const bool finite = std::ranges::all_of(plant.position_m, [](float at) { return std::abs(at) <= 5e6f; });
-    if (!finite || plant.species >= species.size() || !(plant.scale >= kLeastScale && plant.scale <= COPPICE_MAX_SCENE_SCALE))
+    if (!finite || plant.species >= species.size() || !(plant.scale >= kMinScale && plant.scale <= COPPICE_MAX_SCENE_SCALE))
       return Error{Status::invalid_argument, "scene: a plant's place, species or scale is out of range", Error::kNoOffset,
                    "plant " + std::to_string(&plant - plants.data())};
   }
@@ -223,8 +223,8 @@ void put(std::vector<std::uint8_t>& bytes, std::size_t& at, const T& value) {
 }  // namespace
 
 std::uint16_t pack_tint(const std::array<float, 3>& rgb) {
-  const auto bits = [](float value, float one, float most) {
-    return static_cast<std::uint16_t>(std::lround(std::clamp(value * one, 0.0f, most)));
+  const auto bits = [](float value, float one, float max) {
+    return static_cast<std::uint16_t>(std::lround(std::clamp(value * one, 0.0f, max)));
   };
   return static_cast<std::uint16_t>(bits(rgb[0], 16, 31) | bits(rgb[1], 32, 63) << 5 | bits(rgb[2], 16, 31) << 11);
 }

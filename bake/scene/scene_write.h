@@ -22,12 +22,12 @@ struct ScenePlant {
   std::uint16_t species = 0;
   std::uint16_t tint = kNoTint;  ///< as in coppice_scene_instance
   std::uint16_t yaw = 0;         ///< 65536ths of a turn round +Y
-  bool mirrored = false;         ///< left and right, before it is turned
+  bool mirrored = false;         ///< swaps left and right before it is turned
 
   static constexpr std::uint16_t kNoTint = 16 | 32 << 5 | 16 << 11;
 };
 
-/// rgb: linear factors, 0 to about 1.95; what is beyond is clamped.
+/// Packs linear factors, 0 to about 1.95; larger ones are clamped.
 std::uint16_t pack_tint(const std::array<float, 3>& rgb);
 
 struct SceneStatistics {
@@ -37,10 +37,10 @@ struct SceneStatistics {
   std::uint64_t file_bytes = 0;
 };
 
-/// The bytes of a scene. Same plants, in any order, same bytes.
-/// species   their paths relative to where the scene will be
-/// plants    not empty; reordered. Beyond them it takes 12 bytes a plant and 56 a tile
-/// progress  called now and then with the share done, 0..1; may be empty
+/// Writes the bytes of a scene. The same plants, in any order, give the same bytes.
+/// species   paths relative to where the scene will be
+/// plants    not empty; reordered. Takes another 12 bytes a plant and 56 a tile
+/// progress  receives the share that is done, 0..1, now and then; may be empty
 /// errors  invalid_argument: a plant's species, scale or position is out of range; too many plants in one place; no plant; more than
 ///         COPPICE_MAX_SCENE_TILES tiles
 Result<std::vector<std::uint8_t>> encode_scene(std::span<const SceneSpecies> species, std::span<ScenePlant> plants,

@@ -16,7 +16,8 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// The scene was chosen by the sphere that a plant had when it was written. One that has changed since comes too early or too late.
+/// Checks the sphere: the scene's tiles were chosen by the sphere of the plant at that time. A plant that has changed since appears too
+/// early or too late.
 Result<void> check_sphere(const SceneFileSpecies& species, const coppice_file_plant& plant) {
   const float slack_m = 0.01f * species.sphere_radius_m;
   float offset_m = 0.0f;
@@ -40,7 +41,7 @@ Result<void> check_species(const SceneFileSpecies& species, const std::filesyste
   return check_sphere(species, front.plant);
 }
 
-/// "species 3, oaks/large.coppice: ..."
+/// Prepends "species 3, oaks/large.coppice: ".
 Error about_species(std::uint32_t index, const SceneFileSpecies& species, const Error& error) {
   return Error{error.status, "a species of the scene", Error::kNoOffset,
                std::to_string(index) + ", " + std::string(species.path) + ": " + error.message()};

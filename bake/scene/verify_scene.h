@@ -10,7 +10,7 @@
 
 namespace coppice::bake {
 
-/// What verify_scene() went through, and all that is wrong.
+/// How much verify_scene() checked, and all that is wrong.
 struct SceneVerifyReport {
   std::uint64_t bytes_checked = 0;
   std::uint64_t plants_checked = 0;  ///< instances
@@ -22,10 +22,10 @@ struct SceneVerifyReport {
 /// Whether the bytes start as a .forest file does.
 bool is_scene(std::span<const std::uint8_t> file);
 
-/// Every checksum, every tile decoded, every invariant of SCENE.md; and each species: that it is there, that verify() passes it, that its
-/// name is printable, and that its bounding sphere is, to a hundredth of its radius, the one by which the scene's tiles are chosen.
-/// folder  the scene's, from which it names its species
-/// A front that is wrong is the only error: nothing behind it can be found.
+/// Checks every checksum, decodes every tile and checks every invariant of SCENE.md. Checks of each species that its file exists, verify()
+/// accepts it, its name is printable, and its bounding sphere is, to a hundredth of its radius, the one by which the scene's tiles are
+/// chosen. If the front is wrong that is the only error, since nothing behind it can be found.
+/// folder  the scene's folder, to which the paths of species are relative
 SceneVerifyReport verify_scene(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside);
 
 }  // namespace coppice::bake

@@ -25,7 +25,7 @@ using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
 
 coppice::test::Table table_of_keys() {
-  return coppice::test::table_after(coppice::test::source_text("bake/README.md"), "`--write-source Q.glb`");
+  return coppice::test::table_after(coppice::test::source_text("bake/lab/README.md"), "`--write-source Q.glb`");
 }
 
 TEST(EvaluateCommand, WritesATableAndAFile) {

@@ -147,7 +147,7 @@ double value_at(std::vector<double> values, double share) {
 
 /// One of the leaves that are looked at.
 struct Leaf {
-  glm::vec3 anchor{0.0f};  ///< of the quad: it is moved as this corner is
+  glm::vec3 anchor{0.0f};  ///< the quad's corner with which it moves
   glm::dvec3 stalk{0.0}, middle{0.0};
   double length_m = 0.0;
   OnWood wood;

@@ -26,7 +26,7 @@ T load(const unsigned char* bytes) {
   return value;
 }
 
-/// glTF 2.0, 3.11: c / 255, max(c / 127, -1), and so on.
+/// Converts a normalised integer (glTF 2.0, 3.11): c / 255, max(c / 127, -1), and so on.
 template <class T>
 float to_float(T value, bool normalized) {
   if (!normalized) return static_cast<float>(value);

@@ -18,24 +18,25 @@ class Model;
 
 namespace coppice::bake {
 
-// Accessors of a model from load_gltf as plain arrays: strides, component types, normalised integers and sparse values resolved.
-// `accessor` is an index in range. errors  bad_file: another shape than asked for, or a sparse index beyond the accessor; unsupported:
-// a component type that glTF does not allow for what is read.
+// Reads accessors of a model from load_gltf as plain arrays: resolves strides, component types, normalised integers and sparse values.
+// `accessor` is an index in range.
+// errors  bad_file: another shape than asked for, or a sparse index beyond the accessor; unsupported: a component type that glTF does not
+//         allow for what is read
 
 Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor);
 Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor);
 Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
-/// A VEC4, or a VEC3 with 1 as its fourth: colours.
+/// Reads colours: a VEC4, or a VEC3 with 1 as its fourth component.
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
-/// The first component of each element, of whatever shape. errors  also of 64-bit numbers
+/// Reads the first component of each element, of whatever shape. errors  unsupported also: 64-bit numbers
 Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor);
-/// Vertex indices, widened.
+/// Reads vertex indices, widened to 32 bits.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
 
-/// The bytes of a buffer view from `offset` on, which is in range.
+/// The bytes of a buffer view from `offset` on. The offset is in range.
 std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
 
-/// "accessors[3]", for messages.
+/// Names an accessor in messages: "accessors[3]".
 std::string accessor_place(int accessor);
 
 }  // namespace coppice::bake

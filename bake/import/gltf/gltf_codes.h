@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-// The numbers by which a glTF 2.0 document says what it holds: `componentType` of accessors and `mode` of primitives; and its largest size.
+// The numbers of a glTF 2.0 document: `componentType` of accessors, `mode` of primitives, and the largest size of a file.
 
 namespace coppice::bake::gltf_code {
 
@@ -17,7 +17,7 @@ enum ComponentType : std::uint64_t {
 
 enum PrimitiveMode : std::uint64_t { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
-/// The header of a .glb holds 32 bits.
+/// The header of a .glb holds its size in 32 bits.
 inline constexpr std::uint64_t kMaxFileBytes = 0xffffffff;
 
 }  // namespace coppice::bake::gltf_code

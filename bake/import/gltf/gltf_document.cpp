@@ -33,7 +33,7 @@ Error damaged(const char* what, std::uint64_t offset = Error::kNoOffset) {
   return Error{Status::bad_file, what, offset};
 }
 
-/// The two parts of a glTF, wherever they came from.
+/// The two parts of a glTF, whichever file they came from.
 struct Parts {
   std::string_view json;
   std::optional<std::span<const std::uint8_t>> bin;
@@ -95,7 +95,7 @@ void append_chunk(std::vector<std::uint8_t>& glb, std::uint32_t type, std::span<
   glb.resize(glb.size() + padded_bytes - content.size(), padding);
 }
 
-/// A .glb around the screened JSON, as tinygltf wants it: with sizes it need not doubt.
+/// Builds a .glb round the screened JSON, with sizes that tinygltf accepts.
 std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const std::uint8_t> bin) {
   std::vector<std::uint8_t> glb;
   glb.reserve(kGlbHeaderBytes + 2 * kChunkHeaderBytes + json.size() + bin.size() + 8);
@@ -109,17 +109,17 @@ std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const st
   return glb;
 }
 
-/// What the file callbacks need to know of the load in progress.
+/// What the file callbacks know about the load in progress.
 struct LoadState {
   std::vector<std::filesystem::path> buffer_files;  ///< empty paths for buffers that are in the document
   const tinygltf::Model* model = nullptr;
   const std::vector<std::uint64_t>* buffer_bytes = nullptr;
 
-  /// tinygltf loads the buffers first and in order.
+  /// Index of the buffer that is being loaded: tinygltf loads buffers first and in order.
   [[nodiscard]] std::size_t next_buffer() const { return model->buffers.size(); }
 };
 
-/// tinygltf looks for a file under several names; which one it is has been found out. Images are read when they are used.
+/// tinygltf looks for a file under several names. find_files knows the right one, so any name will do. Images are read when they are used.
 bool is_buffer_file(const std::string&, void* user) {
   const auto& state = *static_cast<const LoadState*>(user);
   return state.next_buffer() < state.buffer_files.size();
@@ -129,7 +129,7 @@ std::string keep_name(const std::string& name, void*) {
   return name;
 }
 
-/// A file may be longer than the buffer it holds; tinygltf insists on equality.
+/// A file may be longer than its buffer, but tinygltf insists on equality.
 bool read_buffer(std::vector<unsigned char>* bytes, std::string* error, const std::string&, void* user) {
   const auto& state = *static_cast<const LoadState*>(user);
   Result<std::vector<std::uint8_t>> file = read_file(state.buffer_files[state.next_buffer()], (*state.buffer_bytes)[state.next_buffer()]);
@@ -141,22 +141,22 @@ bool read_buffer(std::vector<unsigned char>* bytes, std::string* error, const st
   return true;
 }
 
-// tinygltf says what the parameters are.
+// tinygltf dictates the parameters.
 // NOLINTNEXTLINE(readability-function-size)
 bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
-  // What is in a buffer stays there: any number of images may share a view.
+  // Bytes that are in a buffer stay there: any number of images may share a view.
   if (image->bufferView < 0) image->image.assign(bytes, bytes + std::max(size, 0));
   image->as_is = true;
   return true;
 }
 
-/// tinygltf's messages run over several lines and may quote a whole data URI.
+/// Takes one line: tinygltf's messages have several and may quote a whole data URI.
 std::string first_line(const std::string& text) {
   constexpr std::size_t kMaxChars = 160;
   return text.substr(0, std::min(text.find('\n'), kMaxChars));
 }
 
-/// tinygltf stops at the first buffer, then at the first image, that it cannot load.
+/// Names what could not be loaded: tinygltf stops at the first such buffer, then at the first such image.
 Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, const std::string& message) {
   const std::size_t buffer = model.buffers.size();
   if (buffer < screened.buffer_bytes.size())
@@ -168,7 +168,7 @@ Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, con
   return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset, first_line(message)};
 }
 
-/// The files of the buffers; those of images are only looked at.
+/// Finds the files of the buffers, and checks those of images.
 Result<std::vector<std::filesystem::path>> find_files(const ScreenedGltf& screened, const std::filesystem::path& folder,
                                                       OutsideFiles outside) {
   std::vector<std::filesystem::path> buffer_files(screened.buffer_bytes.size());

@@ -1,5 +1,5 @@
-// Draco sizes its arrays by counts at the start of a stream, before it has read what would fill them. BoundedDecoder looks at those counts
-// first, at the two places where Draco lets a derived class in, and ends the decoding where they are more than so many bytes can hold.
+// Draco sizes its arrays by counts at the start of a stream, before it has read the data that fills them. BoundedDecoder looks at those
+// counts first, at the two places where Draco lets a derived class in, and stops decoding if so few bytes cannot hold so much.
 
 #include "gltf_draco.h"
 
@@ -31,7 +31,7 @@ namespace {
 // Plants take 2 to 20 bytes a triangle, a regular grid a few bits.
 constexpr std::uint64_t kMaxFacesPerByte = 16;
 constexpr std::uint64_t kMaxPointsPerByte = 16;
-// Decoded bytes of all attributes together.
+// Limit for the decoded bytes of all attributes together.
 constexpr std::uint64_t kMaxAttributeBytesPerByte = 512;
 constexpr std::uint16_t kBitstreamVersion = DRACO_BITSTREAM_VERSION(2, 2);
 
@@ -39,7 +39,7 @@ Error failed(Status status, const char* what, std::string place) {
   return Error{status, what, Error::kNoOffset, std::move(place)};
 }
 
-/// What stopped a decoder, where it was us.
+/// Thrown to stop a decoder.
 struct Refusal {
   Status status = Status::ok;
   const char* what = "";
@@ -93,7 +93,7 @@ class BoundedDecoder final : public Decoder {
 
 using DracoMesh = std::unique_ptr<draco::Mesh>;
 
-/// Throws what Draco and memory throw.
+/// Throws whatever Draco throws, and bad_alloc.
 Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std::string& place) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(coded.data()), coded.size());
@@ -130,7 +130,7 @@ Result<DracoMesh> decode_view(const tinygltf::Model& model, int view_index, cons
   }
 }
 
-/// The glTF componentType, 0 where glTF has none.
+/// Returns glTF's componentType; 0 if glTF has none.
 int component_type(draco::DataType type) {
   switch (type) {
     case draco::DT_INT8:
@@ -182,7 +182,7 @@ Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const s
   return add_accessor(model, std::move(accessor), std::move(bytes));
 }
 
-/// declared  what the file says of the attribute: normalisation is not Draco's to know
+/// declared  the file's description of the attribute: Draco does not know whether it is normalised
 Result<int> add_attribute(tinygltf::Model& model, const draco::Mesh& mesh, std::uint32_t id, int declared, const std::string& place) {
   const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id);
   if (attribute == nullptr) return failed(Status::bad_file, "Draco attribute id not in the data", place + " is " + std::to_string(id));
@@ -244,7 +244,7 @@ class Decoding {
   }
 
  private:
-  /// Views are decoded once, however many primitives share them; those that overlap must not make more of the file than there is.
+  /// Decodes a view once, however many primitives share it. Overlapping views must not make more of the file than there is.
   Result<DecodedView*> decoded(int view_index, const std::string& place) {
     const auto [found, is_new] = views_.try_emplace(view_index);
     if (is_new) {

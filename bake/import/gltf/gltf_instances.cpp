@@ -23,7 +23,7 @@ glm::dvec3 vector_or(const std::vector<double>& values, double fallback) {
 }
 
 glm::dmat4 from_parts(const glm::dvec3& translation, const glm::dquat& rotation, const glm::dvec3& scale) {
-  // Exporters round; a quaternion of length zero turns nothing.
+  // Exporters round; a quaternion of length zero means no rotation.
   glm::dmat4 transform = glm::dot(rotation, rotation) > 0.0 ? glm::mat4_cast(glm::normalize(rotation)) : glm::dmat4(1.0);
   for (int axis = 0; axis < 3; ++axis) transform[axis] *= scale[axis];
   transform[3] = glm::dvec4(translation, 1.0);
@@ -59,7 +59,7 @@ std::string instancing_place(int node) {
   return "nodes[" + std::to_string(node) + "].extensions." + kInstancing;
 }
 
-/// How often a node places its mesh. The attributes of its instances are of equal length (gltf_screen.h).
+/// How often a node places its mesh. gltf_screen.h has checked that its instances' attributes have equal lengths.
 std::size_t instance_count(const tinygltf::Model& model, const tinygltf::Node& node) {
   const auto extension = node.extensions.find(kInstancing);
   if (extension == node.extensions.end()) return 1;
@@ -68,7 +68,7 @@ std::size_t instance_count(const tinygltf::Model& model, const tinygltf::Node& n
   return model.accessors.at(static_cast<std::size_t>(any)).count;
 }
 
-/// What EXT_mesh_gpu_instancing says of a node: one transform an instance.
+/// Reads EXT_mesh_gpu_instancing of a node: one transform an instance.
 Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension, std::size_t count) {
   const tinygltf::Value& attributes = extension.Get("attributes");
   const auto accessor = [&](const std::string& name) { return attributes.Has(name) ? attributes.Get(name).GetNumberAsInt() : -1; };
@@ -91,7 +91,7 @@ Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, con
   return transforms;
 }
 
-/// Appends a node's mesh, once or as often as its instances say.
+/// Appends a node's mesh, once or for each of its instances.
 Result<void> append_node(const tinygltf::Model& model, int node_index, const glm::dmat4& scene_from_node,
                          std::vector<MeshInstance>& instances) {
   const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(node_index));

@@ -21,23 +21,23 @@ struct MeshInstance {
   glm::dmat4 scene_from_mesh{1.0};
 };
 
-/// A node of the default scene, and where its parent stands in the list.
+/// A node of the default scene, and its parent's place in the list.
 struct SceneNode {
   std::uint32_t node = 0;
   std::uint32_t parent = kNone;  ///< kNone for a root
 };
 
-/// The nodes of the default scene, else of the first, else (no scenes) all of them; depth-first, parents before children.
+/// Lists the nodes of the default scene, else of the first, else (without scenes) all nodes; depth-first, parents before children.
 /// model  from load_gltf: its nodes are trees
 std::vector<SceneNode> scene_nodes(const tinygltf::Model& model);
 
-/// [meshes] How often each mesh of the default scene stands in it, by the document alone: nothing is allocated for each instance.
+/// [meshes] How often each mesh stands in the default scene, read from the document alone: nothing is allocated for an instance.
 /// errors  unsupported: more than 2^22 instances, naming the node
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model);
 
-/// The meshes of scene_nodes, in their order.
+/// Lists the meshes of scene_nodes, in their order.
 /// model            from load_gltf
-/// scene_from_file  what stands above the root nodes: the file's axes and unit
+/// scene_from_file  the transform above the root nodes: the file's axes and unit
 /// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node; unsupported: more than 2^22
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file);
 

@@ -9,7 +9,7 @@
 namespace coppice::bake::gltf_json {
 namespace {
 
-// Deeper nesting than any glTF needs; tinygltf reads `extras` by recursion.
+// No glTF needs deeper nesting; tinygltf reads `extras` by recursion.
 constexpr std::size_t kMaxDepth = 64;
 
 Result<void> check_depth(std::string_view text) {

@@ -18,7 +18,7 @@
 namespace coppice::bake {
 namespace {
 
-// What stands in for BLEND: half covered is covered.
+// Replaces BLEND: half covered counts as covered.
 constexpr float kBlendCutoff = 0.5f;
 
 float clamped(double value, float fallback) {
@@ -33,8 +33,8 @@ float alpha_cutoff(const tinygltf::Material& source, std::vector<std::string>& w
   return kBlendCutoff;
 }
 
-/// With an image the mask compares base_color.a * texel with the cutoff: the factor goes into the cutoff, so that whoever reads the texel
-/// alone sees the same holes.
+/// With an image the mask compares base_color.a * texel with the cutoff. This moves the factor into the cutoff, so that readers of the
+/// texel alone see the same holes.
 void fold_alpha(Material& material, std::vector<std::string>& warnings) {
   if (material.image == kNone || material.alpha_cutoff == 0.0f) return;
   if (material.base_color.a < material.alpha_cutoff)
@@ -43,7 +43,7 @@ void fold_alpha(Material& material, std::vector<std::string>& warnings) {
   material.base_color.a = 1.0f;
 }
 
-/// The model's image behind a texture, kNone when there is none.
+/// Finds the model's image of a texture; kNone if there is none.
 std::uint32_t image_of(const tinygltf::Model& model, int texture) {
   if (texture < 0) return kNone;
   const tinygltf::Texture& found = model.textures.at(static_cast<std::size_t>(texture));
@@ -52,7 +52,7 @@ std::uint32_t image_of(const tinygltf::Model& model, int texture) {
   return found.source < 0 ? kNone : static_cast<std::uint32_t>(found.source);
 }
 
-/// A texture whose only image is in a form we do not read.
+/// Warns of a texture whose only image is in a form that is not read.
 void warn_of_texture(const tinygltf::Model& model, int texture, std::vector<std::string>& warnings) {
   if (texture < 0 || image_of(model, texture) != kNone) return;
   std::string line = "textures[" + std::to_string(texture) + "] left out: it has no image";
@@ -71,7 +71,7 @@ glm::dvec2 pair_or(const tinygltf::Value& object, const std::string& name, doubl
   return {pair.Get(0).GetNumberAsDouble(), pair.Get(1).GetNumberAsDouble()};
 }
 
-/// Of a tinygltf::TextureInfo or NormalTextureInfo.
+/// Reads the mapping of a tinygltf::TextureInfo or NormalTextureInfo.
 template <class Info>
 TextureUvs uvs_of(const Info& info) {
   TextureUvs uvs;
@@ -84,7 +84,7 @@ TextureUvs uvs_of(const Info& info) {
   const glm::dvec2 scale = pair_or(members, "scale", 1.0);
   uvs.is_transformed = true;
   uvs.offset = pair_or(members, "offset", 0.0);
-  // Counter-clockwise as one looks at the image, v pointing down.
+  // The angle is counter-clockwise as one looks at the image, with v pointing down.
   uvs.linear = glm::dmat2(scale.x * std::cos(angle_rad), -scale.x * std::sin(angle_rad), scale.y * std::sin(angle_rad),
                           scale.y * std::cos(angle_rad));
   return uvs;
@@ -98,14 +98,14 @@ Result<std::vector<std::uint8_t>> read_image_file(const std::string& uri, const 
   return read_file(file);
 }
 
-/// What a material takes an image for.
+/// What a material uses an image for.
 struct ImageUse {
   enum Kind : std::uint8_t { masked_color, color, normals } kind = color;
-  float normal_scale = 0.0f;  ///< of normals
+  float normal_scale = 0.0f;  ///< only for normal maps
   auto operator<=>(const ImageUse&) const = default;
 };
 
-/// Decoded; nothing, with a warning, for an image in a form that is not read.
+/// Reads and decodes an image; nothing, with a warning, if its form is not read.
 Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, ImageUse use, const ImageFolder& folder,
                                         std::vector<std::string>& warnings) {
   const tinygltf::Image& source = model.images.at(index);
@@ -131,7 +131,8 @@ Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint3
   return std::optional<Image>();
 }
 
-/// glTF: normalize((texel * 2 - 1) * (scale, scale, 1)). Made smaller here: a decoder would mix texels as if they were colours.
+/// Computes normalize((texel * 2 - 1) * (scale, scale, 1)), as glTF says. Large maps are reduced here, since a decoder would mix texels as
+/// if they were colours.
 Image normal_map_from(Image image, float scale) {
   image.is_normal_map = true;
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
@@ -141,7 +142,7 @@ Image normal_map_from(Image image, float scale) {
   return normal_map_within(std::move(image), kMaxImageSide_px);
 }
 
-/// Its number; that of an equal image, if there is one: most images that are taken with and without a mask have no holes.
+/// Adds an image and returns its number. An equal image is shared: most images that are taken with and without a mask have no holes.
 std::uint32_t add_image(Image image, std::vector<Image>& images) {
   const auto equal = std::ranges::find_if(images, [&](const Image& other) {
     return other.width == image.width && other.is_normal_map == image.is_normal_map && other.rgba == image.rgba;
@@ -151,20 +152,21 @@ std::uint32_t add_image(Image image, std::vector<Image>& images) {
   return number;
 }
 
-/// Above 0.
+/// The normal map's scale; 1 if the file's is not above 0.
 float normal_scale_of(const tinygltf::Material& source) {
   const auto scale = static_cast<float>(source.normalTexture.scale);
   return std::isfinite(scale) && scale > 0.0f ? scale : 1.0f;
 }
 
-/// kNone, with a warning, for one that would need texture coordinates of its own.
+/// Returns kNone, with a warning, for a normal map that would need texture coordinates of its own.
 std::uint32_t normal_map_of(const tinygltf::Model& model, const tinygltf::Material& source, std::vector<std::string>& warnings) {
   const tinygltf::NormalTextureInfo& info = source.normalTexture;
   const tinygltf::TextureInfo& color = source.pbrMetallicRoughness.baseColorTexture;
   warn_of_texture(model, info.index, warnings);
   const std::uint32_t image = image_of(model, info.index);
   if (image == kNone || color.index < 0 || uvs_of(info) == uvs_of(color)) return image;
-  warnings.push_back("material '" + source.name.substr(0, 64) + "': its normal map is left out, it lies otherwise than the base colour");
+  warnings.push_back("material '" + source.name.substr(0, 64) +
+                     "': its normal map is left out, since its texture coordinates differ from the base colour's");
   return kNone;
 }
 

@@ -18,7 +18,7 @@ Error bad(Status status, const char* what, const MeshoptView& view, const std::s
   return Error{status, what, Error::kNoOffset, "bufferViews[" + std::to_string(view.view) + "].extensions." + view.extension + more};
 }
 
-/// The high half of a coded view's first byte says what it codes, the low half is the coding's version.
+/// The high half of a coded view's first byte names the content, the low half the coding's version.
 constexpr unsigned kAttributesCode = 0xa0, kTrianglesCode = 0xe0, kIndicesCode = 0xd0;
 
 unsigned code_of(Mode mode) {
@@ -71,14 +71,14 @@ Result<std::vector<unsigned char>> decode(const MeshoptView& view, std::span<con
 }  // namespace
 
 bool meshopt_is_plausible(Mode mode, std::uint64_t count, std::uint64_t stride_bytes, std::uint64_t coded_bytes) {
-  // A triangle takes a byte at least, an index too; of attributes 64 equal bytes fit in one.
+  // A triangle takes at least a byte, and so does an index; 64 equal attribute bytes fit in one byte.
   if (mode == Mode::triangles) return count / 3 <= coded_bytes;
   if (mode == Mode::indices) return count <= coded_bytes;
   return count / 64 <= coded_bytes / stride_bytes;
 }
 
 Result<void> decode_meshopt_views(tinygltf::Model& model, const std::vector<MeshoptView>& views) {
-  // Views that share bytes could make any number of copies of them: what all of them code is at most what there is.
+  // Views that share bytes could make any number of copies of them. Together they may code at most the bytes that there are.
   std::size_t bytes_left = 0;
   for (const tinygltf::Buffer& buffer : model.buffers) bytes_left += buffer.data.size();
   for (const MeshoptView& view : views) {

@@ -18,7 +18,7 @@ std::optional<unsigned> hex_digit(char c) {
   return {};
 }
 
-/// "file:///a/b" -> "/a/b"; anything else as it is.
+/// Turns "file:///a/b" into "/a/b"; other text stays.
 std::string_view without_file_scheme(std::string_view name) {
   constexpr std::string_view kScheme = "file:", kNoHost = "//";
   if (!name.starts_with(kScheme)) return name;

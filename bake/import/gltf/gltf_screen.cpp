@@ -16,7 +16,7 @@ namespace {
 
 using namespace gltf_json;
 
-// An accessor without a buffer view is all zeros, so no bytes of the file vouch for its length. Sparse accessors use them.
+// Limits accessors without a buffer view: they are all zeros, so no bytes of the file vouch for their length. Sparse accessors use them.
 constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
 // tinygltf keeps indices and sparse offsets in an int.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
@@ -24,7 +24,7 @@ constexpr std::uint64_t kMaxInt = 0x7fffffff;
 /// An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
 struct ArrayLimit {
   const char* name;
-  std::size_t most;
+  std::size_t max_count;
 };
 constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
 constexpr std::array<ArrayLimit, 9> kArrayLimits{{{"nodes", kMaxElements},
@@ -61,7 +61,7 @@ std::size_t component_count(const std::string& type) {
   return 0;
 }
 
-/// `count` elements every `stride` bytes, the first at `offset`, in a view of `view_bytes`.
+/// Whether `count` elements, `stride` bytes apart from `offset` on, fit into a view of `view_bytes`.
 bool fits(std::uint64_t count, std::uint64_t element_bytes, std::uint64_t stride, std::uint64_t offset, std::uint64_t view_bytes) {
   if (count == 0) return offset <= view_bytes;
   if (offset > view_bytes || view_bytes - offset < element_bytes) return false;
@@ -73,7 +73,7 @@ struct View {
   std::uint64_t stride = 0;  ///< 0: tightly packed
 };
 
-/// The checks of one document, in the order in which each may rely on those before it.
+/// Checks one document; each check relies on the earlier ones.
 class Screen {
  public:
   Screen(const Json& root, std::optional<std::uint64_t> bin_chunk_bytes) : root_(root), bin_chunk_bytes_(bin_chunk_bytes) {}
@@ -139,14 +139,14 @@ class Screen {
 
   Result<void> check_lengths() const {
     for (const ArrayLimit& limit : kArrayLimits)
-      if (length(limit.name) > limit.most)
+      if (length(limit.name) > limit.max_count)
         return Error{Status::unsupported, "too many elements", Error::kNoOffset,
-                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " + std::to_string(limit.most) +
-                         " are read; instances take EXT_mesh_gpu_instancing"};
+                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " +
+                         std::to_string(limit.max_count) + " are read; instances take EXT_mesh_gpu_instancing"};
     return {};
   }
 
-  /// A fallback buffer says so, or has no bytes and is what compressed views put in their place. Nothing has been checked yet.
+  /// Finds fallback buffers: a buffer says that it is one, or it has no bytes and only compressed views use it. Runs before all checks.
   void find_fallback_buffers() {
     is_fallback_.assign(length("buffers"), false);
     for (std::size_t i = 0; i < is_fallback_.size(); ++i)
@@ -253,7 +253,7 @@ class Screen {
     return {};
   }
 
-  /// For accessors that are read, at an index that has been checked: what nothing in the file holds must not be long.
+  /// Limits the length of accessors that are read and that no bytes of the file back. The index has been checked.
   [[nodiscard]] Result<void> check_backed(std::size_t accessor) const {
     if (counts_[accessor] <= kMaxUnbackedCount || root_["accessors"][accessor].contains("bufferView")) return {};
     return bad("accessor without a buffer view is too long",
@@ -302,7 +302,7 @@ class Screen {
     if (mode >= gltf_code::kTriangles && !attributes->contains("POSITION"))
       return bad("triangles without positions", member(where, "POSITION"));
     COPPICE_CHECK(check_draco(primitive, place, views_.size()));
-    // What Draco codes is not read from the accessors.
+    // Attributes that Draco codes are not read from their accessors.
     for (const auto& attribute : attributes->items())
       if (!is_draco_attribute(primitive, attribute.key())) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
     if (primitive.contains("indices") && !is_draco_attribute(primitive, "POSITION"))
@@ -370,11 +370,11 @@ class Screen {
   std::vector<ScreenedBuffer> buffers_;
   std::vector<View> views_;
   std::vector<MeshoptView> meshopt_views_;
-  std::vector<std::uint64_t> counts_;  ///< of each accessor
-  std::vector<std::size_t> parents_;   ///< the number of nodes for a root
+  std::vector<std::uint64_t> counts_;  ///< [accessors]
+  std::vector<std::size_t> parents_;   ///< [nodes] the number of nodes for a root
 };
 
-/// tinygltf knows a few media types only; what the bytes are is looked up in them.
+/// Names the media type by the bytes themselves, since tinygltf knows a few types only.
 void normalise_data_uri(Json& object) {
   constexpr std::string_view kMark = ";base64,";
   constexpr std::size_t kMaxHeaderChars = 128;
@@ -386,7 +386,7 @@ void normalise_data_uri(Json& object) {
   *uri = "data:application/octet-stream;base64," + text.substr(mark + kMark.size());
 }
 
-/// tinygltf keeps every value of `extras` and of extensions, at 152 bytes each.
+/// Drops values that tinygltf would keep at 152 bytes each: those of `extras` and of extensions.
 void drop_unread_values(Json& value) {
   constexpr std::array<std::string_view, 7> kRead{
       "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
@@ -401,7 +401,8 @@ void drop_unread_values(Json& value) {
     for (Json& inner : value) drop_unread_values(inner);
 }
 
-/// Compressed views become views of their coded bytes, fallback buffers one byte that no view needs, and so on: what tinygltf takes.
+/// Rewrites the document for tinygltf: compressed views become views of their coded bytes, fallback buffers one byte that no view needs,
+/// and so on.
 std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
   for (const MeshoptView& view : screen.meshopt_views()) {
     Json& target = root["bufferViews"][view.view];
@@ -416,7 +417,7 @@ std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
     if (buffer.is_fallback) root["buffers"][i] = {{"byteLength", 1}, {"uri", "data:application/octet-stream;base64,AA=="}};
     buffer_bytes.push_back(buffer.is_fallback ? 1 : buffer.bytes);
   }
-  // Coded indices come with the coded attributes; tinygltf insists that indices have bytes.
+  // Coded indices come with the coded attributes, but tinygltf insists that indices have bytes.
   if (const auto meshes = root.find("meshes"); meshes != root.end())
     for (Json& mesh : *meshes)
       if (const auto primitives = mesh.find("primitives"); primitives != mesh.end())

@@ -51,7 +51,7 @@ Result<Filter> read_filter(const Json& extension, const std::string& place) {
   return read_choice(extension, "filter", place, kFilters);
 }
 
-/// The extension's rules for the element size.
+/// Checks the extension's rules for the element size.
 Result<void> check_meshopt_stride(const MeshoptView& view, const std::string& place) {
   const std::size_t stride = view.stride_bytes;
   const bool fits_mode = view.mode == Mode::attributes ? stride % 4 == 0 && stride >= 4 && stride <= 256 : stride == 2 || stride == 4;
@@ -63,7 +63,7 @@ Result<void> check_meshopt_stride(const MeshoptView& view, const std::string& pl
   return {};
 }
 
-/// The coded bytes' place, and that no more is to come out of them than can.
+/// Checks where the coded bytes are, and that they can code so much.
 Result<void> check_meshopt_bytes(const MeshoptView& view, const Json& extension, const std::string& place,
                                  std::span<const ScreenedBuffer> buffers) {
   COPPICE_TRY(buffer, require_index(extension, "buffer", place, buffers.size()));
@@ -79,35 +79,34 @@ Result<void> check_meshopt_bytes(const MeshoptView& view, const Json& extension,
   return {};
 }
 
-constexpr std::array<ExtensionRule, 18> kRules{
-    {{"KHR_mesh_quantization", "read"},
-     {"KHR_draco_mesh_compression", "read"},
-     {"EXT_meshopt_compression", "read"},
-     {"KHR_meshopt_compression", "read, without the filter COLOR"},
-     {"EXT_mesh_gpu_instancing", "read"},
-     {kLevelsExtension, "read: the finest level is baked"},
-     {"KHR_texture_transform", "read, of base colours and normal maps"},
-     {"EXT_texture_webp", "read"},
-     {"KHR_texture_basisu", "not read: the texture's PNG or JPEG `source` is used; a file that requires it and has none is refused"},
-     {"KHR_materials_pbrSpecularGlossiness", "read: diffuse is the base colour, roughness is 1 - glossiness"},
-     {"KHR_materials_variants", "ignored: primitives have the materials that they name"},
-     {"KHR_materials_unlit", "ignored: lit like any other"},
-     {"KHR_materials_emissive_strength", "ignored, as is all emission"},
-     {"KHR_materials_diffuse_transmission", "ignored: the runtime decides how leaves let light through"},
-     {"KHR_materials_transmission", "ignored: opaque"},
-     {"KHR_materials_*", "ignored: they change highlights that a baked plant does not have"},
-     {"KHR_lights_punctual", "ignored"},
-     {"KHR_xmp_json_ld", "ignored"}}};
+constexpr std::array<std::string_view, 18> kKnownExtensions{"KHR_mesh_quantization",
+                                                            "KHR_draco_mesh_compression",
+                                                            "EXT_meshopt_compression",
+                                                            "KHR_meshopt_compression",
+                                                            "EXT_mesh_gpu_instancing",
+                                                            kLevelsExtension,
+                                                            "KHR_texture_transform",
+                                                            "EXT_texture_webp",
+                                                            "KHR_texture_basisu",
+                                                            "KHR_materials_pbrSpecularGlossiness",
+                                                            "KHR_materials_variants",
+                                                            "KHR_materials_unlit",
+                                                            "KHR_materials_emissive_strength",
+                                                            "KHR_materials_diffuse_transmission",
+                                                            "KHR_materials_transmission",
+                                                            "KHR_materials_*",
+                                                            "KHR_lights_punctual",
+                                                            "KHR_xmp_json_ld"};
 
 }  // namespace
 
-std::span<const ExtensionRule> extension_rules() {
-  return kRules;
+std::span<const std::string_view> known_extensions() {
+  return kKnownExtensions;
 }
 
 bool is_supported_extension(std::string_view name) {
-  return std::ranges::any_of(kRules, [&](const ExtensionRule& rule) {
-    return rule.name.ends_with('*') ? name.starts_with(rule.name.substr(0, rule.name.size() - 1)) : name == rule.name;
+  return std::ranges::any_of(kKnownExtensions, [&](std::string_view known) {
+    return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
   });
 }
 

@@ -10,7 +10,7 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kJsonStart = 20;  // of a .glb: after its header and that of its first chunk
+constexpr std::size_t kJsonStart = 20;  // the header of a .glb and that of its first chunk come before
 
 bool is_binary(std::span<const std::uint8_t> gltf) {
   return as_text(gltf).starts_with("glTF");
@@ -32,10 +32,10 @@ std::string_view gltf_text(std::span<const std::uint8_t> gltf) {
   return text.size() < kJsonStart ? std::string_view() : text.substr(kJsonStart, json_bytes(gltf));
 }
 
-Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t most_bytes) {
+Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t max_bytes) {
   COPPICE_TRY(head, read_file(file, kJsonStart));
-  if (!is_binary(head) || head.size() < kJsonStart) return read_file(file, most_bytes);
-  return read_file(file, std::min<std::uint64_t>(most_bytes, kJsonStart + std::uint64_t{json_bytes(head)}));
+  if (!is_binary(head) || head.size() < kJsonStart) return read_file(file, max_bytes);
+  return read_file(file, std::min<std::uint64_t>(max_bytes, kJsonStart + std::uint64_t{json_bytes(head)}));
 }
 
 }  // namespace coppice::bake

@@ -1,7 +1,6 @@
 #pragma once
 
-// The JSON of a glTF by itself, for whoever wants to know something of a document that is not loaded. Nothing of it is checked: a bake does
-// that (gltf_document.h).
+// Extracts the JSON of a glTF that is not loaded. Nothing of it is checked: a bake does that (gltf_document.h).
 
 #include <cstdint>
 #include <filesystem>
@@ -13,11 +12,11 @@
 
 namespace coppice::bake {
 
-/// In the bytes of a .gltf, without a byte order mark, or of a .glb; empty where there is none.
+/// Finds the JSON in the bytes of a .gltf, without a byte order mark, or of a .glb; empty if there is none.
 std::string_view gltf_text(std::span<const std::uint8_t> gltf);
 
-/// As many of a file's bytes as gltf_text needs: of a .glb those up to its JSON's end, at most `most_bytes`.
+/// Reads as many of a file's bytes as gltf_text needs: of a .glb those up to its JSON's end, at most `max_bytes`.
 /// errors  as read_file
-Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t most_bytes);
+Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t max_bytes);
 
 }  // namespace coppice::bake

@@ -21,10 +21,10 @@
 namespace coppice::bake {
 namespace {
 
-// A small file can place one mesh any number of times: these bound what it can make us allocate (about 4 GB).
+// Limits what a small file can make the importer allocate (about 4 GB): it can place one mesh any number of times.
 constexpr std::size_t kMaxVertices = std::size_t{1} << 26;
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
-// So that squared areas still fit a float; no plant is this far from its origin in any unit.
+// Limits coordinates so that squared areas still fit a float. No plant is this far from its origin in any unit.
 constexpr double kMaxCoordinate_m = 1e8;
 
 std::string primitive_place(std::size_t mesh, std::size_t primitive) {
@@ -86,7 +86,7 @@ int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& 
   return found == primitive.attributes.end() ? -1 : found->second;
 }
 
-/// Reads an optional attribute; empty where it is absent. read  read_vec3 or the like
+/// Reads an optional attribute; empty if it is absent. read  read_vec3 or the like
 template <class Values>
 Result<Values> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
                               std::size_t vertex_count, Result<Values> (*read)(const tinygltf::Model&, int)) {
@@ -99,7 +99,7 @@ Result<Values> read_attribute(const tinygltf::Model& model, const tinygltf::Prim
   return read(model, accessor);
 }
 
-/// Of each vertex, the first one that lies where it does.
+/// Finds for each vertex the first one that lies in the same place.
 std::vector<std::uint32_t> first_at_place(const std::vector<glm::vec3>& positions) {
   const auto key = [&](std::uint32_t vertex) { return std::tuple(positions[vertex].x, positions[vertex].y, positions[vertex].z, vertex); };
   std::vector<std::uint32_t> order(positions.size()), first(positions.size());
@@ -110,14 +110,14 @@ std::vector<std::uint32_t> first_at_place(const std::vector<glm::vec3>& position
   return first;
 }
 
-/// A triangle by the places of its corners.
+/// A triangle, named by the places of its corners.
 struct PlacedTriangle {
   std::array<std::uint32_t, 3> places{};  ///< ascending
   std::uint32_t triangle = 0;
 };
 
-/// Takes out triangles whose corners lie where those of an earlier one do, in any order: some tools write each side of a surface as a
-/// triangle of its own, and what is drawn shows both sides of either. What has no area stays, for those that count it.
+/// Drops triangles whose corners lie where those of an earlier one do, in any order: some tools write each side of a surface as a triangle,
+/// but the renderer shows both sides of each. Triangles without area stay, since leaf detection counts them.
 void drop_repeated_triangles(RawPrimitive& raw) {
   const std::vector<std::uint32_t> first = first_at_place(raw.positions);
   std::vector<PlacedTriangle> placed(raw.triangles.size() / 3);
@@ -139,7 +139,7 @@ void drop_repeated_triangles(RawPrimitive& raw) {
   raw.triangles.resize(3 * kept);
 }
 
-/// How flexible vertices are, 0..1; empty where the primitive does not say it, or not in a way that can be read.
+/// Reads how flexible vertices are, 0..1; empty if the primitive does not say it in a readable way.
 std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed,
                                      const std::string& place, std::vector<std::string>& warnings) {
   std::vector<std::string> names{"_WIND_WEIGHT", "_WIND"};
@@ -152,7 +152,7 @@ std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinyglt
     warnings.push_back(place + ": " + *name + " is not used as wind weights: " + weights.error().message());
     return {};
   }
-  for (float& weight : *weights) weight = weight >= 0.0f ? std::min(weight, 1.0f) : 0.0f;  // also of what is no number
+  for (float& weight : *weights) weight = weight >= 0.0f ? std::min(weight, 1.0f) : 0.0f;  // also for NaN
   return *std::move(weights);
 }
 
@@ -185,7 +185,7 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   return raw;
 }
 
-/// Area-weighted mean of the triangles round each vertex, not yet unit.
+/// Area-weighted sums of the normals of the triangles round each vertex.
 std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
   std::vector<glm::vec3> normals(raw.positions.size(), glm::vec3(0.0f));
   for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
@@ -196,13 +196,13 @@ std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
   return normals;
 }
 
-/// A unit vector along v, or the fallback where v has no direction.
+/// A unit vector along v; the fallback if v has no direction.
 glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
   const double length = glm::length(v);
   return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
 }
 
-/// Colours are 0..1; what is not, or no number, is white.
+/// Returns a colour in 0..1; white for anything else, NaN too.
 glm::vec4 usable_color(const glm::vec4& color) {
   glm::vec4 usable(1.0f);
   for (int c = 0; c < 4; ++c)
@@ -213,7 +213,7 @@ glm::vec4 usable_color(const glm::vec4& color) {
 Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
   for (const glm::vec3& position : raw.positions) {
     const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(position, 1.0));
-    // Written so that a NaN fails too.
+    // Written so that NaN fails too.
     if (!(std::abs(placed.x) <= kMaxCoordinate_m && std::abs(placed.y) <= kMaxCoordinate_m && std::abs(placed.z) <= kMaxCoordinate_m))
       return Error{Status::bad_file, "position beyond 1e8 m", Error::kNoOffset, "nodes[" + std::to_string(instance.node) + "].mesh"};
     mesh.positions.push_back(glm::vec3(placed));
@@ -222,7 +222,7 @@ Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& insta
 }
 
 void append_normals(const RawPrimitive& raw, const glm::dmat3& scene_from_mesh, bool mirrored, Mesh& mesh) {
-  // The cofactors are the inverse transpose times the determinant, and exist where the inverse does not.
+  // The cofactors are the inverse transpose times the determinant. They exist even if the inverse does not.
   glm::dmat3 scene_from_normal(glm::cross(scene_from_mesh[1], scene_from_mesh[2]), glm::cross(scene_from_mesh[2], scene_from_mesh[0]),
                                glm::cross(scene_from_mesh[0], scene_from_mesh[1]));
   if (mirrored) scene_from_normal = -scene_from_normal;
@@ -273,7 +273,7 @@ PrimitiveSize size_of(const tinygltf::Model& model, const tinygltf::Primitive& p
   const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
   const std::uint64_t vertices = count(attribute_accessor(primitive, "POSITION"));
   const std::uint64_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
-  // A strip makes one triangle of each index.
+  // A strip makes one triangle of each index but two.
   return {vertices, primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners};
 }
 
@@ -285,7 +285,7 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
-      // Both factors are far below 2^32, by gltf_screen.h and mesh_instance_counts.
+      // gltf_screen.h and mesh_instance_counts keep both factors far below 2^32.
       const PrimitiveSize size = size_of(model, primitive);
       vertices += instance_counts[m] * size.vertices;
       triangles += instance_counts[m] * size.triangles;

@@ -41,7 +41,7 @@ int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor) {
   return static_cast<int>(model.accessors.size() - 1);
 }
 
-/// glm vectors of floats, as they lie in memory.
+/// Adds an accessor of glm vectors of floats, as they lie in memory.
 template <class Vector>
 tinygltf::Accessor float_accessor(tinygltf::Model& model, const std::vector<Vector>& values, int type) {
   static_assert(sizeof(Vector) == sizeof(float) * static_cast<std::size_t>(Vector::length()));
@@ -84,7 +84,7 @@ bool is_translucent(const Mesh& mesh, std::size_t triangle) {
   return !mesh.vertex_fades.empty() && opacity_of(mesh.vertex_fades[mesh.indices[3 * triangle]]) < kOpaque;
 }
 
-/// Grey of the brightness, which is at most 1 in glTF; its alpha is the opacity.
+/// Adds COLOR_0: grey of the brightness, which glTF limits to 1, with the opacity as alpha.
 int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
   std::vector<std::uint8_t> colors;
   colors.reserve(4 * fades.size());
@@ -102,7 +102,7 @@ int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
   return add_accessor(model, std::move(accessor));
 }
 
-/// blended  [material] index of its blended copy in the file; kNone where there is none
+/// blended  [material] index of its blended copy in the file; kNone if there is none
 void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<std::uint32_t>& blended) {
   const Mesh& mesh = *part.mesh;
   std::vector<std::vector<std::uint32_t>> by_material(model.materials.size());
@@ -154,7 +154,7 @@ void add_material(tinygltf::Model& model, const Material& material) {
   model.materials.push_back(std::move(out));
 }
 
-/// After all others, a blended copy of each material that a translucent leaf has. returns  [material] its index, kNone without
+/// Appends a blended copy of each material that a translucent leaf has. returns  [material] the copy's index; kNone without one
 std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const std::vector<GltfPart>& parts) {
   std::vector<std::uint32_t> blended(model.materials.size(), kNone);
   for (const GltfPart& part : parts)
@@ -164,7 +164,7 @@ std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const s
       copy = static_cast<std::uint32_t>(model.materials.size());
       tinygltf::Material material = model.materials[part.mesh->triangle_materials[triangle]];
       material.alphaMode = "BLEND";
-      material.alphaCutoff = 0.5;  // what glTF takes when there is none
+      material.alphaCutoff = 0.5;  // glTF's default
       model.materials.push_back(std::move(material));
     }
   return blended;
@@ -214,7 +214,7 @@ Result<std::vector<std::uint8_t>> serialise(const tinygltf::Model& model) {
   tinygltf::TinyGLTF writer;
   std::ostringstream stream;
   if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) return Error{Status::internal, "glTF cannot be serialised"};
-  // A stream that finds no memory throws nothing: it stops.
+  // A stream that gets no memory stops without throwing.
   if (!stream.good()) return Error{Status::out_of_memory, "glTF"};
   const std::string text = std::move(stream).str();
   return std::vector<std::uint8_t>(text.begin(), text.end());
@@ -238,7 +238,7 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
   for (const GltfPart& part : parts)
     if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
   for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
-  // A mebibyte is left for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
+  // Leaves a mebibyte for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
   if (model.buffers.front().data.size() > gltf_code::kMaxFileBytes - (1u << 20))
     return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
   if (model.buffers.front().data.empty()) model.buffers.clear();
@@ -262,7 +262,7 @@ Mesh foliage_mesh(const Foliage& foliage) {
   for (std::size_t leaf = 0; leaf < leaf_count; ++leaf) {
     const Quad& quad = foliage.quads[leaf];
     const Card& card = foliage.card_table[foliage.cards[leaf]];
-    // The diagonals' cross product is the mean normal of a bent quad; a quad collapsed to a line has none and gets up.
+    // The diagonals' cross product is the mean normal of a bent quad. A quad collapsed to a line has none and gets up.
     const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
     const float length = glm::length(across);
     const glm::vec3 normal = length > 0.0f ? across / length : glm::vec3(0.0f, 1.0f, 0.0f);

@@ -1,21 +1,20 @@
-// The one translation unit that compiles tinygltf and stb's image writer; everyone else includes their headers only. tinygltf is built
-// without an image reader: image_decode.h is ours. Compiled here rather than taken from the packaged shared library, so that what we are
-// built with is what we were tested with.
+// Only this translation unit compiles tinygltf and stb's image writer; others include their headers. tinygltf is built without an image
+// reader: image_decode.h is ours. We do not link the packaged shared library, so that we ship what we tested.
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <new>
 
-// stb takes its memory by `new`, so that memory which runs out ends here as it does everywhere. Left to malloc, it goes on with a null
-// pointer.
+// stb allocates with `new`, so that running out of memory ends here as it does everywhere. With malloc it would go on with a null pointer.
 static void* resized(void* block, std::size_t old_bytes, std::size_t new_bytes) {
   void* const larger = ::operator new(new_bytes);
   if (block != nullptr) std::memcpy(larger, block, std::min(old_bytes, new_bytes));
   ::operator delete(block);
   return larger;
 }
-// A function, since clang 14 takes `array ? ::operator delete(...), 0 : 0`, as stb's macro would read, for a call in either case.
+// This is a function because clang 14 would parse `array ? ::operator delete(...), 0 : 0`, to which stb's macro expands, as a call in
+// either case.
 static void freed(void* block) {
   ::operator delete(block);
 }
@@ -24,7 +23,7 @@ static void freed(void* block) {
 #define STBIW_FREE(block) freed(block)
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define TINYGLTF_IMPLEMENTATION
-// The casts round its allocations are stb's.
+// stb casts its allocations.
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wsign-conversion"

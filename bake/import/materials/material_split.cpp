@@ -1,6 +1,6 @@
-// Pieces of a material (leaves, and connected triangles of wood) are sorted into bins of their mean colour, leaves apart from wood; the
-// bins that are nearest in colour are joined until those left differ clearly. Bins whose parts of the image overlap so much that each would
-// need a copy of it are joined too: that is one bark with light and dark places.
+// Pieces of a material (leaves, and connected triangles of wood) are sorted into bins by mean colour, leaves apart from wood. Bins nearest
+// in colour are joined until the rest differ clearly. Bins whose parts of the image overlap so much that each would need a copy are joined
+// too: that is one bark with light and dark places.
 
 #include "material_split.h"
 
@@ -24,26 +24,26 @@
 namespace coppice::bake {
 namespace {
 
-/// Mean colours nearer than this, 0..1 in sRGB, are not told apart: of pieces alike in kind, and of leaves and wood.
+/// Mean colours nearer than this, 0..1 in sRGB, count as one: for pieces of one kind, and for leaves beside wood.
 constexpr double kAlikePieces = 32.0 / 255.0, kAlikeParts = 12.0 / 255.0;
-/// Parts of one material at most.
-constexpr std::size_t kMostParts = 8;
-/// Bins that are compared; the lightest of more go to the nearest of these.
-constexpr std::size_t kMostBins = 128;
-/// A part with less of the material's area is not worth a material.
-constexpr double kLeastShare = 0.002;
-/// Texels that the parts' regions may have, all together, for one of the whole: pieces of one kind, and leaves beside wood.
-constexpr double kMostPieceTexels = 1.5, kMostPartTexels = 2.0;
-/// All that a plant may have after the split: cards take more.
-constexpr std::size_t kMostMaterials = COPPICE_MAX_MATERIALS / 2;
+/// Maximum number of parts of one material.
+constexpr std::size_t kMaxParts = 8;
+/// Maximum number of bins that are compared; the smallest of more join the nearest of these.
+constexpr std::size_t kMaxBins = 128;
+/// Minimum share of a material's area that is worth a material of its own.
+constexpr double kMinShare = 0.002;
+/// Maximum texels of all parts' regions together, relative to the whole's: for pieces of one kind, and for leaves beside wood.
+constexpr double kMaxPieceTexels = 1.5, kMaxPartTexels = 2.0;
+/// Maximum number of a plant's materials after the split: cards take more.
+constexpr std::size_t kMaxMaterials = COPPICE_MAX_MATERIALS / 2;
 
 enum Kind : std::size_t { kLeaf, kWood };
 
-/// Some of a material's surface.
+/// A part of a material's surface.
 struct Surface {
   ColorSum texels;          ///< without tint
   glm::dvec3 tint_m2{0.0};  ///< tint times area
-  double area_m2 = 0.0;     ///< with holes
+  double area_m2 = 0.0;     ///< includes holes
   UvBounds bounds;
 
   [[nodiscard]] glm::dvec3 tint() const { return area_m2 > 0.0 ? tint_m2 / area_m2 : glm::dvec3(1.0); }
@@ -56,7 +56,7 @@ struct Surface {
   }
 };
 
-/// Pieces of one material of about one colour, of one kind until leaves and wood are joined.
+/// Pieces of one material and about one colour. They are of one kind until leaves and wood are joined.
 struct Bin {
   Kind kind = kLeaf;
   Surface surface;
@@ -68,7 +68,7 @@ struct Bin {
   }
 };
 
-/// By triangle of a mesh, which piece it belongs to.
+/// [triangle] the piece that it belongs to.
 using Pieces = std::vector<std::size_t>;
 
 Pieces leaf_pieces(const Plant& plant) {
@@ -87,7 +87,7 @@ Pieces wood_pieces(const Mesh& wood) {
   return pieces;
 }
 
-/// By material and piece, what the triangles show.
+/// What the triangles of each piece show, by material and piece.
 using PieceSurfaces = std::map<std::pair<std::uint32_t, std::size_t>, Surface>;
 
 PieceSurfaces piece_surfaces(const Plant& plant, const Mesh& mesh, const Pieces& pieces) {
@@ -108,7 +108,7 @@ PieceSurfaces piece_surfaces(const Plant& plant, const Mesh& mesh, const Pieces&
   return surfaces;
 }
 
-/// Sixteen steps a channel, as a display shows it.
+/// A bin of colours: sixteen steps a channel, as a display shows it.
 std::array<int, 3> color_key(const glm::dvec3& linear) {
   std::array<int, 3> key{};
   for (std::size_t c = 0; c < 3; ++c)
@@ -116,7 +116,7 @@ std::array<int, 3> color_key(const glm::dvec3& linear) {
   return key;
 }
 
-/// What has nothing but holes is like anything.
+/// Difference of two bins in colour. A bin that shows nothing but holes is like any other.
 double difference(const Bin& a, const Bin& b) {
   if (!(a.surface.texels.area_m2 > 0.0 && b.surface.texels.area_m2 > 0.0)) return 0.0;
   return color_difference(a.surface.color(), b.surface.color());
@@ -127,7 +127,7 @@ void join(std::vector<Bin>& bins, std::size_t into, std::size_t from) {
   bins.erase(bins.begin() + static_cast<std::ptrdiff_t>(from));
 }
 
-/// The two of one kind that are nearest in colour, or of any kind; equal numbers where there are none.
+/// The two bins that are nearest in colour, of one kind or of any kind; equal numbers if there are none.
 struct Pair {
   std::size_t first = 0, second = 0;
   double difference = std::numeric_limits<double>::infinity();
@@ -143,15 +143,15 @@ Pair nearest_pair(const std::vector<Bin>& bins, bool any_kind) {
   return best;
 }
 
-/// Into the bin of the same kind that is nearest in colour; false where there is none.
+/// Joins a bin into the one of its kind that is nearest in colour; false if there is none.
 bool join_nearest(std::vector<Bin>& bins, std::size_t from) {
   std::size_t best = from;
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (i == from || bins[i].kind != bins[from].kind) continue;
     const double gap = difference(bins[i], bins[from]);
-    if (gap >= least) continue;
-    least = gap;
+    if (gap >= smallest) continue;
+    smallest = gap;
     best = i;
   }
   if (best == from) return false;
@@ -164,10 +164,10 @@ void join_lightest(std::vector<Bin>& bins) {
   double all_m2 = 0.0;
   for (const Bin& bin : bins) all_m2 += bin.surface.area_m2;
   for (std::size_t i = bins.size(); i-- > 0;)
-    if (i >= kMostBins || bins[i].surface.area_m2 < kLeastShare * all_m2) join_nearest(bins, i);
+    if (i >= kMaxBins || bins[i].surface.area_m2 < kMinShare * all_m2) join_nearest(bins, i);
 }
 
-/// The texels that the bins' regions have together, those that they can share counted once.
+/// The texels of all bins' regions together; regions that bins can share count once.
 double texels_of(const std::vector<Bin>& bins, const Image& image) {
   std::vector<std::pair<TextureRegion, glm::dvec3>> regions;
   double sum = 0.0;
@@ -184,7 +184,7 @@ double texels_of(const std::vector<Bin>& bins, const Image& image) {
   return sum;
 }
 
-/// Joins what would need copies of the same texels.
+/// Joins bins that would need copies of the same texels.
 void join_overlapping(std::vector<Bin>& bins, const Image& image) {
   UvBounds whole;
   for (const Bin& bin : bins) whole.add(bin.surface.bounds);
@@ -192,16 +192,16 @@ void join_overlapping(std::vector<Bin>& bins, const Image& image) {
   while (bins.size() > 1) {
     Pair pair = nearest_pair(bins, false);
     const bool kinds_only = pair.first == pair.second;
-    if (texels_of(bins, image) <= (kinds_only ? kMostPartTexels : kMostPieceTexels) * whole_texels) return;
+    if (texels_of(bins, image) <= (kinds_only ? kMaxPartTexels : kMaxPieceTexels) * whole_texels) return;
     if (kinds_only) pair = nearest_pair(bins, true);
     join(bins, pair.first, pair.second);
   }
 }
 
-/// The parts of a material; one if it is not to be split.
+/// Finds the parts of a material; one if it is not to be split.
 std::vector<Bin> find_parts(std::vector<Bin> bins, const Material& material, const std::vector<Image>& images) {
   join_lightest(bins);
-  for (Pair pair = nearest_pair(bins, false); pair.first != pair.second && (pair.difference < kAlikePieces || bins.size() > kMostParts);
+  for (Pair pair = nearest_pair(bins, false); pair.first != pair.second && (pair.difference < kAlikePieces || bins.size() > kMaxParts);
        pair = nearest_pair(bins, false))
     join(bins, pair.first, pair.second);
   for (Pair pair = nearest_pair(bins, true); pair.first != pair.second && pair.difference < kAlikeParts; pair = nearest_pair(bins, true))
@@ -210,7 +210,7 @@ std::vector<Bin> find_parts(std::vector<Bin> bins, const Material& material, con
   return bins;
 }
 
-/// By material, its pieces by colour.
+/// [material] its pieces, in bins of one colour.
 std::vector<std::vector<Bin>> bins_by_material(std::size_t material_count, const std::array<PieceSurfaces, 2>& surfaces) {
   std::vector<std::map<std::pair<Kind, std::array<int, 3>>, Bin>> sorted(material_count);
   for (const Kind kind : {kLeaf, kWood})
@@ -226,7 +226,7 @@ std::vector<std::vector<Bin>> bins_by_material(std::size_t material_count, const
   return bins;
 }
 
-/// By material and piece, the piece's new material.
+/// The new material of each piece, by material and piece.
 using NewMaterials = std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t>;
 
 void apply(const NewMaterials& materials, const Pieces& pieces, Mesh& mesh) {
@@ -248,7 +248,7 @@ void split_materials(Plant& plant) {
   std::array<NewMaterials, 2> new_materials;
   for (std::uint32_t m = 0; m < bins.size(); ++m) {
     const std::vector<Bin> parts = find_parts(std::move(bins[m]), plant.materials[m], plant.images);
-    if (parts.size() < 2 || plant.materials.size() + parts.size() > kMostMaterials) continue;
+    if (parts.size() < 2 || plant.materials.size() + parts.size() > kMaxMaterials) continue;
     const Material whole = plant.materials[m];
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::uint32_t number = i == 0 ? m : static_cast<std::uint32_t>(plant.materials.size());

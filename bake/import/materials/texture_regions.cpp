@@ -16,15 +16,15 @@
 namespace coppice::bake {
 namespace {
 
-// A region that is more of the image than this is not worth an image of its own.
-constexpr double kMostKept = 0.75;
-// Texels kept around what is shown, for the filter.
+// Maximum share of the image for a region that is worth an image of its own.
+constexpr double kMaxKept = 0.75;
+// Texels round the shown ones that the filter needs.
 constexpr double kMargin = 1.0;
 
-/// Materials whose texels differ by no more than this, 0..1 in sRGB, may have them in common.
+/// Materials whose texels differ by no more than this, 0..1 in sRGB, may share them.
 constexpr double kAlikeColors = 12.0 / 255.0;
-/// Differently coloured copies of one region; a material with yet another colour shares the first.
-constexpr std::size_t kMostCopies = 8;
+/// Maximum number of differently coloured copies of a region. A material with yet another colour shares the first.
+constexpr std::size_t kMaxCopies = 8;
 
 /// What a material shows of its image.
 struct Shown {
@@ -44,13 +44,13 @@ std::vector<Shown> shown_by_material(const Plant& plant) {
   return shown;
 }
 
-/// The period that holds all of the axis's coordinates; none where they are in several.
+/// The period that holds all coordinates of the axis; none if they span several.
 std::optional<double> period_of(double low, double high) {
   const double period = std::floor(low);
   return std::isfinite(period) && high <= period + 1.0 ? std::optional(period) : std::nullopt;
 }
 
-/// The least region around `region` that is whole texels of both of two images of one surface.
+/// The smallest region round `region` that is whole texels in both of two images of one surface.
 TextureRegion snapped(const TextureRegion& region, const Image& image, const Image& other) {
   const glm::uvec2 side(image.width, image.height), other_side(other.width, other.height);
   TextureRegion result;
@@ -62,7 +62,7 @@ TextureRegion snapped(const TextureRegion& region, const Image& image, const Ima
   return result;
 }
 
-/// The same region of another image.
+/// The same region in an image of another size.
 TextureRegion rescaled(const TextureRegion& region, const Image& from, const Image& to) {
   const auto scaled = [](std::uint32_t texel, std::uint32_t from_side, std::uint32_t to_side) {
     return static_cast<std::uint32_t>(std::uint64_t{texel} * to_side / from_side);
@@ -81,7 +81,7 @@ Image cut(const Image& image, const TextureRegion& region) {
   return result;
 }
 
-/// uv becomes (uv - offset) * scale.
+/// A change of texture coordinates: uv becomes (uv - offset) * scale.
 struct UvChange {
   glm::dvec2 offset{0.0}, scale{1.0};
 };
@@ -97,9 +97,9 @@ UvChange change_for(const UvBounds& bounds, const TextureRegion& region, const I
   return change;
 }
 
-/// A vertex that triangles of several materials share is split, so that each has its own coordinates.
+/// Applies the changes. A vertex that triangles of several materials share is split, so that each has its own coordinates.
 void change_uvs(Mesh& mesh, const std::vector<UvChange>& changes) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> copies;  // of a vertex for a material
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> copies;  // the copy of a vertex for a material
   std::vector<std::uint32_t> material_of(mesh.positions.size(), kNone);
   const std::vector<glm::vec2> source = mesh.uvs;
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
@@ -120,17 +120,17 @@ void change_uvs(Mesh& mesh, const std::vector<UvChange>& changes) {
   }
 }
 
-/// Images that have been cut out of others, and in which colour they are shown.
+/// Images that have been cut out of others, and the colour in which they are shown.
 class CutImages {
  public:
   explicit CutImages(std::vector<Image>& images) : images_(images) {}
 
-  /// The image's region, shared with who shows about the same colour of it.
+  /// Cuts the image's region, or shares the cut of a material that shows it in about the same colour.
   std::uint32_t take(std::uint32_t image, const TextureRegion& region, const glm::dvec3& color) {
     auto& copies = copies_[{image, region.first.x, region.first.y, region.last.x, region.last.y}];
     for (const Copy& copy : copies)
       if (color_difference(copy.color, color) <= kAlikeColors) return copy.image;
-    if (copies.size() >= kMostCopies) return copies.front().image;
+    if (copies.size() >= kMaxCopies) return copies.front().image;
     copies.push_back({static_cast<std::uint32_t>(images_.size()), color});
     images_.push_back(cut(images_[image], region));
     return copies.back().image;
@@ -154,7 +154,7 @@ bool is_shared_by_others(const std::vector<Material>& materials, const std::vect
   return false;
 }
 
-/// Cuts what is worth it: new images, and how the coordinates of each material change.
+/// Cuts images where it pays, and returns how each material's coordinates change.
 std::vector<UvChange> cut_images(Plant& plant) {
   const std::vector<Shown> shown = shown_by_material(plant);
   std::vector<UvChange> changes(plant.materials.size());
@@ -166,7 +166,7 @@ std::vector<UvChange> cut_images(Plant& plant) {
     const Image& image = plant.images[material.image];
     TextureRegion region = texture_region(shown[m].bounds, image);
     if (material.normal_map != kNone) region = snapped(region, image, plant.images[material.normal_map]);
-    const bool is_small = static_cast<double>(region.texels()) <= kMostKept * static_cast<double>(image.width) * image.height;
+    const bool is_small = static_cast<double>(region.texels()) <= kMaxKept * static_cast<double>(image.width) * image.height;
     if (!is_small && !is_shared_by_others(before, shown, m)) continue;
     changes[m] = change_for(shown[m].bounds, region, image);
     if (material.normal_map != kNone) {

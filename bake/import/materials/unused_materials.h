@@ -4,7 +4,7 @@
 
 namespace coppice::bake {
 
-/// Drops materials that no card, leaf mesh or wood uses, and images that no material does, and renumbers the rest.
+/// Drops materials that no card, leaf mesh or wood uses, and images that no material uses, and renumbers the rest.
 void drop_unused_materials(BakedPlant& plant);
 
 }  // namespace coppice::bake

@@ -17,17 +17,19 @@
 namespace coppice::bake {
 namespace {
 
-/// What a person would call another colour.
+/// A difference that a person would call another colour.
 constexpr float kVisibleDifference = 0.1f;
-/// A channel that varies less is constant; one that is nearer to 0 or 1 says nothing.
+/// A channel that varies less is constant. One that stays this near to 0 or 1 says nothing.
 constexpr double kConstant = 0.02;
-/// A weight varies at least so much; one that is a phase more.
-constexpr double kLeastRange = 0.3, kLeastPhaseRange = 0.5;
-/// Correlation with height of a weight that grows with it, and of channels that have nothing to do with each other.
+/// Minimum range of a weight, and of a phase.
+constexpr double kMinRange = 0.3, kMinPhaseRange = 0.5;
+/// Minimum correlation with height of a weight that grows with it, and maximum correlation of channels that have nothing to do with each
+/// other.
 constexpr double kGrows = 0.9, kApart = 0.5;
-/// Pieces that say how a channel varies within one, the share of them that must agree, and how much of the whole range each has.
-constexpr std::size_t kLeastPieces = 8;
-constexpr double kMostPieces = 0.8, kWholeRange = 0.8;
+/// How many pieces it takes to judge how a channel varies within one, the share of them that must agree, and the share of the whole range
+/// that each has.
+constexpr std::size_t kMinPieces = 8;
+constexpr double kMaxPieces = 0.8, kWholeRange = 0.8;
 
 struct Range {
   double low = 1.0, high = 0.0;
@@ -61,16 +63,15 @@ struct Channel {
   double with_height = 0.0;      ///< correlation
   double whole_pieces = 0.0;     ///< share of pieces in which it has nearly its whole range
   double constant_pieces = 0.0;  ///< share of pieces in which it is constant
-  std::size_t piece_count = 0;   ///< of at least three vertices
+  std::size_t piece_count = 0;   ///< how many have at least three vertices
 
   [[nodiscard]] bool is_constant() const { return range.size() < kConstant; }
   [[nodiscard]] bool is_at_end() const { return is_constant() && (range.high < kConstant || range.low > 1.0 - kConstant); }
   [[nodiscard]] bool grows() const {
-    return range.size() >= kLeastRange && (std::abs(with_height) >= kGrows || (piece_count >= kLeastPieces && whole_pieces >= kMostPieces));
+    return range.size() >= kMinRange && (std::abs(with_height) >= kGrows || (piece_count >= kMinPieces && whole_pieces >= kMaxPieces));
   }
   [[nodiscard]] bool is_phase() const {
-    return range.size() >= kLeastPhaseRange && piece_count >= kLeastPieces && constant_pieces >= kMostPieces &&
-           std::abs(with_height) < kApart;
+    return range.size() >= kMinPhaseRange && piece_count >= kMinPieces && constant_pieces >= kMaxPieces && std::abs(with_height) < kApart;
   }
 };
 
@@ -106,7 +107,7 @@ bool is_grey(std::span<const ColoredVertex> vertices) {
   });
 }
 
-/// By material, the vertices of its triangles.
+/// [material] the vertices of its triangles.
 std::vector<std::vector<ColoredVertex>> vertices_by_material(const TriangleSoup& soup, std::size_t material_count) {
   const Mesh& mesh = soup.mesh;
   const std::vector<std::uint32_t> welded = weld(mesh.positions, soup.vertex_instances);
@@ -159,7 +160,8 @@ void warn(const std::string& material, const glm::vec4& spread, bool is_wind, st
     return;
   }
   if (std::max({spread.r, spread.g, spread.b}) > kVisibleDifference)
-    warnings.push_back(name + "its vertex colours differ; leaves and pieces of wood that differ clearly are told apart, each shows a mean");
+    warnings.push_back(
+        name + "its vertex colours differ; leaves and pieces of wood that differ clearly become separate materials, each with its mean");
   if (spread.a > kVisibleDifference) warnings.push_back(name + "the alpha of its vertex colours is not used");
 }
 

@@ -69,7 +69,7 @@ Result<std::vector<ClassRule>> parse_class_rules(std::string_view text, const st
     document = json::parse(text);
   } catch (const json::parse_error& error) {
     return Error{Status::bad_file, "not JSON", error.byte, name};
-  } catch (const json::exception& error) {  // a number that no type holds
+  } catch (const json::exception& error) {  // a number that fits no type
     return Error{Status::bad_file, "not JSON", Error::kNoOffset, name + ": " + error.what()};
   }
   if (!document.is_object()) return bad_value("not an object with the key classes", name);

@@ -31,7 +31,7 @@ double box_diagonal_m(const Mesh& mesh) {
 
 std::vector<PieceShape> measure_pieces(const Mesh& mesh, const Pieces& pieces) {
   std::vector<PieceShape> shapes(pieces.ranges.size());
-  // Each piece writes its own slot: the result does not depend on who measures which.
+  // Each piece writes its own slot, so the result does not depend on the threads.
   constexpr std::size_t kGrain = 64;
   parallel_for(
       shapes.size(),
@@ -43,7 +43,7 @@ std::vector<PieceShape> measure_pieces(const Mesh& mesh, const Pieces& pieces) {
   return shapes;
 }
 
-/// What becomes of a material's triangles that have no area: dropped where it is foliage.
+/// [material] What becomes of its triangles without area: they are dropped if it is foliage.
 std::vector<PlantPart> parts_without_area(const std::vector<PieceClass>& classes, const std::vector<Material>& materials,
                                           const std::vector<std::vector<MaterialRule>>& rules) {
   std::vector<std::uint32_t> leaf_counts(materials.size(), 0), other_counts(materials.size(), 0);
@@ -94,7 +94,7 @@ struct Finder {
     return std::ranges::any_of(classed.classes, [](const PieceClass& each) { return each.part == PlantPart::leaf; });
   }
 
-  /// Takes sheets for leaves where nothing else is one; if there are none, those that grow out of common points.
+  /// Makes leaves of sheets if nothing else is a leaf; if there are no sheets, of those that grow out of common points.
   void look_for_sheets() {
     if (judge_sheets(classed)) return;
     Pieces whole = std::exchange(pieces, split_surfaces(mesh, welded));
@@ -110,7 +110,7 @@ struct Finder {
   void judge_pieces() {
     const double extent_m = box_diagonal_m(mesh);
     const std::vector<PieceShape> shapes = measure_pieces(mesh, pieces);
-    // No wider than the weld tolerance: rounding made it, or it fills a T-junction.
+    // It is no wider than the weld tolerance: rounding made it, or it fills a T-junction.
     const double tolerance_m = extent_m * static_cast<double>(kWeldTolerance);
     std::vector<bool> left_out(shapes.size());
     for (std::size_t i = 0; i < shapes.size(); ++i)
@@ -159,7 +159,7 @@ struct Finder {
     turn_to_normals(found.wood);
   }
 
-  /// Counts what has no area and is dropped, and adds a class for it to each material.
+  /// Counts dropped leaves without area, and adds a class for them to each material.
   void count_dropped(FoundParts& found) const {
     std::vector<PieceClass> dropped(materials.size());
     for (std::size_t i = 0; i < pieces.ranges.size(); ++i)

@@ -21,21 +21,21 @@
 namespace coppice::bake {
 namespace {
 
-// A leaf is at least so flat; between it and a tube (kTubeFlatness) nothing is said.
+// Minimum flatness of a leaf. Between this and kTubeFlatness a piece may be either.
 constexpr double kFlat = 0.75;
-// Half way between a tube and a ball.
+// Half way from the flatness of a tube to that of a ball.
 constexpr double kBall = 0.45;
-// Of this bulk (piece_shape.h) a piece is a body: a blob of a crown, a cone, a cactus.
+// Minimum bulk (piece_shape.h) of a body: a blob of a crown, a cone, a cactus.
 constexpr double kBody = 0.2;
-// A class this large says what the leaves of its material look like.
-constexpr std::uint32_t kLeastCompany = 8;
+// Minimum size of a class that says what the leaves of its material look like.
+constexpr std::uint32_t kMinCompany = 8;
 
-/// Straight from (x0, y0) to (x1, y1), level outside.
+/// Interpolates from (x0, y0) to (x1, y1), and is level outside.
 double ramp(double x, double x0, double y0, double x1, double y1) {
   return y0 + (y1 - y0) * std::clamp((x - x0) / (x1 - x0), 0.0, 1.0);
 }
 
-/// The value that so large a share of them is below.
+/// The value below which this share of `values` lies.
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
   std::nth_element(values.begin(), at, values.end());
@@ -60,13 +60,13 @@ std::pair<double, double> heights_of(const Mesh& mesh, const Pieces& pieces, std
 }
 
 bool has_holes(const Material& material, const std::vector<Image>& images) {
-  // Images saved with alpha for no reason have stray texels.
-  constexpr double kMostCovered = 0.98;
+  // Images that were saved with alpha for no reason have stray texels.
+  constexpr double kMaxCoverage = 0.98;
   return material.alpha_cutoff > 0.0f && material.image != kNone &&
-         alpha_coverage(images[material.image], material.alpha_cutoff) < kMostCovered;
+         alpha_coverage(images[material.image], material.alpha_cutoff) < kMaxCoverage;
 }
 
-/// The texel at a coordinate, textures repeat.
+/// The texel at a coordinate. Textures repeat.
 const std::uint8_t* texel_at(const Image& image, const glm::vec2& uv) {
   const auto along = [](float coordinate, std::uint32_t size) {
     const auto texel = static_cast<std::uint32_t>(glm::fract(coordinate) * static_cast<float>(size));
@@ -75,7 +75,7 @@ const std::uint8_t* texel_at(const Image& image, const glm::vec2& uv) {
   return &image.rgba[4 * (std::size_t{along(uv.y, image.height)} * image.width + along(uv.x, image.width))];
 }
 
-/// Mean linear colour of what is seen of some triangles, sampled; black where nothing is.
+/// Samples the mean linear colour of what triangles show; black if they show nothing.
 glm::dvec3 mean_color(const Mesh& mesh, std::span<const std::uint32_t> triangles, const Material& material,
                       const std::vector<Image>& images) {
   const glm::dvec3 factor(material.base_color);
@@ -109,14 +109,14 @@ double flatness_evidence(double flatness, bool holes) {
   return holes ? std::max(value, -0.5) : value;
 }
 
-/// How many pieces of each material are about as large in triangles and length: steps of two.
+/// Counts for each material how many pieces are about as large in triangles and length, in steps of two.
 class Kin {
  public:
   explicit Kin(const std::vector<PieceClass>& classes) {
     for (const PieceClass& each : classes) counts_[step_of(each)] += each.piece_count;
   }
 
-  /// Of the pieces at most a step away in both.
+  /// Number of pieces that are at most a step away in both.
   [[nodiscard]] double count(const PieceClass& of) const {
     const auto [material, triangles, length] = step_of(of);
     std::uint64_t sum = 0;
@@ -140,22 +140,23 @@ double repetition_evidence(double count) {
   return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
 }
 
-/// The most repeated class of flat pieces of a material, or one of pieces that are not round and twice as many; none where nothing is
-/// repeated.
+/// Finds a material's most repeated class of flat pieces, or a class of pieces that are not round if it has twice as many; none if nothing
+/// is repeated.
 std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
   std::optional<std::size_t> first;
   for (std::size_t i = 0; i < of_material.size(); ++i) {
     const PieceClass& each = of_material[i];
-    if (each.piece_count < kLeastCompany || each.flatness < kTubeFlatness) continue;
+    if (each.piece_count < kMinCompany || each.flatness < kTubeFlatness) continue;
     if (!first) first = i;
     if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
   }
   return first;
 }
 
-/// Beside leaves: what is round, or many times as long and of another shape, or longer and much more slender.
+/// Evidence against pieces beside leaves: round ones, those many times as long and of another shape, and those longer and much more
+/// slender.
 double company_evidence(const PieceClass& of, const PieceClass& leaves) {
-  // The last has all that speaks for leaves, but for its form.
+  // All other evidence speaks for slender pieces as for leaves, so their penalty is larger.
   constexpr double kOdd = -4.0, kSlender = -8.0;
   if (of.piece_count >= leaves.piece_count) return 0.0;
   const bool is_slender = of.length_m >= 1.5 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
@@ -195,16 +196,16 @@ const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::ui
   return found == rules.end() ? nullptr : &*found;
 }
 
-/// [class] some of its triangles.
+/// [class] A sample of its triangles.
 std::vector<std::vector<std::uint32_t>> sample_classes(const Pieces& pieces, const ClassedPieces& classed) {
-  // Enough for a mean colour.
-  constexpr std::size_t kMostSampled = 256;
+  // These are enough for a mean colour.
+  constexpr std::size_t kMaxSampled = 256;
   std::vector<std::vector<std::uint32_t>> samples(classed.classes.size());
   for (std::size_t i = 0; i < pieces.ranges.size(); ++i) {
     if (classed.class_of[i] == kNone) continue;
     std::vector<std::uint32_t>& sample = samples[classed.class_of[i]];
     const LeafRange& range = pieces.ranges[i];
-    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMostSampled; ++k)
+    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMaxSampled; ++k)
       sample.push_back(pieces.triangles[range.first_triangle + k]);
   }
   return samples;
@@ -218,14 +219,14 @@ void judge(PieceClass& of, double extent_m) {
   of.reason = explain(of);
 }
 
-/// A quad would not show it.
+/// Makes wood of a body: a quad would not show it.
 void take_for_body(PieceClass& of) {
   of.part = PlantPart::wood;
   of.is_shell = true;
   of.reason += ", but a body";
 }
 
-/// What stands below all leaves, and nothing but its form speaks for it: plates and gravel of a pot.
+/// Makes wood of pieces below all leaves for which only their form speaks: plates and gravel of a pot.
 void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
   constexpr double kBelow = -2.5;
   constexpr std::uint64_t kFewer = 10;
@@ -295,7 +296,7 @@ ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::ve
 }
 
 void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<MaterialRule>>& rules, ClassedPieces& classed) {
-  // Nobody looks at one of so many bodies.
+  // Nobody looks at a single one of this many bodies.
   constexpr double kMany = 100.0;
   std::vector<PieceClass>& classes = classed.classes;
   const std::vector<std::vector<std::uint32_t>> samples = sample_classes(surface.pieces, classed);
@@ -329,12 +330,12 @@ void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<M
 }
 
 bool judge_sheets(ClassedPieces& classed) {
-  // Fewer are a label or the ground, unless they have holes or a name that says what they are.
+  // Fewer sheets are a label or the ground, unless they have holes or a telling name.
   constexpr std::uint64_t kSeveral = 3;
   constexpr double kFoliage = 2.0;
   const auto is_sheet = [&](std::size_t i) {
     const PieceClass& of = classed.classes[i];
-    const LeafEvidence& evidence = of.evidence;  // 0 where a rule decided
+    const LeafEvidence& evidence = of.evidence;  // all 0 if a rule decided
     return of.part == PlantPart::wood && evidence.flatness > 0.0 && evidence.name >= 0.0 && classed.bulks[i] < kBody;
   };
   std::map<std::uint32_t, std::uint64_t> sheet_counts;

@@ -12,7 +12,6 @@
 
 namespace coppice::bake {
 
-/// The classes of a soup's pieces.
 struct ClassedPieces {
   std::vector<PieceClass> classes;      ///< by material, then most pieces first
   std::vector<double> bulks;            ///< [class count] medians; see piece_shape.h
@@ -25,7 +24,7 @@ struct ClassedPieces {
 ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
                            const std::vector<bool>& left_out);
 
-/// A plant's surface in pieces, and what they show. Refers to what it is made of.
+/// A plant's surface in pieces, and what they show. Holds references.
 struct SurfacePieces {
   const Mesh& mesh;
   const Pieces& pieces;
@@ -34,11 +33,11 @@ struct SurfacePieces {
   double extent_m = 0.0;  ///< diagonal of the plant's box
 };
 
-/// Fills in evidence, part and reason of each class: see find_leaves.h.
+/// Fills in evidence, part and reason of each class, as find_leaves.h says.
 void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<MaterialRule>>& rules, ClassedPieces& classed);
 
-/// For a plant in which nothing is a leaf: makes leaves of the sheets that judge_classes() found too few, too large or too plain, if there
-/// are any; see find_leaves.h. Returns whether there are.
+/// For a plant without leaves: makes leaves of the sheets that judge_classes() found too few, too large or too plain (find_leaves.h).
+/// Returns whether there are any.
 bool judge_sheets(ClassedPieces& classed);
 
 }  // namespace coppice::bake

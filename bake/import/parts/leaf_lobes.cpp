@@ -1,5 +1,5 @@
-// Contacts between pieces are sorted by what touches what, and each sort is judged as a whole: it holds lobes together, or it is how
-// leaves happen to touch. Only pieces of about the sizes that touch anywhere are looked at; most plants have none.
+// Contacts between pieces are sorted by what touches what, and each sort is judged as a whole: either it holds lobes together, or leaves
+// merely happen to touch. Only pieces of sizes that touch anywhere are looked at; most plants have none.
 
 #include "leaf_lobes.h"
 
@@ -25,14 +25,14 @@
 namespace coppice::bake {
 namespace {
 
-// Larger pieces are no lobes.
-constexpr std::size_t kMostTriangles = 128;
-// Where more meet, they hang on one point.
-constexpr std::size_t kMostAtPoint = 16;
-// A sort of contact is how a leaf is made if so many of the pieces have it: some are damaged, some touch others too.
+// Maximum number of a lobe's triangles.
+constexpr std::size_t kMaxTriangles = 128;
+// Maximum number of pieces at a point; more hang on one point.
+constexpr std::size_t kMaxAtPoint = 16;
+// Share of the pieces that must have a sort of contact to make it the way a leaf is made: some pieces are damaged, some touch others too.
 constexpr double kNearlyAll = 0.85;
 
-/// Two pieces and the points at which they touch, by each one's numbers.
+/// Two pieces and the points at which they touch, in each one's numbers.
 struct Contact {
   std::uint32_t a = 0, b = 0;  ///< pieces
   std::vector<std::uint32_t> points_a, points_b;
@@ -72,7 +72,7 @@ Sorted sort_by_piece(const std::vector<std::uint32_t>& piece_of) {
   return sorted;
 }
 
-/// Points at which several pieces meet, with those, in order.
+/// A point at which several pieces meet, and one of them; in order.
 using Meeting = std::pair<std::uint32_t, std::uint32_t>;
 std::vector<Meeting> find_meetings(const Points& points, const std::vector<std::uint32_t>& piece_of) {
   std::vector<std::uint32_t> first_at(points.count(), kNone);
@@ -114,7 +114,7 @@ class LobeJoiner {
   [[nodiscard]] const PieceKind& kind_of(std::uint32_t piece) const { return table_.kinds[pieces_[piece].kind]; }
   void unite(std::uint32_t a, std::uint32_t b) { joined_.join(pieces_[a].first_triangle, pieces_[b].first_triangle); }
 
-  /// Numbers the pieces of each size that touch anywhere.
+  /// Numbers all pieces of the sizes that touch anywhere.
   void number_pieces(const std::vector<Meeting>& meetings) {
     const Sorted sorted = sort_by_piece(piece_of_);
     std::set<std::pair<std::uint32_t, std::size_t>> sizes;
@@ -122,7 +122,7 @@ class LobeJoiner {
     for (const auto& [point, piece] : meetings) meets[piece] = true;
     const auto size_of = [&](std::size_t i) { return std::pair{mesh_.triangle_materials[sorted.of(i)[0]], sorted.of(i).size()}; };
     for (std::size_t i = 0; i < sorted.ranges.size(); ++i)
-      if (meets[sorted.of(i)[0]] && sorted.of(i).size() <= kMostTriangles) sizes.insert(size_of(i));
+      if (meets[sorted.of(i)[0]] && sorted.of(i).size() <= kMaxTriangles) sizes.insert(size_of(i));
     number_of_.assign(piece_of_.size(), kNone);
     for (std::size_t i = 0; i < sorted.ranges.size(); ++i) {
       if (!sizes.contains(size_of(i))) continue;
@@ -131,7 +131,7 @@ class LobeJoiner {
     }
   }
 
-  /// The number of a point within a piece; how many there are if only triangles without area have it.
+  /// The number of a point within a piece; the number of its points if only triangles without area have it.
   [[nodiscard]] std::uint32_t number_in(std::uint32_t piece, std::uint32_t point) const {
     const auto& all = pieces_[piece].points;
     return static_cast<std::uint32_t>(std::ranges::find(all, point) - all.begin());
@@ -146,7 +146,7 @@ class LobeJoiner {
         const std::uint32_t piece = number_of_[meetings[last].second];
         if (piece != kNone && pieces_[piece].kind != kNone) here.push_back(piece);
       }
-      if (here.size() > 1 && last - first <= kMostAtPoint) visit(meetings[first].first, here);
+      if (here.size() > 1 && last - first <= kMaxAtPoint) visit(meetings[first].first, here);
     }
   }
 
@@ -172,7 +172,7 @@ class LobeJoiner {
 
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-  /// Pieces of one kind, or of all kinds of one topology.
+  /// All pieces of one kind, or of all kinds of one topology.
   struct Group {
     bool is_kind = false;
     std::uint32_t number = 0;
@@ -182,7 +182,7 @@ class LobeJoiner {
     return group.is_kind ? table_.kinds[group.number].count : table_.topology_counts[group.number];
   }
 
-  /// What touches what, and where.
+  /// A sort of contact: what touches what, and where.
   struct Sort {
     Group a, b;
     std::vector<std::uint32_t> points_a, points_b;
@@ -198,8 +198,8 @@ class LobeJoiner {
     sorts[sort].emplace_back(swapped ? contact.b : contact.a, swapped ? contact.a : contact.b);
   }
 
-  /// One of each: contacts of different kinds. Of different topologies, all pieces of one must take part: a leaf may have a kind for each
-  /// place on an instanced twig, and so may the twig. First by what touches where, then without it.
+  /// Joins contacts between different kinds, one of each. If topologies differ too, all pieces of one topology must take part: a leaf may
+  /// have a kind for each place on an instanced twig, and so may the twig. Looks first at which points touch, then at the kinds alone.
   void join_partners() {
     for (const bool with_points : {true, false}) {
       Sorts sorts;
@@ -216,15 +216,15 @@ class LobeJoiner {
         add(sorts, contact, kind_a, all_b, with_points);
       }
       for (const auto& [sort, pairs] : sorts) {
-        // What is known to touch in one place may touch by chance in others.
+        // Groups that are joined at one place may touch by chance at others.
         if (partners_.contains({sort.a, sort.b}) && !with_points) continue;
         if (join_if_partners(pairs, count(sort.a), count(sort.b))) partners_.insert({sort.a, sort.b});
       }
     }
   }
 
-  /// Joins the pairs if nearly all of both groups have just one partner in the other, or two; or one group is twice as many. Whether it
-  /// did.
+  /// Joins the pairs if nearly all of both groups have one partner, or two, in the other, or if one group is twice as many. Returns whether
+  /// it did.
   bool join_if_partners(Pairs pairs, std::uint32_t count_a, std::uint32_t count_b) {
     if (count_a > count_b) {
       std::swap(count_a, count_b);
@@ -252,8 +252,8 @@ class LobeJoiner {
     return false;
   }
 
-  /// One lobe may come in several kinds, one for each leaf of an instanced twig: each touches just one of a third kind, which has one of
-  /// them.
+  /// Joins a lobe that comes in several kinds, one for each leaf of an instanced twig: every piece of them touches just one of a third
+  /// kind, which touches one of them.
   void join_complements() {
     std::map<std::pair<std::uint32_t, std::uint32_t>, Pairs> sorts;
     for (const Contact& contact : contacts_) {
@@ -287,7 +287,8 @@ class LobeJoiner {
       if (i == 0 || pairs[i].second != pairs[i - 1].second) unite(pairs[i].first, pairs[i].second);
   }
 
-  /// A sheet is no part of a tube, nor a blade of its stalk; two that are alike stand beside a third of their size.
+  /// Whether both can belong to one leaf: a sheet is no part of a tube, a blade none of its stalk. If `each` is 2, two alike pieces stand
+  /// beside one that is at most three times as long or short.
   [[nodiscard]] bool may_be_one(std::uint32_t a, std::uint32_t b, std::uint32_t each) const {
     constexpr double kSlender = 2.5, kAboutAsLong = 3.0;
     const PieceKind &first = kind_of(a), &second = kind_of(b);
@@ -296,7 +297,7 @@ class LobeJoiner {
     return each == 1 || std::max(first.length_m, second.length_m) <= kAboutAsLong * std::min(first.length_m, second.length_m);
   }
 
-  /// Copies side by side, or end to end if slender: of one topology if all are so, else of one kind.
+  /// Joins copies side by side, or end to end if they are slender: all of one topology if all are so, else all of one kind.
   void join_strips() {
     for (const bool by_kind : {false, true}) {
       std::map<std::tuple<std::uint32_t, std::vector<std::uint32_t>, std::vector<std::uint32_t>>, Pairs> sorts;
@@ -330,7 +331,7 @@ class LobeJoiner {
     return nearest_m < kSideBySide * longest_m || kind.elongation >= kSlender;
   }
 
-  /// Nearly all pieces are in chains of equal length that are no rings.
+  /// Joins the pairs if nearly all pieces are in chains of equal length that are no rings.
   void join_if_chains(const Pairs& pairs, std::uint32_t count) {
     constexpr std::size_t kLongest = 8;
     UnionFind chains(pieces_.size());
@@ -349,13 +350,13 @@ class LobeJoiner {
     std::map<std::size_t, std::size_t> in_chains_of;
     for (const auto& [chain, length] : lengths)
       if (links[chain] == length - 1) in_chains_of[length] += length;
-    const auto most = std::ranges::max_element(in_chains_of, {}, [](const auto& entry) { return entry.second; });
-    if (most == in_chains_of.end() || most->first > kLongest || static_cast<double>(most->second) < kNearlyAll * count) return;
+    const auto usual = std::ranges::max_element(in_chains_of, {}, [](const auto& entry) { return entry.second; });
+    if (usual == in_chains_of.end() || usual->first > kLongest || static_cast<double>(usual->second) < kNearlyAll * count) return;
     for (const auto& [a, b] : pairs)
-      if (lengths[chains.find(a)] == most->first && links[chains.find(a)] == most->first - 1) unite(a, b);
+      if (lengths[chains.find(a)] == usual->first && links[chains.find(a)] == usual->first - 1) unite(a, b);
   }
 
-  /// Copies in one plane that are fanned out of one point.
+  /// Joins copies in one plane that are fanned out of one point.
   void join_fans(const std::vector<Meeting>& meetings) {
     using Fan = std::vector<std::uint32_t>;
     std::map<std::tuple<std::uint32_t, std::uint32_t, std::size_t>, std::vector<Fan>> sorts;
@@ -378,7 +379,8 @@ class LobeJoiner {
     return {mesh_.positions[pieces_[piece].vertices[number]]};
   }
 
-  /// All points in one plane, and the directions from the common point open by at most a right angle each, but for one gap.
+  /// Whether all points are in one plane, and the directions from the common point open by at most a right angle each, apart from one
+  /// larger opening.
   [[nodiscard]] bool is_flat_fan(const std::vector<std::uint32_t>& fan, std::uint32_t number) const {
     constexpr double kOffPlane = 0.01, kWidestStep = 0.5 * std::numbers::pi;
     const glm::dvec3 center = position(fan[0], number);
@@ -413,12 +415,12 @@ class LobeJoiner {
   const Mesh& mesh_;
   const Points& points_;
   std::vector<std::uint32_t>& piece_of_;
-  UnionFind joined_;  ///< of first triangles
+  UnionFind joined_;  ///< joins first triangles of pieces
   std::vector<NumberedPiece> pieces_;
-  std::vector<std::uint32_t> number_of_;  ///< [triangle count] of the piece with this first triangle, kNone if it is not looked at
+  std::vector<std::uint32_t> number_of_;  ///< [triangle count] number of the piece with this first triangle; kNone if it is not looked at
   KindTable table_;
   std::vector<Contact> contacts_;
-  std::set<std::pair<Group, Group>> partners_;  ///< what was joined, the smaller first
+  std::set<std::pair<Group, Group>> partners_;  ///< the groups that were joined, the smaller first
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
-// Four partitions of the triangles, each found with union-find: by edge, by index, by both, by weld (see the header). All are refinements
-// of the last, so the choice is made within each welded piece on its own, with the counts of classes over the whole soup. Most welded
-// pieces are the same set in every partition; only the others cost anything. What comes apart so and is one leaf all the same is joined
-// afterwards (leaf_lobes.h).
+// Four partitions of the triangles, each found with union-find: by edge, by index, by both, by weld (see the header). All refine the last,
+// so the choice is made within each welded piece on its own, with the counts of classes over the whole soup. Most welded pieces are the
+// same set in every partition; only the others cost time. leaf_lobes.h afterwards joins what came apart and is one leaf all the same.
 
 #include "leaf_pieces.h"
 
@@ -24,12 +23,12 @@
 namespace coppice::bake {
 namespace {
 
-// A set is its parts when so much of it is parts of one class; the rest may be the rachis that bears them.
+// A set falls into its parts if this share of it is parts of one class; the rest may be the rachis that bears them.
 constexpr double kAlikeShare = 0.6;
-// For leaves that share whole edges: stricter, because the edge speaks for one surface.
+// The same for leaves that share whole edges: stricter, because a shared edge speaks for one surface.
 constexpr double kSameShare = 0.99;
 
-/// Pieces that may be copies of each other.
+/// Pieces with equal keys may be copies of each other.
 struct ClassKey {
   std::uint32_t material = 0, triangle_count = 0, point_count = 0;
   bool operator<(const ClassKey& other) const {
@@ -37,7 +36,7 @@ struct ClassKey {
   }
 };
 
-/// How many sets of a class each partition has; `alone` are those that are the same in all.
+/// How many sets of a class each partition has. `alone` counts those that are the same in all.
 struct ClassCounts {
   std::uint32_t alone = 0, welded = 0, both = 0, by_edge = 0, by_index = 0;
 };
@@ -53,7 +52,7 @@ struct Groups {
   }
 };
 
-/// set_of  any number below `set_limit` per item
+/// set_of  a number below `set_limit` for each item
 template <class SetOf>
 Groups group_by(TriangleList items, std::size_t set_limit, const SetOf& set_of) {
   Groups groups;
@@ -79,7 +78,7 @@ Groups group_by(TriangleList items, std::size_t set_limit, const SetOf& set_of) 
   return groups;
 }
 
-/// The same for few items: no array as long as the soup.
+/// part_by for few items: no array as long as the soup.
 template <class SetOf>
 std::vector<std::vector<std::uint32_t>> part_by(TriangleList items, const SetOf& set_of) {
   std::vector<std::vector<std::uint32_t>> parts;
@@ -92,7 +91,7 @@ std::vector<std::vector<std::uint32_t>> part_by(TriangleList items, const SetOf&
   return parts;
 }
 
-/// The two points of an edge, the smaller first, and whose edge it is: sorted, edges of one place are neighbours.
+/// An edge: its two points, the smaller first, and its owner. After sorting, edges of one place are neighbours.
 using Edge = std::array<std::uint32_t, 3>;
 
 Edge edge_between(std::uint32_t a, std::uint32_t b, std::uint32_t owner) {
@@ -103,10 +102,10 @@ bool same_place(const Edge& a, const Edge& b) {
   return a[0] == b[0] && a[1] == b[1];
 }
 
-/// The three points of a triangle in rising order, and its number.
+/// A triangle: its three points in rising order, and its number.
 using SortedTriangle = std::pair<std::array<std::uint32_t, 3>, std::uint32_t>;
 
-/// Joins triangles that are the same; returns those that are not a repetition of an earlier one.
+/// Joins triangles that are the same; returns the first of each.
 std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList triangles, UnionFind& sets) {
   std::vector<SortedTriangle> sorted;
   sorted.reserve(triangles.size());
@@ -126,8 +125,8 @@ std::vector<std::uint32_t> join_repeated(const Points& points, TriangleList tria
   return distinct;
 }
 
-/// Joins triangles across edges that have two of them. With three or more the surface branches: crossed cards, fins. Triangles without
-/// area do not count: they belong to whatever they lie on.
+/// Joins triangles across edges that have two of them. At an edge with three or more the surface branches: crossed cards, fins. Triangles
+/// without area do not count, since they belong to the surface that they lie on.
 void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -145,7 +144,7 @@ void join_edges(const Points& points, TriangleList triangles, UnionFind& sets) {
   }
 }
 
-/// Joins triangles that have a corner of the same key.
+/// Joins triangles that have corners with the same key.
 template <class KeyOf>
 void join_corners(TriangleList triangles, std::size_t key_count, const KeyOf& key_of, UnionFind& sets) {
   std::vector<std::uint32_t> first(key_count, kNone);
@@ -180,7 +179,7 @@ class Splitter {
         triangles_, points_.count(), [&](std::size_t t, std::size_t k) { return points_.of(t)[k]; }, welded_);
   }
 
-  /// [triangle count of the mesh] a number for the piece of each triangle; kNone for those that were not given.
+  /// [triangle count of the mesh] Numbers the pieces: the number of each triangle's piece; kNone for triangles that were not given.
   std::vector<std::uint32_t> choose() {
     const Groups whole = group_by(triangles_, mesh_.triangle_materials.size(), [&](std::uint32_t t) { return welded_.find(t); });
     std::vector<std::size_t> mixed;
@@ -193,7 +192,7 @@ class Splitter {
   }
 
  private:
-  /// Of the triangles that have area, unless none has.
+  /// The class of a set, by its triangles with area; by all if none has any.
   ClassKey class_of(TriangleList set) const {
     std::vector<std::uint32_t> used;
     used.reserve(3 * set.size());
@@ -216,7 +215,7 @@ class Splitter {
     return part_by(set, [&](std::uint32_t t) { return sets.find(t); });
   }
 
-  /// Counts a welded piece and its parts; whether it is the same in all partitions.
+  /// Counts a welded piece and its parts. Returns whether it is the same in all partitions.
   bool count_classes(TriangleList set) {
     ClassCounts& counts = counts_[class_of(set)];
     ++counts.welded;
@@ -230,7 +229,7 @@ class Splitter {
     return false;
   }
 
-  /// The class that most triangles of a set's parts have, how many parts that is, and their share of the set.
+  /// The class that most triangles of a set's parts have, the number of these parts, and their share of the set.
   struct MainClass {
     ClassKey key;
     std::size_t part_count = 0;
@@ -239,8 +238,9 @@ class Splitter {
   MainClass main_class(TriangleList set, const std::vector<std::vector<std::uint32_t>>& parts) const {
     std::map<ClassKey, std::size_t> triangle_counts;
     for (const auto& part : parts) triangle_counts[class_of(part)] += part.size();
-    const auto most = std::ranges::max_element(triangle_counts, {}, [](const auto& entry) { return entry.second; });
-    return {most->first, most->second / most->first.triangle_count, static_cast<double>(most->second) / static_cast<double>(set.size())};
+    const auto dominant = std::ranges::max_element(triangle_counts, {}, [](const auto& entry) { return entry.second; });
+    return {dominant->first, dominant->second / dominant->first.triangle_count,
+            static_cast<double>(dominant->second) / static_cast<double>(set.size())};
   }
 
   void choose_within(TriangleList whole) {
@@ -255,15 +255,15 @@ class Splitter {
     }
   }
 
-  /// Whether parts that touch in points are one thing: only if it is repeated just so, they are not alike, and it is not made of things
-  /// that are repeated within it, as a twig with its leaves is.
+  /// Whether parts that touch in points are one thing: it is repeated as a whole, its parts are not alike, and it does not consist of
+  /// things that are repeated within it, as a twig with leaves does.
   bool is_one_shape(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) {
     if (counts_[class_of(whole)].welded < kRepeated || has_many_of_each(whole, parts)) return false;
-    const MainClass most = main_class(whole, parts);
-    const ClassCounts& counts = counts_[most.key];
-    // Single triangles are leaves only where others of them touch nothing.
-    const bool repeated = (most.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
-    return !(repeated && most.part_count > 1 && most.share >= kAlikeShare);
+    const MainClass dominant = main_class(whole, parts);
+    const ClassCounts& counts = counts_[dominant.key];
+    // Single triangles are leaves only if others of them touch nothing.
+    const bool repeated = (dominant.key.triangle_count > 1 ? counts.both : counts.alone) >= kRepeated;
+    return !(repeated && dominant.part_count > 1 && dominant.share >= kAlikeShare);
   }
 
   bool has_many_of_each(TriangleList whole, const std::vector<std::vector<std::uint32_t>>& parts) const {
@@ -271,23 +271,25 @@ class Splitter {
     constexpr double kShare = 0.4;
     std::map<ClassKey, std::vector<std::size_t>> sizes;
     for (const auto& part : parts) sizes[class_of(part)].push_back(part.size());
-    std::size_t covered = 0;
+    std::size_t repeated = 0;
     for (const auto& [key, of] : sizes)
-      if (of.size() >= kMany && key.triangle_count > 1) covered += std::accumulate(of.begin(), of.end(), std::size_t{0});
-    return static_cast<double>(covered) >= kShare * static_cast<double>(whole.size());
+      if (of.size() >= kMany && key.triangle_count > 1) repeated += std::accumulate(of.begin(), of.end(), std::size_t{0});
+    return static_cast<double>(repeated) >= kShare * static_cast<double>(whole.size());
   }
 
   bool are_alike(TriangleList piece, const std::vector<std::vector<std::uint32_t>>& parts) {
-    const MainClass most = main_class(piece, parts);
-    return most.part_count > 1 && most.share >= kAlikeShare && most.key.triangle_count > 1 && counts_[most.key].by_edge >= kRepeated;
+    const MainClass dominant = main_class(piece, parts);
+    return dominant.part_count > 1 && dominant.share >= kAlikeShare && dominant.key.triangle_count > 1 &&
+           counts_[dominant.key].by_edge >= kRepeated;
   }
 
   void choose_by_index(TriangleList part) {
     const auto index_parts = parts(part, by_index_);
     if (index_parts.size() > 1) {
-      const MainClass most = main_class(part, index_parts);
-      const ClassCounts& counts = counts_[most.key];
-      if (most.share >= kSameShare && counts.alone >= kRepeated && 2 * counts.alone >= counts.by_index && !has_repeated_triangles(part)) {
+      const MainClass dominant = main_class(part, index_parts);
+      const ClassCounts& counts = counts_[dominant.key];
+      if (dominant.share >= kSameShare && counts.alone >= kRepeated && 2 * counts.alone >= counts.by_index &&
+          !has_repeated_triangles(part)) {
         for (const auto& index_part : index_parts) assign(index_part);
         return;
       }
@@ -295,7 +297,7 @@ class Splitter {
     assign(part);
   }
 
-  /// A leaf modelled once per side has parts that are alike too.
+  /// Whether a leaf was modelled once per side: then its parts are alike too.
   bool has_repeated_triangles(TriangleList part) const {
     std::vector<std::array<std::uint32_t, 3>> sorted;
     for (const std::uint32_t t : part) {
@@ -318,7 +320,7 @@ class Splitter {
   std::vector<std::uint32_t> piece_of_;
 };
 
-/// Moves pieces without area that touch one that has some to the collapsed triangles.
+/// Moves pieces without area to the collapsed triangles if they touch a piece that has some.
 void take_thin_pieces(const Points& points, std::vector<std::uint32_t>& piece_of, std::vector<std::uint32_t>& whole,
                       std::vector<std::uint32_t>& collapsed) {
   std::vector<bool> has_area(piece_of.size(), false), seen(points.count(), false), touches(piece_of.size(), false);
@@ -359,8 +361,7 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
   }
 }
 
-/// piece_of_triangles(points, triangles): [triangle count] the first triangle of each triangle's piece, kNone for what is not in
-/// `triangles`
+/// piece_of_triangles(points, triangles): [triangle count] the first triangle of each triangle's piece; kNone for those not in `triangles`
 template <class PieceOf>
 Pieces split_with(const Mesh& mesh, const std::vector<std::uint32_t>& welded, const PieceOf& piece_of_triangles) {
   const Points points(mesh, welded);

@@ -19,10 +19,10 @@ namespace {
 
 using Features = std::vector<float>;
 
-// What differs from so many others is no copy.
-constexpr std::size_t kMostLeaders = 64;
-// Of the pieces, this share must be in groups that are repeated.
-constexpr double kCovered = 0.8;
+// Maximum number of groups that are compared; a piece that differs from all of them is no copy.
+constexpr std::size_t kMaxLeaders = 64;
+// Share of the pieces that must be in repeated groups.
+constexpr double kGroupedShare = 0.8;
 
 float largest_difference(const Features& a, const Features& b) {
   float largest = 0.0f;
@@ -30,11 +30,11 @@ float largest_difference(const Features& a, const Features& b) {
   return largest;
 }
 
-/// Groups what is connected by steps within a tolerance. [features.size()] the group of each, kNone where it is not repeated; empty if few
-/// groups do not cover them.
+/// Groups features that are connected by steps within a tolerance. returns  [features.size()] the group of each, kNone if it is not
+/// repeated; empty if few groups do not hold them
 std::vector<std::uint32_t> group_features(const std::vector<Features>& features, float tolerance) {
   std::vector<const Features*> leaders;
-  UnionFind connected(kMostLeaders);
+  UnionFind connected(kMaxLeaders);
   std::vector<std::uint32_t> group_of;
   for (const Features& each : features) {
     std::uint32_t nearest = kNone;
@@ -43,19 +43,19 @@ std::vector<std::uint32_t> group_features(const std::vector<Features>& features,
       if (nearest != kNone) connected.join(nearest, i);
       if (nearest == kNone) nearest = i;
     }
-    if (nearest == kNone && leaders.size() < kMostLeaders) {
+    if (nearest == kNone && leaders.size() < kMaxLeaders) {
       nearest = static_cast<std::uint32_t>(leaders.size());
       leaders.push_back(&each);
     }
     group_of.push_back(nearest);
   }
-  std::vector<std::size_t> counts(kMostLeaders, 0);
+  std::vector<std::size_t> counts(kMaxLeaders, 0);
   for (std::uint32_t& group : group_of)
     if (group != kNone) ++counts[group = connected.find(group)];
   for (std::uint32_t& group : group_of)
     if (group != kNone && counts[group] < kRepeated) group = kNone;
-  const auto covered = static_cast<double>(features.size()) - static_cast<double>(std::ranges::count(group_of, kNone));
-  if (covered < kCovered * static_cast<double>(features.size())) return {};
+  const auto grouped = static_cast<double>(features.size()) - static_cast<double>(std::ranges::count(group_of, kNone));
+  if (grouped < kGroupedShare * static_cast<double>(features.size())) return {};
   return group_of;
 }
 
@@ -72,7 +72,7 @@ std::vector<std::array<std::uint32_t, 2>> edges_of(const NumberedPiece& piece) {
   return edges;
 }
 
-/// Lengths of edges over their root mean square: neither place, direction, size nor a bend along edges changes them.
+/// Lengths of edges over their root mean square. Place, direction, size and bends along edges do not change them.
 Features proportions(const Mesh& mesh, const NumberedPiece& piece, const std::vector<std::array<std::uint32_t, 2>>& edges) {
   Features lengths;
   double sum = 0.0;
@@ -89,7 +89,7 @@ Features proportions(const Mesh& mesh, const NumberedPiece& piece, const std::ve
 Features image_part(const Mesh& mesh, const NumberedPiece& piece) {
   glm::vec2 low = mesh.uvs[piece.vertices[0]];
   for (const std::uint32_t vertex : piece.vertices) low = glm::min(low, mesh.uvs[vertex]);
-  // A hair above a whole number is that number.
+  // A coordinate a hair below a whole number counts as that number.
   const glm::vec2 shift = glm::floor(low + 1e-4f);
   Features part;
   for (const std::uint32_t vertex : piece.vertices) {
@@ -99,7 +99,7 @@ Features image_part(const Mesh& mesh, const NumberedPiece& piece) {
   return part;
 }
 
-/// The longer side of what it covers of the image; 0 where that is a line.
+/// The longer side of the part of the image; 0 if it is a line.
 float extent(const Features& image_part) {
   glm::vec2 low(image_part[0], image_part[1]), high = low;
   for (std::size_t i = 0; i < image_part.size(); i += 2) {
@@ -110,7 +110,8 @@ float extent(const Features& image_part) {
   return std::min(sides.x, sides.y) > 1e-4f ? std::max(sides.x, sides.y) : 0.0f;
 }
 
-/// Numbers the points by how far they are from the others, and sorts the triangles: for copies whose triangles come in any order.
+/// Numbers the points by their distances from the others, and sorts the triangles, so that copies whose triangles come in any order compare
+/// equal.
 void renumber_by_form(const Mesh& mesh, NumberedPiece& piece) {
   const std::size_t count = piece.vertices.size();
   std::vector<std::pair<double, std::uint32_t>> order;
@@ -144,16 +145,16 @@ Size size_of(const Mesh& mesh, const NumberedPiece& piece) {
   return {mesh.triangle_materials[piece.first_triangle], piece.corners.size(), piece.points.size()};
 }
 
-/// Renumbers pieces of the sizes that come in many orders.
+/// Renumbers pieces of sizes whose triangles come in many orders.
 void undo_reordering(const Mesh& mesh, std::vector<NumberedPiece>& pieces) {
-  constexpr std::size_t kMostOrders = 6;
+  constexpr std::size_t kMaxOrders = 6;
   std::map<Size, std::set<std::vector<std::uint32_t>>> orders;
   for (const NumberedPiece& piece : pieces) {
     auto& of = orders[size_of(mesh, piece)];
-    if (of.size() <= kMostOrders) of.insert(piece.corners);
+    if (of.size() <= kMaxOrders) of.insert(piece.corners);
   }
   for (NumberedPiece& piece : pieces)
-    if (orders[size_of(mesh, piece)].size() > kMostOrders) renumber_by_form(mesh, piece);
+    if (orders[size_of(mesh, piece)].size() > kMaxOrders) renumber_by_form(mesh, piece);
 }
 
 /// Numbers topologies; [topology] its pieces.
@@ -187,7 +188,7 @@ PieceKind measure_kind(const Mesh& mesh, const NumberedPiece& piece) {
   return kind;
 }
 
-/// By the part of the image that they show; empty where that is none, or another for every piece.
+/// Groups pieces by the part of the image that they show; empty if they show none, or each its own.
 std::vector<std::uint32_t> group_by_image(const Mesh& mesh, const std::vector<NumberedPiece>& pieces,
                                           const std::vector<std::uint32_t>& members) {
   std::vector<Features> parts;
@@ -209,9 +210,8 @@ std::vector<std::uint32_t> group_by_form(const Mesh& mesh, const std::vector<Num
   return group_features(forms, tolerance);
 }
 
-/// Adds the kinds of one topology.
 void add_kinds(const Mesh& mesh, std::vector<NumberedPiece>& pieces, const std::vector<std::uint32_t>& members, KindTable& table) {
-  // What shows the same part of the image is one leaf that was stretched, unless its form is clearly another.
+  // A leaf that was stretched shows the same part of the image; only a clearly different form makes it another kind.
   constexpr float kFormTolerance = 0.06f, kSameImageTolerance = 0.12f;
   const auto part_of = group_by_image(mesh, pieces, members);
   const auto form_of = group_by_form(mesh, pieces, members, part_of.empty() ? kFormTolerance : kSameImageTolerance);

@@ -22,7 +22,7 @@ double weld_tolerance_m(const Mesh& mesh) {
   return glm::distance(glm::dvec3(low), glm::dvec3(high)) * static_cast<double>(kWeldTolerance);
 }
 
-/// The least of a triangle's heights.
+/// The smallest of a triangle's three heights.
 double height_m(const Mesh& mesh, std::size_t triangle) {
   const std::uint32_t* corners = &mesh.indices[3 * triangle];
   const glm::dvec3 a(mesh.positions[corners[0]]), b(mesh.positions[corners[1]]), c(mesh.positions[corners[2]]);

@@ -9,7 +9,7 @@
 
 namespace coppice::bake {
 
-/// Corners as points: welded positions, apart for each material.
+/// The corners of triangles as points: welded positions, separate for each material.
 class Points {
  public:
   Points(const Mesh& mesh, const std::vector<std::uint32_t>& welded);
@@ -22,7 +22,8 @@ class Points {
     const auto [a, b, c] = of(triangle);
     return a == b || b == c || c == a;
   }
-  /// False also for corners in a line, or nearer to one than the tolerance of welding: what fills a T-junction.
+  /// Whether the triangle has an area. False also if its corners are in a line, or nearer to one than the weld tolerance: such triangles
+  /// fill T-junctions.
   [[nodiscard]] bool has_area(std::size_t triangle) const { return has_area_[triangle]; }
 
  private:

@@ -15,7 +15,7 @@
 namespace coppice::bake {
 namespace {
 
-/// Largest eigenvalue of a symmetric matrix, from its characteristic polynomial in Cardano's trigonometric form.
+/// Largest eigenvalue of a symmetric matrix, by Cardano's trigonometric solution of its characteristic polynomial.
 double largest_eigenvalue(const glm::dmat3& m) {
   const double mean = (m[0][0] + m[1][1] + m[2][2]) / 3.0;
   const glm::dmat3 rest = m - mean * glm::dmat3(1.0);
@@ -29,7 +29,7 @@ bool is_before(const glm::vec3& a, const glm::vec3& b) {
   return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 
-/// In the order of is_before.
+/// Distinct positions, sorted by is_before.
 std::vector<glm::vec3> distinct_points(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<glm::vec3> points;
   points.reserve(3 * triangles.size());
@@ -44,11 +44,11 @@ glm::dvec3 farthest_from(const glm::dvec3& from, const std::vector<glm::vec3>& p
   return *std::ranges::max_element(points, {}, [&](const glm::vec3& point) { return glm::distance(from, glm::dvec3(point)); });
 }
 
-/// A triangle or an edge by its points, in rising order.
+/// A triangle or an edge, given by its points in rising order.
 template <std::size_t kCorners>
 using PointSet = std::array<std::uint32_t, kCorners>;
 
-/// The triangles as numbers of points, those that are the same in either winding once, without collapsed ones.
+/// The triangles as numbers of points: without collapsed ones, and one of those that are the same in either winding.
 std::vector<PointSet<3>> distinct_triangles(const Mesh& mesh, std::span<const std::uint32_t> triangles,
                                             const std::vector<glm::vec3>& points) {
   std::vector<PointSet<3>> distinct;
@@ -67,7 +67,7 @@ std::vector<PointSet<3>> distinct_triangles(const Mesh& mesh, std::span<const st
   return distinct;
 }
 
-/// Each edge as often as triangles have it, equal ones together.
+/// Lists each edge once for each of its triangles; equal edges are neighbours.
 std::vector<PointSet<2>> sorted_edges(const std::vector<PointSet<3>>& triangles) {
   std::vector<PointSet<2>> edges;
   edges.reserve(3 * triangles.size());
@@ -76,12 +76,12 @@ std::vector<PointSet<2>> sorted_edges(const std::vector<PointSet<3>>& triangles)
   return edges;
 }
 
-/// Where a surface ends: edges of one triangle.
+/// Where a surface ends: edges that have one triangle.
 struct Rim {
-  double length_m = 0.0, area_m2 = 0.0;  ///< area: of one side
-  bool is_sheet = false;                 ///< no tube or ring: a sheet without holes, or closed
-  /// Square of the rim's length over the area: what does not change when a sheet is bent. At least 4 pi for whatever can be rolled out
-  /// flat without holes, 2 pi for half a ball; a tube that is closed at one end has (its girth / its length).
+  double length_m = 0.0, area_m2 = 0.0;  ///< area: one side's
+  bool is_sheet = false;                 ///< a sheet without holes, or closed: no tube or ring
+  /// Square of the rim's length over the area, which bending a sheet does not change. At least 4 pi if the surface can be unrolled flat
+  /// without holes, 2 pi for half a ball, (girth / length) for a tube that is closed at one end.
   [[nodiscard]] double openness() const { return area_m2 > 0.0 ? length_m * length_m / area_m2 : 0.0; }
 };
 
@@ -97,21 +97,21 @@ Rim measure_rim(const Mesh& mesh, std::span<const std::uint32_t> triangles, cons
   }
   for (const auto& [a, b, c] : distinct)
     rim.area_m2 += 0.5 * glm::length(glm::cross(glm::dvec3(points[b] - points[a]), glm::dvec3(points[c] - points[a])));
-  // Euler's characteristic of a sheet without holes is 1, of a tube 0.
+  // Euler's characteristic is 1 for a sheet without holes, 0 for a tube.
   rim.is_sheet = points.size() + distinct.size() >= edge_count + 1;
   return rim;
 }
 
 constexpr double kHalfBall = 2.0 * std::numbers::pi;
 
-/// As flat as a sheet counts, however it is bent.
+/// Flatness that a sheet has, however it is bent.
 double bent_flatness(double openness) {
   constexpr double kSheetFlatness = 0.8, kSheet = 4.0 * std::numbers::pi;
   // Coarse triangles cut corners of a rim that is nearly a circle.
   return kSheetFlatness * std::clamp((openness - kHalfBall) / (0.98 * kSheet - kHalfBall), 0.0, 1.0);
 }
 
-/// area_m2  of all triangles
+/// area_m2  all triangles
 double bulk_of(const Rim& rim, double volume_m3, double area_m2) {
   constexpr double kOpen = 1.5 * kHalfBall;
   if (rim.openness() >= kOpen) return 0.0;

@@ -15,9 +15,9 @@
 namespace coppice::bake {
 namespace {
 
-/// How much of a thing's extent another has to cover to be a plant in the same place.
+/// Share of a thing's extent that a plant in the same place must reach over.
 constexpr double kSamePlace = 0.7;
-/// A plant has so many times the triangles of its billboards.
+/// Minimum triangles of a plant, as a multiple of its billboards'.
 constexpr std::uint64_t kTimesABillboard = 4;
 
 std::uint64_t triangles_of(const GltfNodes& scene, std::span<const std::uint32_t> items) {
@@ -45,7 +45,7 @@ std::pair<std::vector<std::uint32_t>, std::vector<std::uint32_t>> parted(const L
   return parts;
 }
 
-/// [nodes] What a node's own name, its mesh's or the nearest parent's says, and which node that is.
+/// [nodes] What a node's own name, its mesh's or the nearest parent's says, and the node that says it.
 struct NamedRole {
   NodeRole role = NodeRole::shape;
   std::uint32_t by = kNone;
@@ -69,14 +69,14 @@ std::vector<NamedRole> named_roles(const GltfNodes& scene) {
   return roles;
 }
 
-/// What says at which level a thing is.
+/// The level of a thing, and the node that says so.
 struct Level {
   std::uint32_t level = 0;
   std::uint32_t by = kNone;  ///< the node whose name it is
-  std::string family;        ///< levels of one thing have it in common; empty: no level
+  std::string family;        ///< equal for levels of one thing; empty: no level
 };
 
-/// Two that have nothing else in their names are levels of one thing only below one parent.
+/// The family of a name's level. Levels with nothing else in their names are of one thing only below one parent.
 std::string family_of(const NodeName& name, const GltfNode& node) {
   return name.stem.empty() ? "#" + std::to_string(node.parent) : name.stem;
 }
@@ -99,7 +99,7 @@ bool is_series(const GltfNodes& scene, const std::map<std::uint32_t, std::uint32
   return true;
 }
 
-/// Levels that only a series tells.
+/// Adds levels such as "_L1", which count only in a series.
 void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Level>& levels) {
   std::map<std::pair<std::uint32_t, std::string>, std::map<std::uint32_t, std::uint32_t>> series;
   for (const std::uint32_t item : taken_items(left)) {
@@ -118,7 +118,7 @@ void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Le
   }
 }
 
-/// [nodes]
+/// [nodes] The level that each node's name says.
 std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
   std::vector<Level> levels;
   levels.reserve(scene.nodes.size());
@@ -135,26 +135,26 @@ std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
   return levels;
 }
 
-/// The least level of each family. "oak" beside "oak_LOD1" is its level 0.
-std::map<std::string, std::uint32_t> least_levels(const GltfNodes& scene, const std::vector<std::uint32_t>& items,
-                                                  const std::vector<Level>& levels) {
-  std::map<std::string, std::uint32_t> least;
+/// The finest level of each family. "oak" beside "oak_LOD1" is its level 0.
+std::map<std::string, std::uint32_t> finest_levels(const GltfNodes& scene, const std::vector<std::uint32_t>& items,
+                                                   const std::vector<Level>& levels) {
+  std::map<std::string, std::uint32_t> finest;
   for (const std::uint32_t item : items) {
     const Level& level = levels[scene.items[item].position];
     if (level.family.empty()) continue;
-    const auto [found, is_new] = least.try_emplace(level.family, level.level);
+    const auto [found, is_new] = finest.try_emplace(level.family, level.level);
     if (!is_new) found->second = std::min(found->second, level.level);
   }
   for (const std::uint32_t item : items) {
     const GltfNode& node = scene.nodes[scene.items[item].position];
     if (!levels[scene.items[item].position].family.empty()) continue;
     for (const std::string& name : {node.name, node.mesh_name})
-      if (const auto found = least.find(read_node_name(name).stem); found != least.end()) found->second = 0;
+      if (const auto found = finest.find(read_node_name(name).stem); found != finest.end()) found->second = 0;
   }
-  return least;
+  return finest;
 }
 
-/// Whether finer levels of other names stand where the items of one node do: "Tree_LOD1" for "Trunk_LOD0" and "Leaves_LOD0".
+/// Whether finer levels of other names stand in the same place as one node's items: "Tree_LOD1" for "Trunk_LOD0" and "Leaves_LOD0".
 bool is_shown_finer(const NodeBox& box, std::uint32_t level, const std::map<std::uint32_t, std::pair<std::uint32_t, NodeBox>>& levels) {
   NodeBox finer;
   for (const auto& [by, other] : levels)
@@ -163,10 +163,10 @@ bool is_shown_finer(const NodeBox& box, std::uint32_t level, const std::map<std:
 }
 
 void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
-  constexpr std::size_t kMostNames = 2000;
+  constexpr std::size_t kMaxNames = 2000;
   const std::vector<std::uint32_t> items = taken_items(left);
   const std::vector<Level> levels = named_levels(scene, left);
-  const std::map<std::string, std::uint32_t> least = least_levels(scene, items, levels);
+  const std::map<std::string, std::uint32_t> finest = finest_levels(scene, items, levels);
   std::map<std::uint32_t, std::pair<std::uint32_t, NodeBox>> of_node;
   for (const std::uint32_t item : items)
     if (const Level& level = levels[scene.items[item].position]; !level.family.empty()) {
@@ -177,8 +177,8 @@ void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
   for (const std::uint32_t item : items) {
     const Level& level = levels[scene.items[item].position];
     if (level.family.empty()) continue;
-    const auto [coarse, is_new] = is_coarse.try_emplace(level.by, level.level > least.at(level.family));
-    if (is_new && !coarse->second && level.level > 0 && of_node.size() <= kMostNames)
+    const auto [coarse, is_new] = is_coarse.try_emplace(level.by, level.level > finest.at(level.family));
+    if (is_new && !coarse->second && level.level > 0 && of_node.size() <= kMaxNames)
       coarse->second = is_shown_finer(of_node[level.by].second, level.level, of_node);
     if (coarse->second) leave(left, item, LeftReason::coarser_level, level.by);
   }
@@ -188,7 +188,7 @@ void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
 void leave_msft_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
   const std::set<std::uint32_t> coarse = msft_coarser_nodes(model);
   if (coarse.empty()) return;
-  std::vector<std::uint32_t> by;  // [nodes] the coarser level that it is below
+  std::vector<std::uint32_t> by;  // [nodes] the coarser level that each is below
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
     const std::uint32_t parent = scene.nodes[i].parent;
     by.push_back(coarse.contains(scene.nodes[i].node) ? i : parent != kNone ? by[parent] : kNone);
@@ -236,7 +236,7 @@ void leave_collision_shapes(const GltfNodes& scene, LeftOut& left) {
   for (const std::uint32_t item : shapes) {
     const NamedRole& role = role_of(item);
     const NodeItem& shape = scene.items[item];
-    // "trunk_col" may be the trunk in its colours: a shape to collide with has no material, or is beside what it is the shape of.
+    // "trunk_col" may be the trunk in its colours. A collision shape has no material, or stands beside the thing whose shape it is.
     const bool bare = shape.materials == std::vector{kNone};
     const bool is_one = role.role == NodeRole::collision || ((bare || stems.contains(role.stem)) && covers(box, shape.box, kSamePlace));
     if (is_one) leave(left, item, LeftReason::collision, role.by);
@@ -253,7 +253,7 @@ void leave_named_billboards(const GltfNodes& scene, LeftOut& left) {
   const auto [named, rest] =
       parted(left, [&](std::uint32_t item) { return roles[scene.items[item].position].role == NodeRole::billboard; });
   if (named.empty() || rest.empty()) return;
-  // Leaves are called billboards too: those stand in the plant, but not as large as it is. What stands alone is none.
+  // Leaves are called billboards too: they stand in the plant, but are not as large. What stands alone is no billboard.
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_node;
   for (const std::uint32_t item : named) by_node[roles[scene.items[item].position].by].push_back(item);
   for (const auto& [by, items] : by_node) {
@@ -273,7 +273,7 @@ bool is_masked(const tinygltf::Model& model, std::uint32_t material) {
 }
 
 bool is_billboard_shaped(const tinygltf::Model& model, const NodeItem& item) {
-  // Two triangles make a quad, and a quad as wide as its box is half of that each; crossed ones lie across it.
+  // A quad is two triangles, each half of the box if the quad is as wide as that; crossed quads lie across it.
   constexpr double kLargeShare = 0.15;
   const double face_m2 = item.box.height() * item.box.width();
   return item.mean_triangle_m2 > 0.0 && item.mean_triangle_m2 >= kLargeShare * face_m2 &&

@@ -15,14 +15,15 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::uint64_t kMostBaseVertices = std::uint64_t{1} << 24;
+constexpr std::uint64_t kMaxBaseVertices = std::uint64_t{1} << 24;
 
-/// What a mesh is, wherever it stands. A box of its outermost points in 26 directions is, however turned, nearly that of all.
+/// Facts of a mesh, wherever it stands. The box of its outermost points in 26 directions is nearly the box of all points, however the mesh
+/// is turned.
 struct MeshFacts {
   bool is_known = false;
   std::vector<glm::vec3> outermost;
   std::uint64_t triangles = 0;
-  std::vector<glm::vec3> few_corners;  ///< 3 a triangle, where there are few
+  std::vector<glm::vec3> few_corners;  ///< 3 a triangle, if there are few
   std::vector<std::uint32_t> materials;
 };
 
@@ -44,7 +45,7 @@ void add_outermost(const std::vector<glm::vec3>& points, std::vector<glm::vec3>&
   }
 }
 
-/// The corners of a list of few triangles.
+/// Adds the corners of few triangles.
 Result<void> add_corners(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::vector<glm::vec3>& points,
                          std::vector<glm::vec3>& corners) {
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES) return {};
@@ -125,10 +126,10 @@ bool overlap(const NodeBox& a, const NodeBox& b) {
   return true;
 }
 
-bool covers(const NodeBox& cover, const NodeBox& box, double share) {
-  if (!overlap(cover, box)) return false;
+bool covers(const NodeBox& outer, const NodeBox& box, double share) {
+  if (!overlap(outer, box)) return false;
   for (int axis = 0; axis < 3; ++axis) {
-    const double common = std::min(cover.high[axis], box.high[axis]) - std::max(cover.low[axis], box.low[axis]);
+    const double common = std::min(outer.high[axis], box.high[axis]) - std::max(outer.low[axis], box.low[axis]);
     if (common < share * (box.high[axis] - box.low[axis])) return false;
   }
   return true;
@@ -170,9 +171,9 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
     if (item.box.low.y > top) continue;
     for (const tinygltf::Primitive& primitive : model.meshes.at(item.mesh).primitives) {
       const Result<std::vector<glm::vec3>> points = positions_of(model, primitive);
-      if (!points) continue;  // read_gltf_nodes has read all of them
+      if (!points) continue;  // not reached: read_gltf_nodes has read them all
       vertices += points->size() * item.placed.size();
-      if (vertices > kMostBaseVertices) break;
+      if (vertices > kMaxBaseVertices) break;
       for (const MeshInstance& instance : item.placed)
         for (const glm::vec3& point : *points) {
           const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(point, 1.0));
@@ -180,7 +181,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
         }
     }
   }
-  if (vertices <= kMostBaseVertices && base.low.x <= base.high.x) return base;
+  if (vertices <= kMaxBaseVertices && base.low.x <= base.high.x) return base;
   const glm::dvec2 middle = all.centre();
   base = {};
   base.add({middle.x, all.low.y, middle.y});

@@ -20,10 +20,10 @@
 namespace coppice::bake {
 namespace {
 
-constexpr std::size_t kMostVariants = 256;
-/// Top nodes that are looked at in pairs.
-constexpr std::size_t kMostUnits = 2048;
-constexpr int kMostNesting = 4;
+constexpr std::size_t kMaxVariants = 256;
+/// Maximum number of top nodes that are compared in pairs.
+constexpr std::size_t kMaxUnits = 2048;
+constexpr int kMaxNesting = 4;
 
 void add_item(const GltfNodes& scene, std::uint32_t item, NodeGroup& group) {
   group.items.push_back(item);
@@ -47,7 +47,7 @@ NodeGroup joined(const std::vector<NodeGroup>& units, std::span<const std::size_
   return all;
 }
 
-/// The top nodes: those below the last node that holds all items and shows none itself.
+/// The top nodes: those below the last node that holds all items and has none of its own.
 std::vector<NodeGroup> top_units(const GltfNodes& scene, std::span<const std::uint32_t> items) {
   std::vector<std::uint32_t> count(scene.nodes.size(), 0), own(scene.nodes.size(), 0);
   for (const std::uint32_t item : items) ++own[scene.items[item].position];
@@ -58,7 +58,7 @@ std::vector<NodeGroup> top_units(const GltfNodes& scene, std::span<const std::ui
   std::uint32_t holder = kNone;
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i)
     if (count[i] == items.size() && own[i] == 0) holder = i;
-  // A node that shows a mesh and holds all the rest is one plant.
+  // A node that shows a mesh and holds all other items is one plant.
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i)
     if (count[i] == items.size() && own[i] > 0) holder = scene.nodes[i].parent;
   std::vector<std::uint32_t> top(scene.nodes.size(), kNone);  // [nodes] the top node that it is, or is below
@@ -76,7 +76,7 @@ std::vector<NodeGroup> top_units(const GltfNodes& scene, std::span<const std::ui
   return list;
 }
 
-/// What of a name's words is left when those that tell variants apart are gone.
+/// The words of a name without those that distinguish variants.
 std::string common_words(const std::string& name) {
   std::string text;
   for (const std::string& word : name_words(name))
@@ -84,7 +84,7 @@ std::string common_words(const std::string& name) {
   return text;
 }
 
-/// "oak_01", "oak_02": names that say of each group that it is one of several of a kind, and are no parts' names.
+/// Whether each group's name says that it is one of several ("oak_01", "oak_02"), and none names a part.
 bool names_tell(const std::vector<NodeGroup>& groups) {
   if (std::ranges::all_of(groups, [](const NodeGroup& group) { return says_variant(group.name); })) return true;
   const std::string first = common_words(groups.front().name);
@@ -92,10 +92,10 @@ bool names_tell(const std::vector<NodeGroup>& groups) {
          std::ranges::all_of(groups, [&](const NodeGroup& group) { return common_words(group.name) == first; });
 }
 
-/// What a group's materials say it is.
+/// What a group's materials say about it.
 struct GroupMaterials {
   std::set<std::uint32_t> materials;
-  bool leaf = false, wood = false;  ///< by their names
+  bool leaf = false, wood = false;  ///< by the materials' names
   bool masked = false;
 };
 GroupMaterials materials_of(const tinygltf::Model& model, const GltfNodes& scene, const NodeGroup& group) {
@@ -111,14 +111,14 @@ GroupMaterials materials_of(const tinygltf::Model& model, const GltfNodes& scene
   return all;
 }
 
-/// Whether one group is leaves by its materials' names and another wood.
+/// Whether one group is leaves, by its materials' names, and another is wood.
 bool are_parts(const std::vector<GroupMaterials>& materials) {
   const auto only_leaf = [](const GroupMaterials& each) { return each.leaf && !each.wood; };
   const auto only_wood = [](const GroupMaterials& each) { return each.wood && !each.leaf; };
   return std::ranges::any_of(materials, only_leaf) && std::ranges::any_of(materials, only_wood);
 }
 
-/// Groups that show the same meshes are copies in one plant, such as its twigs.
+/// Whether groups show the same meshes: then they are copies in one plant, such as its twigs.
 bool has_copies(const GltfNodes& scene, const std::vector<NodeGroup>& groups) {
   std::set<std::vector<std::uint32_t>> seen;
   for (const NodeGroup& group : groups) {
@@ -130,9 +130,9 @@ bool has_copies(const GltfNodes& scene, const std::vector<NodeGroup>& groups) {
   return false;
 }
 
-/// Whether all are high enough to be plants of their own, and stand on one ground or have their middles at one height.
+/// Whether all are high enough to be plants, and stand on one ground or have their middles at one height.
 bool on_one_ground(const std::vector<NodeGroup>& groups) {
-  constexpr double kLeastHeight = 0.2, kGroundSlack = 0.15, kMiddleSlack = 0.02;
+  constexpr double kMinHeight = 0.2, kGroundSlack = 0.15, kMiddleSlack = 0.02;
   double tallest = 0.0, ground = std::numeric_limits<double>::infinity();
   for (const NodeGroup& group : groups) {
     tallest = std::max(tallest, group.box.height());
@@ -141,14 +141,14 @@ bool on_one_ground(const std::vector<NodeGroup>& groups) {
   const double middle = 0.5 * (groups.front().box.low.y + groups.front().box.high.y);
   bool ground_fits = true, middle_fits = true;
   for (const NodeGroup& group : groups) {
-    if (group.box.height() < kLeastHeight * tallest) return false;
+    if (group.box.height() < kMinHeight * tallest) return false;
     ground_fits = ground_fits && group.box.low.y - ground <= kGroundSlack * 0.5 * (tallest + group.box.height());
     middle_fits = middle_fits && std::abs(0.5 * (group.box.low.y + group.box.high.y) - middle) <= kMiddleSlack * tallest;
   }
   return tallest > 0.0 && (ground_fits || middle_fits);
 }
 
-/// How two groups stand to each other.
+/// How two groups stand relative to each other.
 enum class Standing { apart, same_spot, together };
 
 /// A group's crown and foot, and the origin of its first node.
@@ -157,43 +157,43 @@ struct Stand {
   glm::dvec2 origin{0.0};
 };
 
-/// Whether a crown is about over its foot: stems of one plant that spring from one spot lean out of it.
+/// Whether a crown is about over its foot: stems of one plant that spring from one spot lean away from it.
 bool is_upright(const Stand& stand) {
   return glm::length(stand.box.centre() - stand.base.centre()) <= 0.35 * stand.box.width();
 }
 
 Standing standing(const Stand& a, const Stand& b) {
-  constexpr double kMostOverlap = 0.4, kLeastDistance = 0.2;
+  constexpr double kMaxOverlap = 0.4, kMinDistance = 0.2;
   const double height = 0.5 * (a.box.height() + b.box.height());
-  const double least_share = [&] {
-    double least = 1.0;
+  const double min_share = [&] {
+    double smallest = 1.0;
     for (const int axis : {0, 2}) {
       const double common = std::min(a.box.high[axis], b.box.high[axis]) - std::max(a.box.low[axis], b.box.low[axis]);
       const double narrow = std::min(a.box.size()[axis], b.box.size()[axis]);
-      least = std::min(least, narrow > 0.0 ? common / narrow : common > 0.0 ? 1.0 : 0.0);
+      smallest = std::min(smallest, narrow > 0.0 ? common / narrow : common > 0.0 ? 1.0 : 0.0);
     }
-    return least;
+    return smallest;
   }();
-  if (least_share <= kMostOverlap && glm::length(a.box.centre() - b.box.centre()) >= kLeastDistance * height) return Standing::apart;
+  if (min_share <= kMaxOverlap && glm::length(a.box.centre() - b.box.centre()) >= kMinDistance * height) return Standing::apart;
   const double reach = 0.25 * (a.base.width() + b.base.width()) + 0.01 * height;
-  // Variants at one origin have it in common; what was moved next to something has not.
+  // Variants at one origin share it. Things that were moved next to each other do not.
   const bool one_foot = glm::length(a.base.centre() - b.base.centre()) <= reach && glm::length(a.origin - b.origin) <= 0.02 * height;
   if (one_foot && is_upright(a) && is_upright(b)) return Standing::same_spot;
   return Standing::together;
 }
 
-/// Whether all groups stand so far from each other that nobody would call them stems, or flowers, of one plant.
+/// Whether the groups stand too far apart to be stems, or flowers, of one plant.
 bool are_far_apart(const std::vector<NodeGroup>& groups) {
-  constexpr double kLeastDistance = 0.4;  // heights
+  constexpr double kMinDistance = 0.4;  // heights
   for (std::size_t i = 0; i < groups.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (glm::length(groups[i].box.centre() - groups[k].box.centre()) <
-          kLeastDistance * 0.5 * (groups[i].box.height() + groups[k].box.height()))
+          kMinDistance * 0.5 * (groups[i].box.height() + groups[k].box.height()))
         return false;
   return true;
 }
 
-/// Whether the boxes' plans are a hand's breadth apart, all of them.
+/// Whether all boxes' plans are apart by a margin.
 bool are_all_clear(const std::vector<NodeGroup>& groups) {
   constexpr double kGap = 0.05;
   for (std::size_t i = 0; i < groups.size(); ++i)
@@ -219,7 +219,7 @@ bool are_in_row(const std::vector<NodeGroup>& groups) {
   return std::min(spread.x, spread.y) <= 0.5 * width;
 }
 
-/// Whether the groups are plants by where they stand and what they are made of.
+/// Whether the groups are plants, by where they stand and what they are made of.
 bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, const std::vector<NodeGroup>& groups,
                          const std::vector<GroupMaterials>& materials) {
   std::vector<Stand> stands;
@@ -239,7 +239,7 @@ bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, c
   const auto leafy_count = std::ranges::count_if(materials, has_leaves);
   if (any_same_spot && leafy_count > 0 && leafy_count < std::ssize(materials)) return false;
   if (names_tell(groups)) return true;
-  // Rings of leaves round one spot, or blades side by side, are of one material.
+  // Rings of leaves round one spot, or blades side by side, have one material.
   const bool mixed = std::ranges::all_of(materials, [](const GroupMaterials& each) { return each.materials.size() >= 2; });
   const auto has_first_materials = [&](const GroupMaterials& each) { return each.materials == materials.front().materials; };
   if (any_same_spot) return mixed && (leafy_count > 0 || std::ranges::all_of(materials, has_first_materials));
@@ -250,23 +250,22 @@ bool stand_like_variants(const tinygltf::Model& model, const GltfNodes& scene, c
 }
 
 bool are_variants(const tinygltf::Model& model, const GltfNodes& scene, const std::vector<NodeGroup>& groups) {
-  if (groups.size() < 2 || groups.size() > kMostVariants || !on_one_ground(groups) || has_copies(scene, groups)) return false;
+  if (groups.size() < 2 || groups.size() > kMaxVariants || !on_one_ground(groups) || has_copies(scene, groups)) return false;
   std::vector<GroupMaterials> materials;
   for (const NodeGroup& group : groups) materials.push_back(materials_of(model, scene, group));
   return !are_parts(materials) && stand_like_variants(model, scene, groups, materials);
 }
 
-/// Groups of units whose names are the same but for one word: oak1_trunk and oak1_leaves, oak2_trunk and oak2_leaves. Empty if there are
-/// none.
+/// Groups units whose names differ in one word only: oak1_trunk and oak1_leaves, oak2_trunk and oak2_leaves. Empty if there are none.
 std::vector<NodeGroup> grouped_by_name(const std::vector<NodeGroup>& units) {
   std::vector<std::vector<std::string>> words;
-  std::size_t most_words = 0;
-  for (const NodeGroup& unit : units) most_words = std::max(most_words, words.emplace_back(name_words(unit.name)).size());
-  for (std::size_t word = 0; word < most_words; ++word) {
+  std::size_t max_words = 0;
+  for (const NodeGroup& unit : units) max_words = std::max(max_words, words.emplace_back(name_words(unit.name)).size());
+  for (std::size_t word = 0; word < max_words; ++word) {
     std::map<std::string, std::vector<std::size_t>> by_value;
     std::map<std::string, std::multiset<std::string>> rests;
     for (std::size_t i = 0; i < units.size(); ++i) {
-      // A copy's number is missing from what it is a copy of.
+      // The original of a copy has no number.
       const bool has_word = word < words[i].size() && is_variant_word(words[i][word]);
       const std::string value = has_word ? words[i][word] : "";
       std::string rest;
@@ -285,7 +284,7 @@ std::vector<NodeGroup> grouped_by_name(const std::vector<NodeGroup>& units) {
   return {};
 }
 
-/// Units whose plans overlap stand on one piece of ground.
+/// Groups units whose plans overlap: they stand on one piece of ground.
 std::vector<NodeGroup> grouped_by_ground(const std::vector<NodeGroup>& units) {
   UnionFind sets(units.size());
   for (std::size_t i = 0; i < units.size(); ++i)
@@ -301,9 +300,9 @@ std::vector<NodeGroup> grouped_by_ground(const std::vector<NodeGroup>& units) {
   return groups;
 }
 
-/// Without what is no plant by itself: flat ground, and billboards that stand alone.
+/// Drops what is no plant by itself: flat ground, and billboards that stand alone.
 std::vector<NodeGroup> possible_plants(const tinygltf::Model& model, const GltfNodes& scene, std::vector<NodeGroup> units) {
-  constexpr double kFlat = 0.03, kBoard = 0.25;  // of the tallest; leaves are quads, too, but small
+  constexpr double kFlat = 0.03, kBoard = 0.25;  // relative to the tallest; leaves are quads, too, but small
   double tallest = 0.0;
   for (const NodeGroup& unit : units) tallest = std::max(tallest, unit.box.height());
   const auto is_flat = [&](const NodeGroup& unit) {
@@ -329,7 +328,7 @@ std::vector<NodeGroup> split_nested(const tinygltf::Model& model, const GltfNode
   std::vector<std::size_t> all(units.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<NodeGroup> one{joined(units, all)};
-  if (depth == 0 || units.size() < 2 || units.size() > kMostUnits) return one;
+  if (depth == 0 || units.size() < 2 || units.size() > kMaxUnits) return one;
   const std::vector<NodeGroup> plants = possible_plants(model, scene, units);
   for (const auto& groups : {plants, grouped_by_name(plants), grouped_by_ground(plants)}) {
     if (!are_variants(model, scene, groups)) continue;
@@ -347,7 +346,7 @@ std::vector<NodeGroup> split_nested(const tinygltf::Model& model, const GltfNode
 }  // namespace
 
 std::vector<NodeGroup> split_variants(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items) {
-  std::vector<NodeGroup> groups = split_nested(model, scene, items, kMostNesting);
+  std::vector<NodeGroup> groups = split_nested(model, scene, items, kMaxNesting);
   std::ranges::sort(groups, {}, [](const NodeGroup& group) { return group.items.front(); });
   std::map<std::string, int> seen;
   for (NodeGroup& group : groups)

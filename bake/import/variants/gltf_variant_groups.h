@@ -1,6 +1,6 @@
 #pragma once
 
-// Several plants in one file, told from the parts of one. The rules are in gltf_variants.h.
+// Decides whether a file's nodes are several plants or the parts of one. The rules are in gltf_variants.h.
 
 #include <cstdint>
 #include <span>
@@ -13,12 +13,12 @@ namespace coppice::bake {
 
 /// Items that are one plant, or a part of one.
 struct NodeGroup {
-  std::string name;                  ///< of the node above them, or what their names begin with
+  std::string name;                  ///< the node's above them, or the beginning that their names share
   std::vector<std::uint32_t> items;  ///< ascending
   NodeBox box;
 };
 
-/// The plants that `items` are, in the order of their first items; one if they cannot be told apart. Ground under several plants is in
+/// Finds the plants that `items` are, in the order of their first items; one if they cannot be separated. Ground under several plants is in
 /// none.
 std::vector<NodeGroup> split_variants(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items);
 

@@ -23,14 +23,14 @@ std::string quoted(const std::string& name) {
   return "'" + name.substr(0, 64) + "'";
 }
 
-/// 'a', 'b', 'c', 'd' and 3 more
+/// Lists names: "'a', 'b', 'c', 'd' and 3 more".
 std::string name_list(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kShownNames); ++i) text += (i > 0 ? ", " : "") + quoted(names[i]);
   return names.size() > kShownNames ? text + " and " + std::to_string(names.size() - kShownNames) + " more" : text;
 }
 
-/// Leaves out all that is not below a node that `fits`. returns  whether anything stays
+/// Leaves out items that are not below a node that `fits`. returns  whether any stay
 template <class Fits>
 bool keep_nodes(const GltfNodes& scene, const Fits& fits, LeftOut& left) {
   std::vector<bool> kept(scene.nodes.size());
@@ -71,7 +71,7 @@ SourceContents::Variant variant_of(const GltfNodes& scene, const NodeGroup& grou
   return variant;
 }
 
-/// What is left out, an entry for each node whose name or shape says so.
+/// Lists what is left out, an entry for each node whose name or shape says so.
 std::vector<SourceContents::Left> left_entries(const GltfNodes& scene, const LeftOut& left) {
   std::vector<SourceContents::Left> entries;
   std::vector<std::size_t> entry_of(scene.nodes.size(), static_cast<std::size_t>(-1));
@@ -88,7 +88,7 @@ std::vector<SourceContents::Left> left_entries(const GltfNodes& scene, const Lef
   return entries;
 }
 
-/// The variants of what is taken; what stands between them is left out.
+/// Finds the variants of the taken items, and leaves out what stands between them.
 std::vector<NodeGroup> variants_of(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
   const std::vector<std::uint32_t> items = taken_items(left);
   std::vector<NodeGroup> groups = split_variants(model, scene, items);
@@ -113,7 +113,7 @@ Error no_such_variant(std::uint32_t wanted, const std::vector<SourceContents::Va
                std::to_string(wanted) + " of " + std::to_string(variants.size()) + ": " + name_list(names)};
 }
 
-/// Leaves out all that is not the plant.
+/// Leaves out everything that is not the plant.
 Result<SourceContents> weigh(const tinygltf::Model& model, const GltfNodes& scene, const PlantChoice& choice, LeftOut& left) {
   leave_collision_shapes(scene, left);
   leave_coarser_levels(model, scene, left);
@@ -162,7 +162,7 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
   const bool is_one_node = std::ranges::all_of(instances, is_first_node);
   if (!choice.node && choice.variant == 1 && (choice.whole || is_one_node)) return ChosenNodes{std::move(instances), {}};
   Result<GltfNodes> scene = read_gltf_nodes(model, instances);
-  // The importer reads the same, and says where it is wrong.
+  // The importer reads the same data, and reports what is wrong with it.
   if (!scene) return ChosenNodes{std::move(instances), {}};
   LeftOut left{std::vector<LeftReason>(scene->items.size()), std::vector<std::uint32_t>(scene->items.size(), kNone)};
   if (choice.node) COPPICE_CHECK(keep_chosen(*scene, *choice.node, left));
@@ -201,7 +201,7 @@ std::string contents_line(const SourceContents& contents) {
 }
 
 std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& output, const SourceContents& contents) {
-  constexpr std::size_t kMostChars = 64;
+  constexpr std::size_t kMaxChars = 64;
   const auto lower = [](std::string text) {
     std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
     return text;
@@ -210,7 +210,7 @@ std::vector<std::filesystem::path> variant_outputs(const std::filesystem::path& 
   std::set<std::string> used;
   std::vector<std::filesystem::path> outputs;
   for (const SourceContents::Variant& variant : contents.variants) {
-    std::string name = variant.name.substr(0, kMostChars);
+    std::string name = variant.name.substr(0, kMaxChars);
     for (char& c : name)
       if (!(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && c != '-' && c != '.') c = '_';
     if (lower(name).starts_with(lower(stem))) name.erase(0, stem.size());

@@ -7,10 +7,10 @@
 
 namespace coppice::bake {
 
-/// Why something of a file is not part of the plant.
+/// Why a part of a file does not belong to the plant.
 enum class LeftReason : std::uint8_t { none, not_chosen, collision, coarser_level, billboard, ground, other_variant };
 
-/// What a file holds: several plants, and what is there beside them.
+/// What a file holds: its variants, and what is left out beside them.
 struct SourceContents {
   struct Variant {
     std::string name;
@@ -23,7 +23,7 @@ struct SourceContents {
     std::uint64_t triangles = 0;
   };
   std::vector<Variant> variants;  ///< empty where there was nothing to choose from
-  std::uint32_t taken = 0;        ///< index of the one that is the plant
+  std::uint32_t taken = 0;        ///< index of the variant that is the plant
   std::vector<Left> left;         ///< levels, billboards and the like of all variants
 };
 

@@ -45,10 +45,10 @@ struct Bench {
   const Reference& reference;
   const EvaluateOptions& options;
   const Mesh& source;            ///< frames the pictures for a reader
-  std::uint32_t leaf_count = 0;  ///< of the source
+  std::uint32_t leaf_count = 0;  ///< the source's
 };
 
-/// One of the levels of which the best counts. Refers to what it is made of.
+/// One of the levels of which the best counts. Holds references.
 struct Candidate {
   const std::string& parameters;
   const Level& level;
@@ -56,12 +56,12 @@ struct Candidate {
   const std::vector<Image>& images;
 };
 
-/// The product of three errors: none is let down for another.
+/// The product of three errors, so that none is sacrificed for another.
 double badness(const ImageSums& sums) {
   return sums.rmse(0) * sums.rmse(1) * sums.rmse(2);
 }
 
-/// Of the candidates the one of least badness, the first of equals.
+/// Measures the candidate with the smallest badness; of equals the first.
 Result<LevelMeasures> measure_best(const std::vector<Candidate>& candidates, double fraction, const Bench& bench) {
   const SurfaceColour colour = reference_colour(bench.options.reference);
   const Candidate* best = nullptr;
@@ -69,7 +69,7 @@ Result<LevelMeasures> measure_best(const std::vector<Candidate>& candidates, dou
   ImageSums best_sums;
   for (const Candidate& candidate : candidates) {
     COPPICE_TRY(looks, surface_looks(candidate.materials, candidate.images, colour));
-    const ImageSums sums = measure_pictures(candidate.level, looks, bench.reference);
+    const ImageSums sums = measure_images(candidate.level, looks, bench.reference);
     if (best != nullptr && !(badness(sums) < badness(best_sums))) continue;
     best = &candidate;
     best_looks = std::move(looks);
@@ -87,7 +87,7 @@ Result<LevelMeasures> measure_best(const std::vector<Candidate>& candidates, dou
   return measures;
 }
 
-/// Simplifying takes the first nine tenths of a method's bar, measuring the rest.
+/// Simplifying takes this share of a method's progress bar, measuring the rest.
 constexpr double kSimplifyShare = 0.9;
 
 Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input, const Bench& bench, const EvaluateProgress& progress) {
@@ -112,14 +112,15 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
   return measures;
 }
 
-/// Those that are no larger than was asked for; where all are, the smallest.
+/// The files with no more triangles than requested; if all have more, the smallest.
 std::vector<Candidate> comparable(const std::vector<ForeignLevel>& files, std::uint32_t triangle_count) {
-  std::size_t most = triangle_count, least = std::numeric_limits<std::size_t>::max();
-  for (const ForeignLevel& file : files) least = std::min(least, file.level.mesh.triangle_materials.size());
-  most = std::max(most, least);
+  std::size_t max_count = triangle_count, smallest = std::numeric_limits<std::size_t>::max();
+  for (const ForeignLevel& file : files) smallest = std::min(smallest, file.level.mesh.triangle_materials.size());
+  max_count = std::max(max_count, smallest);
   std::vector<Candidate> candidates;
   for (const ForeignLevel& file : files)
-    if (file.level.mesh.triangle_materials.size() <= most) candidates.push_back({file.parameters, file.level, file.materials, file.images});
+    if (file.level.mesh.triangle_materials.size() <= max_count)
+      candidates.push_back({file.parameters, file.level, file.materials, file.images});
   return candidates;
 }
 
@@ -128,7 +129,7 @@ std::string too_large(const std::string& name, const LevelMeasures& level, std::
          std::to_string(triangle_count) + " of the others";
 }
 
-/// warnings  gets a line for each level that is too large to be compared
+/// warnings  gets a line for each level that is too large to compare
 Result<MethodMeasures> evaluate_level_set(const LevelSet& set, const Bench& bench, const EvaluateProgress& progress,
                                           std::vector<std::string>& warnings) {
   if (progress) progress(set.name.c_str(), 0.0);
@@ -154,8 +155,7 @@ Result<EvaluationReport::Stored> measure_stored(const StoredLevel& stored, std::
                                                 const EvaluateOptions& options) {
   COPPICE_TRY(looks, surface_looks(stored.materials, stored.images, reference_colour(options.reference)));
   const Level level{stored.mesh};
-  EvaluationReport::Stored measured{stored.is_leaf_meshes,
-                                    measure_level(level, looks, reference, measure_pictures(level, looks, reference))};
+  EvaluationReport::Stored measured{stored.is_leaf_meshes, measure_level(level, looks, reference, measure_images(level, looks, reference))};
   measured.level.fraction = 1.0;
   measured.level.leaves = leaf_count;
   return measured;

@@ -1,7 +1,7 @@
-// A ray caster that walks triangles. With the camera at the origin, the ray of a pixel is d = (x, y, 1) and the triangle a, b, c is hit
-// where d . (b x c), d . (c x a) and d . (a x b) have the sign of a . (b x c); these three are also the corners' weights at the hit,
-// perspective included, and depth is a . (b x c) over their sum. Nothing is divided by a corner's depth, so triangles may reach behind
-// the camera. An edge shared by two triangles gives exactly opposite numbers in them: no pixel falls between.
+// A ray caster that walks triangles. With the camera at the origin, the ray of a pixel is d = (x, y, 1). It hits the triangle a, b, c if d
+// . (b x c), d . (c x a) and d . (a x b) have the sign of a . (b x c). These three are also the corners' weights at the hit, perspective
+// included, and depth is a . (b x c) over their sum. Nothing is divided by a corner's depth, so triangles may reach behind the camera. An
+// edge shared by two triangles gives exactly opposite numbers in them, so no pixel falls between.
 
 #include "evaluation_render.h"
 
@@ -65,10 +65,10 @@ struct RayTriangle {
   std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
   double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
   PixelRange columns, rows;
-  double doubled_area_px = 0.0;  ///< in the picture; 0 where a corner is not in front of the camera
+  double doubled_area_px = 0.0;  ///< in the image; 0 if a corner is not in front of the camera
 };
 
-/// What is drawn of a triangle.
+/// How a triangle is painted.
 struct TrianglePaint {
   const SurfaceLook& look;
   LeafShade shade;
@@ -82,10 +82,10 @@ class Painter {
   Painter(const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px, const EvaluationFrame& frame)
       : looks_(looks), camera_(camera), size_px_(static_cast<std::int32_t>(size_px)), jitter_px_(frame.jitter_px), frame_(frame.index) {
     const std::size_t pixel_count = std::size_t{size_px} * size_px;
-    picture_.size_px = size_px;
-    picture_.pixel_surfaces.assign(pixel_count, kNone);
+    image_.size_px = size_px;
+    image_.pixel_surfaces.assign(pixel_count, kNone);
     const bool textured = std::ranges::any_of(looks, [](const SurfaceLook& look) { return !look.mips.empty(); });
-    if (textured) picture_.pixel_albedos.assign(pixel_count, 0.0f);
+    if (textured) image_.pixel_albedos.assign(pixel_count, 0.0f);
     depths_.assign(pixel_count, std::numeric_limits<double>::infinity());
   }
 
@@ -121,7 +121,7 @@ class Painter {
       }
   }
 
-  UnlitPicture take() { return std::move(picture_); }
+  UnlitImage take() { return std::move(image_); }
 
  private:
   [[nodiscard]] double ray_x(std::int32_t x) const { return camera_.tan_half_view * ((2.0 * (x + jitter_px_.x) + 1.0) / size_px_ - 1.0); }
@@ -135,20 +135,20 @@ class Painter {
 
   void show(std::size_t pixel, double depth, std::uint32_t surface) {
     depths_[pixel] = depth;
-    picture_.pixel_surfaces[pixel] = surface;
+    image_.pixel_surfaces[pixel] = surface;
   }
 
-  /// A look without holes or texture: what stands for many leaves shows their mean.
+  /// A look without holes or texture: a shape that stands for many leaves shows their mean.
   const SurfaceLook& plain_look(std::uint32_t material) {
     plain_.albedo = looks_[material].albedo;
     return plain_;
   }
 
-  std::uint32_t add_surface(std::uint32_t material, float brightness, std::span<const UnlitPicture::Facet> facets) {
-    const auto first = static_cast<std::uint32_t>(picture_.facets.size());
-    picture_.facets.insert(picture_.facets.end(), facets.begin(), facets.end());
-    picture_.surfaces.push_back({looks_[material].albedo * double{brightness}, false, first, static_cast<std::uint32_t>(facets.size())});
-    return static_cast<std::uint32_t>(picture_.surfaces.size() - 1);
+  std::uint32_t add_surface(std::uint32_t material, float brightness, std::span<const UnlitImage::Facet> facets) {
+    const auto first = static_cast<std::uint32_t>(image_.facets.size());
+    image_.facets.insert(image_.facets.end(), facets.begin(), facets.end());
+    image_.surfaces.push_back({looks_[material].albedo * double{brightness}, false, first, static_cast<std::uint32_t>(facets.size())});
+    return static_cast<std::uint32_t>(image_.surfaces.size() - 1);
   }
 
   void draw_triangle(std::size_t triangle, const LeafShade& shade) {
@@ -157,9 +157,9 @@ class Painter {
     const SurfaceLook& look = looks_[material];
     const RayTriangle ray_triangle = prepare(indices);
     if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const UnlitPicture::Facet facet{seen_normal(indices), 1.0};
+    const UnlitImage::Facet facet{seen_normal(indices), 1.0};
     const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
-    picture_.surfaces.back().is_textured = !look.mips.empty();
+    image_.surfaces.back().is_textured = !look.mips.empty();
     walk(ray_triangle, indices, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(indices, look, ray_triangle)});
   }
 
@@ -188,7 +188,7 @@ class Painter {
   void bound(const std::array<glm::dvec3, 3>& corners, RayTriangle& triangle) const {
     triangle.columns = triangle.rows = {0, size_px_ - 1};
     const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
-    // A corner beside or behind the camera projects to nowhere: any pixel may be hit.
+    // A corner beside or behind the camera has no projection, so any pixel may be hit.
     if (nearest < 1e-6 * glm::length(corners[0])) return;
     std::array<glm::dvec2, 3> pixels{};
     const double half = 0.5 * size_px_;
@@ -214,7 +214,7 @@ class Painter {
     return std::abs(ab.x * ac.y - ab.y * ac.x);
   }
 
-  /// The level at which a texel is nearest to a pixel in size. One a triangle: over a leaf it does not change much.
+  /// The level whose texels are nearest to a pixel in size. One level per triangle suffices: over a leaf the size changes little.
   [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
     if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
     const glm::dvec2 size(look.width, look.height);
@@ -233,7 +233,7 @@ class Painter {
     return across * (side / length);
   }
 
-  /// Columns and rows that the cube may cover; all where a corner is not in front of the camera.
+  /// Columns and rows that the cube may cover; all if a corner is not in front of the camera.
   [[nodiscard]] std::pair<PixelRange, PixelRange> voxel_pixels(const Voxel& voxel) const {
     glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
     const double half = 0.5 * size_px_;
@@ -267,7 +267,7 @@ class Painter {
       if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
       if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
       if (!look.mips.empty())
-        picture_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
+        image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
     } else if (!covers(paint.shade.opacity, paint.leaf, pixel)) {
       return;
     }
@@ -281,7 +281,7 @@ class Painter {
   std::uint32_t frame_;
   const Mesh* mesh_ = nullptr;
   SurfaceLook plain_;
-  UnlitPicture picture_;
+  UnlitImage image_;
   std::vector<double> depths_;
 };
 
@@ -325,7 +325,7 @@ std::vector<glm::dvec3> evaluation_directions(std::uint32_t count) {
   SeededRandom random(kDirectionSeed);
   std::vector<glm::dvec3> directions;
   for (std::uint32_t i = 0; i < count; ++i) {
-    // Archimedes: heights on a sphere are uniform.
+    // Heights on a sphere are uniform (Archimedes).
     const double height = 2.0 * random.uniform() - 1.0, angle = 2.0 * std::numbers::pi * random.uniform();
     const double ring = std::sqrt(1.0 - height * height);
     directions.emplace_back(ring * std::cos(angle), height, ring * std::sin(angle));
@@ -376,8 +376,8 @@ float lambert_luminance(double albedo, const glm::dvec3& normal) {
   return displayed(albedo, light_of(normal, evaluation_sun()));
 }
 
-UnlitPicture render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
-                          const EvaluationFrame& frame) {
+UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
+                        const EvaluationFrame& frame) {
   check_level(level, looks);
   Painter painter(looks, camera, size_px, frame);
   painter.draw_mesh(level.mesh, level.shades);
@@ -387,26 +387,26 @@ UnlitPicture render_unlit(const Level& level, const std::vector<SurfaceLook>& lo
   return painter.take();
 }
 
-EvaluationImage lit_picture(const UnlitPicture& picture, const glm::dvec3& sun) {
-  const std::size_t pixel_count = picture.pixel_surfaces.size();
-  EvaluationImage image{picture.size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
+EvaluationImage lit_image(const UnlitImage& unlit, const glm::dvec3& sun) {
+  const std::size_t pixel_count = unlit.pixel_surfaces.size();
+  EvaluationImage image{unlit.size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
   constexpr float kUnknown = -1.0f;
-  std::vector<float> luminances(picture.surfaces.size(), kUnknown);
-  const auto light = [&](const UnlitPicture::Surface& surface) {
+  std::vector<float> luminances(unlit.surfaces.size(), kUnknown);
+  const auto light = [&](const UnlitImage::Surface& surface) {
     double sum = 0.0;
     for (std::uint32_t i = 0; i < surface.facet_count; ++i) {
-      const UnlitPicture::Facet& facet = picture.facets[surface.first_facet + i];
+      const UnlitImage::Facet& facet = unlit.facets[surface.first_facet + i];
       sum += facet.share * light_of(facet.normal, sun);
     }
     return sum;
   };
   for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
-    const std::uint32_t index = picture.pixel_surfaces[pixel];
+    const std::uint32_t index = unlit.pixel_surfaces[pixel];
     if (index == kNone) continue;
-    const UnlitPicture::Surface& surface = picture.surfaces[index];
+    const UnlitImage::Surface& surface = unlit.surfaces[index];
     image.coverage[pixel] = 1;
     if (surface.is_textured) {
-      image.luminance[pixel] = displayed(double{picture.pixel_albedos[pixel]}, light(surface));
+      image.luminance[pixel] = displayed(double{unlit.pixel_albedos[pixel]}, light(surface));
       continue;
     }
     if (luminances[index] == kUnknown) luminances[index] = displayed(surface.albedo, light(surface));
@@ -417,7 +417,7 @@ EvaluationImage lit_picture(const UnlitPicture& picture, const glm::dvec3& sun) 
 
 EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
                                   std::uint32_t size_px) {
-  return lit_picture(render_unlit(level, looks, camera, size_px), evaluation_sun());
+  return lit_image(render_unlit(level, looks, camera, size_px), evaluation_sun());
 }
 
 EvaluationImage render_evaluation(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
@@ -429,7 +429,7 @@ std::vector<float> render_temporal_mean(const Level& level, const std::vector<Su
                                         std::uint32_t size_px) {
   std::vector<float> mean(std::size_t{size_px} * size_px, 0.0f);
   for (const EvaluationFrame& frame : temporal_frames()) {
-    const EvaluationImage image = lit_picture(render_unlit(level, looks, camera, size_px, frame), evaluation_sun());
+    const EvaluationImage image = lit_image(render_unlit(level, looks, camera, size_px, frame), evaluation_sun());
     for (std::size_t pixel = 0; pixel < mean.size(); ++pixel) mean[pixel] += image.luminance[pixel] / kTemporalFrameCount;
   }
   return mean;

@@ -50,7 +50,7 @@ double ImageSums::soft_iou() const {
 ImageSums compare_luminance(std::span<const float> image, std::span<const float> reference, std::uint32_t size_px) {
   COPPICE_ASSERT(image.size() == reference.size() && image.size() == std::size_t{size_px} * size_px);
   ImageSums sums;
-  // Filtering is linear: the difference of filtered pictures is the filtered difference.
+  // Filtering is linear: the difference of filtered images is the filtered difference.
   std::vector<float> difference(image.size());
   std::ranges::transform(image, reference, difference.begin(), std::minus<>());
   for (std::size_t i = 0; i < ImageSums::kFactors.size(); ++i) {

@@ -12,9 +12,8 @@ namespace {
 
 constexpr std::uint32_t kRollSteps = 8;
 
-/// Makes the shares sum to 1.
-void normalise(std::vector<UnlitPicture::Facet>& facets, double sum) {
-  for (UnlitPicture::Facet& facet : facets) facet.share /= sum;
+void normalise(std::vector<UnlitImage::Facet>& facets, double sum) {
+  for (UnlitImage::Facet& facet : facets) facet.share /= sum;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
 
-// How what stands for many leaves looks from one camera: which normals it shows, and where rays meet it.
+// How a shape that stands for many leaves looks from one camera: which normals it shows, and where rays meet it.
 
 #include <vector>
 
@@ -11,22 +11,22 @@
 
 namespace coppice::bake {
 
-/// The ribbon of a needle whose face is turned to a point; none where the needle points at it, or has no length or width.
+/// A needle as a ribbon whose face turns to a point. There is none if the needle points at it, or has no length or width.
 struct NeedleRibbon {
   Mesh mesh;
-  /// Normals of flat leaves rolled about the needle's axis in eight even steps, each by the area that it shows.
-  std::vector<UnlitPicture::Facet> facets;
+  /// Normals of flat leaves, rolled about the needle's axis in eight even steps and weighted by the area that each shows.
+  std::vector<UnlitImage::Facet> facets;
 };
 NeedleRibbon ribbon_towards(const Needle& needle, const glm::dvec3& camera);
 
-/// The leaves of a voxel as a far point sees them.
+/// The leaves of a voxel as seen from a far point.
 struct VoxelFacets {
-  double area_m2 = 0.0;                     ///< across the line of sight
-  std::vector<UnlitPicture::Facet> facets;  ///< on the point's side
+  double area_m2 = 0.0;                   ///< area across the line of sight
+  std::vector<UnlitImage::Facet> facets;  ///< on the point's side
 };
 VoxelFacets facets_towards(const Voxel& voxel, const glm::dvec3& camera);
 
-/// Where a ray is inside a box, in lengths of `ray`; far <= near: nowhere.
+/// The part of a ray inside a box, in lengths of `ray`; far <= near: none.
 struct BoxHit {
   double near = 0.0, far = 0.0;
 };

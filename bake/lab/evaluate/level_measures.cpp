@@ -22,7 +22,7 @@ double box_diagonal_m(const Mesh& mesh) {
   return glm::distance(low, high);
 }
 
-/// Sums over cameras, in their order whatever the threads.
+/// Adds up sums over cameras, in the cameras' order whatever the threads.
 template <class CameraSums>
 ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_sums) {
   std::vector<ImageSums> by_camera(reference.cameras.size());
@@ -32,14 +32,14 @@ ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_
   return all;
 }
 
-/// Both are drawn once a camera and lit by each sun.
+/// Draws both once a camera, and lights them with each sun.
 ImageSums suns_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   return sum_over_cameras(reference, [&](std::size_t camera) {
-    const UnlitPicture picture = render_unlit(level, looks, reference.cameras[camera], reference.size_px);
-    const UnlitPicture source = render_unlit(reference.level, reference.looks, reference.cameras[camera], reference.size_px);
+    const UnlitImage image = render_unlit(level, looks, reference.cameras[camera], reference.size_px);
+    const UnlitImage source = render_unlit(reference.level, reference.looks, reference.cameras[camera], reference.size_px);
     ImageSums sums;
     for (const glm::dvec3& sun : evaluation_suns())
-      sums.add(compare_luminance(lit_picture(picture, sun).luminance, lit_picture(source, sun).luminance, reference.size_px));
+      sums.add(compare_luminance(lit_image(image, sun).luminance, lit_image(source, sun).luminance, reference.size_px));
     return sums;
   });
 }
@@ -87,7 +87,7 @@ Result<Reference> make_reference(const ReferenceSurface& surface, const Evaluate
   return reference;
 }
 
-ImageSums measure_pictures(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
+ImageSums measure_images(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
   return sum_over_cameras(reference, [&](std::size_t camera) {
     return compare_images(render_evaluation(level, looks, reference.cameras[camera], reference.size_px), reference.images[camera]);
   });

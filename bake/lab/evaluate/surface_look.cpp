@@ -1,4 +1,4 @@
-// What materials look like to the evaluation: see evaluation_render.h.
+// The appearance of materials in the evaluation: see evaluation_render.h.
 
 #include <cmath>
 #include <string>

@@ -12,9 +12,9 @@
 namespace coppice::bake {
 namespace {
 
-/// Rays per pixel and side.
+/// Rays on each side of a pixel.
 constexpr std::uint32_t kSupersampling = 2;
-/// Share of each linear channel in luminance, as in the renderer.
+/// Weight of each linear channel in luminance, as in the renderer.
 constexpr std::array<float, 3> kLuminanceShares = {0.2126f, 0.7152f, 0.0722f};
 
 /// Looks whose luminance is one channel of the colour: the renderer then draws that channel.

@@ -1,7 +1,7 @@
 #pragma once
 
-// Pictures for a person who reads the report; no figure is computed from them. They are drawn by the renderer of the figures, from one of
-// its cameras, in colour and smoothed.
+// Draws pictures for a person who reads the report; no figure is computed from them. The renderer of the figures draws them from one of its
+// cameras, in colour and smoothed.
 
 #include <array>
 #include <cstdint>
@@ -15,19 +15,19 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kThumbnailSizePx = 256;
 
-/// What all pictures of one plant share.
+/// Shared by all pictures of one plant.
 struct ThumbnailView {
   EvaluationCamera camera;
-  std::array<std::vector<SurfaceLook>, 3> looks;  ///< by red, green, blue: albedo is the colour's share of that channel
+  std::array<std::vector<SurfaceLook>, 3> looks;  ///< [red, green, blue] albedo is the colour's part in that channel
 };
 
-/// The evaluation's camera that looks most nearly from the side.
-/// source  holds the bounding sphere to frame
+/// Selects the evaluation's camera that looks most nearly from the side.
+/// source  its bounding sphere is framed
 /// errors  those of surface_looks
 Result<ThumbnailView> thumbnail_view(const Mesh& source, const std::vector<Material>& materials, const std::vector<Image>& images,
                                      SurfaceColour colour = SurfaceColour::mean);
 
-/// A PNG file, RGB, kThumbnailSizePx square, white where nothing is.
+/// A PNG file, RGB, kThumbnailSizePx square, white where nothing is visible.
 /// errors  internal: the picture cannot be encoded
 Result<std::vector<std::uint8_t>> render_thumbnail_png(const Level& level, const ThumbnailView& view);
 

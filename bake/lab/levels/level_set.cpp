@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The set's folders, by name; itself if it has none.
+/// The set's folders, sorted by name; the set's own folder if it has none.
 Result<std::vector<fs::path>> variant_folders(const LevelSet& set) {
   std::error_code error;
   std::vector<fs::path> folders;
@@ -32,7 +32,7 @@ Result<ForeignLevel> read_level(const fs::path& folder, double fraction) {
     return Error{Status::invalid_argument, "a level set has no file for a level", Error::kNoOffset,
                  (folder / (level_file_name(fraction) + ".glb")).string()};
   ImportOptions options;
-  options.leaf_material = "";  // it is found in every name
+  options.leaf_material = "";  // this matches every name
   COPPICE_TRY(plant, import_gltf(file, options));
   return ForeignLevel{"", Level{std::move(plant.foliage)}, std::move(plant.materials), std::move(plant.images)};
 }

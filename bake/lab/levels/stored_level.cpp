@@ -17,14 +17,14 @@
 namespace coppice::bake {
 namespace {
 
-/// Each leaf with its neighbour in leaf order, then the results of those, and so on.
+/// Collapses each leaf with its neighbour in leaf order, then the results, and so on.
 CollapseSequence collapse_in_order(std::uint32_t leaf_count) {
   CollapseSequence sequence;
   for (std::uint32_t i = 0; i + 1 < leaf_count; ++i) sequence.merges.push_back({2 * i, 2 * i + 1, {0, 1, 2, 3}});
   return sequence;
 }
 
-/// A table that is not looked at.
+/// A table for the packer, which nobody reads.
 ErrorTable no_errors(std::uint32_t leaf_count) {
   if (leaf_count == 1) return {{1}, {1.0f}, {0.0f}};
   return {{1, leaf_count}, {1.0f}, {0.0f, 0.0f}};

@@ -1,6 +1,6 @@
 #pragma once
 
-// What is left of a plant's finest level once it has been through a file.
+// Shows how a plant's finest level changes when it goes through a file.
 
 #include <vector>
 
@@ -9,8 +9,8 @@
 
 namespace coppice::bake {
 
-/// The finest level that a .coppice file of the plant holds: leaf meshes, or where it has none, all quads; positions quantised, images as
-/// their textures show them.
+/// The finest level that a .coppice file of the plant holds: leaf meshes, or else all quads. Positions are quantised, images are as their
+/// textures show them.
 struct StoredLevel {
   Mesh mesh;
   std::vector<Material> materials;
@@ -18,7 +18,7 @@ struct StoredLevel {
   bool is_leaf_meshes = false;
 };
 
-/// Packs plant and quads with the default options, under a collapse in leaf order, which the finest level does not show, and unpacks them.
+/// Packs plant and quads with default options and unpacks them. The collapse is in leaf order, which does not affect the finest level.
 /// errors  those of pack and unpack
 Result<StoredLevel> stored_finest_level(const Plant& plant, const Foliage& foliage);
 

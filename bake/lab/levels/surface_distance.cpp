@@ -43,12 +43,12 @@ double squared_distance_to_segment(const glm::dvec3& point, const glm::dvec3& fr
   return squared(point - (from + place * along));
 }
 
-/// Maximum and sum of distances from a run of points.
+/// Maximum and sum of the distances from a run of points.
 struct Partial {
   double max_m = 0.0, sum_m = 0.0;
 };
 
-/// In blocks of a fixed size, added up in order: the same sum for any number of threads.
+/// Works in blocks of a fixed size, which are added up in order: the same sum for any number of threads.
 Partial distances(const std::vector<glm::dvec3>& points, const TriangleTree& to) {
   constexpr std::size_t kBlock = 256;
   std::vector<Partial> blocks((points.size() + kBlock - 1) / kBlock);
@@ -75,7 +75,7 @@ double squared_distance_to_triangle(const glm::dvec3& point, const Triangle& t) 
   const auto inside_of = [&](const glm::dvec3& from, const glm::dvec3& to) {
     return glm::dot(glm::cross(to - from, point - from), normal) >= 0.0;
   };
-  // Above the face the distance is to its plane, everywhere else to an edge.
+  // Above the face the distance is to its plane, elsewhere to an edge.
   if (normal_squared > 0.0 && inside_of(t[0], t[1]) && inside_of(t[1], t[2]) && inside_of(t[2], t[0])) {
     const double height = glm::dot(point - t[0], normal);
     return height * height / normal_squared;
@@ -171,7 +171,7 @@ SurfaceSamples sample_surface(const Mesh& mesh, std::uint32_t point_count) {
 
   const double area = surface_area_m2(mesh);
   if (!(area > 0.0)) return samples;
-  // Equal steps along the area laid end to end choose the triangles; within one, the R2 sequence (Roberts 2018) fills it evenly.
+  // Equal steps along all triangles' area select a triangle; within it the R2 sequence (Roberts 2018) selects evenly spread points.
   constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
   double area_before = 0.0;
   std::uint32_t taken = 0;

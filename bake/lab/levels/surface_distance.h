@@ -1,7 +1,6 @@
 #pragma once
 
-// How far two surfaces are apart: what the tool Metro reports (Cignoni, Rocchini, Scopigno 1998), sampled from one surface, exact to the
-// other.
+// Distance of two surfaces, as the tool Metro reports it (Cignoni, Rocchini, Scopigno 1998): sampled on one surface, exact to the other.
 
 #include <array>
 #include <cstdint>
@@ -13,7 +12,7 @@
 
 namespace coppice::bake {
 
-/// Squared distance of a point to a triangle, edges and corners included; the triangle may have no area. m^2
+/// Squared distance from a point to a triangle with its edges and corners, m^2. The triangle may have no area.
 double squared_distance_to_triangle(const glm::dvec3& point, const std::array<glm::dvec3, 3>& triangle);
 
 /// A bounding volume hierarchy over a mesh's triangles. Calls may overlap.
@@ -30,7 +29,7 @@ class TriangleTree {
   };
   struct Node {
     Box box;
-    std::uint32_t first = 0;  ///< of a leaf its first triangle, else its first child; the second follows it
+    std::uint32_t first = 0;  ///< a leaf's first triangle, else the first child; the second child follows it
     std::uint32_t count = 0;  ///< triangles of a leaf; 0: not a leaf
   };
 
@@ -45,10 +44,10 @@ class TriangleTree {
 /// Points on a surface: every vertex in use, and points spread evenly over its area.
 struct SurfaceSamples {
   std::vector<glm::dvec3> vertices;  ///< ascending by vertex index, each once
-  std::vector<glm::dvec3> points;    ///< each stands for the same share of the area; empty for a surface without area
+  std::vector<glm::dvec3> points;    ///< each stands for the same share of the area; empty if the surface has no area
 };
 
-/// point_count  points; the same mesh gives the same ones
+/// Samples a mesh. The same mesh gives the same points. point_count  how many points
 SurfaceSamples sample_surface(const Mesh& mesh, std::uint32_t point_count);
 
 struct SurfaceDistance {
@@ -56,14 +55,13 @@ struct SurfaceDistance {
   double mean_m = 0.0;
 };
 
-/// From the samples to the surface: the maximum over vertices and points, the mean over points (over vertices when there are none).
-/// Infinite when either is empty. Parallel; the result does not depend on it.
+/// Distance from the samples to the surface: the maximum over vertices and points, the mean over points (over vertices if there are none).
+/// Infinite if either is empty. Parallel; the result does not depend on it.
 SurfaceDistance distance_to_surface(const SurfaceSamples& from, const TriangleTree& to);
 
-/// Hausdorff's: the larger of the two directions, of both figures.
+/// Hausdorff's distance: both figures are the larger of the two directions.
 SurfaceDistance symmetric_distance(const SurfaceDistance& forward, const SurfaceDistance& backward);
 
-/// Sum of the areas of the triangles, m^2.
 double surface_area_m2(const Mesh& mesh);
 
 }  // namespace coppice::bake

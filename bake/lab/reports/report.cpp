@@ -37,7 +37,7 @@ struct Column {
   std::string title;
   std::function<double(const LevelMeasures&)> value;
   int decimals;
-  bool least_is_best;
+  bool is_lower_better;
 };
 
 std::vector<Column> columns(const EvaluationReport& report) {
@@ -69,8 +69,8 @@ std::string padded(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }
 
-/// As printed, so that methods that look equal are all marked.
-std::string least(const EvaluationReport& report, std::size_t level, const Column& column) {
+/// Compares values as they are printed, so that all methods that look equal get a mark.
+std::string lowest_printed(const EvaluationReport& report, std::size_t level, const Column& column) {
   double best = std::numeric_limits<double>::infinity();
   for (const MethodMeasures& method : report.methods) best = std::min(best, column.value(method.levels[level]));
   return number(best, column.decimals);
@@ -87,7 +87,7 @@ std::string level_block(const EvaluationReport& report, std::size_t level) {
     text += "  " + name + padded(triangles, std::max(triangles.size() + 1, 25 - std::min<std::size_t>(25, name.size())));
     for (const Column& column : shown) {
       const std::string value = number(column.value(method.levels[level]), column.decimals);
-      text += padded(value, 10) + (column.least_is_best && value == least(report, level, column) ? "*" : " ");
+      text += padded(value, 10) + (column.is_lower_better && value == lowest_printed(report, level, column) ? "*" : " ");
     }
     const std::string& parameters = method.levels[level].parameters;
     if (!parameters.empty()) text += "  " + printable(parameters);

@@ -11,7 +11,7 @@ namespace {
 struct Measure {
   std::string where;
   double LevelMeasures::*value;
-  const char* least;
+  const char* lowest;
   const char* lower;
 };
 
@@ -33,7 +33,7 @@ std::string whole_percent(double share) {
   return std::to_string(std::lround(100.0 * share)) + "%";
 }
 
-/// "a", "a and b", "a, b and c"
+/// Joins items: "a", "a and b", "a, b and c".
 std::string listed(const std::vector<std::string>& items) {
   std::string text;
   for (std::size_t i = 0; i < items.size(); ++i) text += (i == 0 ? "" : i + 1 == items.size() ? " and " : ", ") + items[i];
@@ -61,8 +61,8 @@ struct Loss {
 
 struct Standing {
   std::vector<std::string> won;  ///< levels
-  std::vector<Loss> lost;        ///< by who is better
-  double least_margin = 1.0, largest_margin = 0.0;
+  std::vector<Loss> lost;        ///< by the better method
+  double smallest_margin = 1.0, largest_margin = 0.0;
 };
 
 void add_loss(std::vector<Loss>& losses, const std::string& to, const std::string& level) {
@@ -79,7 +79,7 @@ Standing standing(const EvaluationReport& report, const MethodMeasures& subject,
     const std::string fraction = percent(subject.levels[level].fraction);
     if (mine <= theirs) {
       result.won.push_back(fraction);
-      result.least_margin = std::min(result.least_margin, share_below(mine, theirs));
+      result.smallest_margin = std::min(result.smallest_margin, share_below(mine, theirs));
       result.largest_margin = std::max(result.largest_margin, share_below(mine, theirs));
     } else {
       add_loss(result.lost, other.name, fraction + " (by " + whole_percent(share_below(theirs, mine)) + ")");
@@ -97,17 +97,17 @@ std::string losses_text(const std::vector<Loss>& losses, const Measure& measure)
 std::string measure_sentence(const EvaluationReport& report, const MethodMeasures& subject, const Measure& measure) {
   const Standing result = standing(report, subject, measure);
   const std::string start = measure.where + ", " + subject.name;
-  if (result.won.empty()) return start + " never has " + measure.least + ": " + losses_text(result.lost, measure);
-  const std::string low = whole_percent(result.least_margin), high = whole_percent(result.largest_margin);
+  if (result.won.empty()) return start + " never has " + measure.lowest + ": " + losses_text(result.lost, measure);
+  const std::string low = whole_percent(result.smallest_margin), high = whole_percent(result.largest_margin);
   const std::string margin = (low == high ? low : low + " to " + high) + " below the next best";
-  if (result.lost.empty()) return start + " has " + measure.least + " at every level, " + margin + ".";
-  return start + " has " + measure.least + " at " + listed(result.won) + " of the leaves, " + margin + "; " +
+  if (result.lost.empty()) return start + " has " + measure.lowest + " at every level, " + margin + ".";
+  return start + " has " + measure.lowest + " at " + listed(result.won) + " of the leaves, " + margin + "; " +
          losses_text(result.lost, measure);
 }
 
 std::string coverage_sentence(const MethodMeasures& subject) {
-  const auto [least, most] = std::ranges::minmax(subject.levels, {}, [](const LevelMeasures& level) { return level.coverage; });
-  const std::string low = whole_percent(least.coverage), high = whole_percent(most.coverage);
+  const auto [lowest, highest] = std::ranges::minmax(subject.levels, {}, [](const LevelMeasures& level) { return level.coverage; });
+  const std::string low = whole_percent(lowest.coverage), high = whole_percent(highest.coverage);
   return "Coverage: " + subject.name + " shows " + (low == high ? low : low + " to " + high) + " of the source's foliage pixels.";
 }
 

@@ -1,4 +1,4 @@
-// The page is report_page/, embedded at build time (core/embed_texts.cmake); here it meets the data.
+// Inserts the data into the page in report_page/, which is embedded at build time (core/embed_texts.cmake).
 
 #include "report_html.h"
 
@@ -44,7 +44,7 @@ nlohmann::ordered_json level_data(const LevelMeasures& level, std::uint32_t size
   return json;
 }
 
-/// The keys of suns and frames; none where they were not measured.
+/// The keys of suns and frames; none if they were not measured.
 nlohmann::ordered_json lit_json(const EvaluationReport& report) {
   const bool has_levels = !report.methods.empty() && !report.methods.front().levels.empty();
   if (!has_levels || !report.methods.front().levels.front().lit) return nlohmann::ordered_json::array();

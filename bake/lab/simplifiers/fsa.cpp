@@ -15,7 +15,7 @@
 namespace coppice::bake {
 namespace {
 
-/// The four points, the two that are farthest from each other opposite.
+/// Orders four points so that the two that are farthest apart are opposite.
 Quad ring_of(const std::array<glm::vec3, 4>& points) {
   std::size_t from = 0, to = 1;
   float longest = -1.0f;
@@ -60,7 +60,7 @@ Quad area_keeping_quad(const Quad& first, const Quad& second) {
   if (!(area > 0.0)) return first;
   const glm::dvec3 middle = (first_area * quad_centroid(first) + second_area * quad_centroid(second)) / area;
   Quad best = first;
-  double least = std::numeric_limits<double>::infinity();
+  double lowest = std::numeric_limits<double>::infinity();
   for (unsigned chosen = 0; chosen < 256; ++chosen) {
     if (std::popcount(chosen) != 4) continue;
     std::array<glm::vec3, 4> points{};
@@ -69,8 +69,8 @@ Quad area_keeping_quad(const Quad& first, const Quad& second) {
       if ((chosen >> i & 1u) != 0) points[count++] = i < 4 ? first[i] : second[i - 4];
     const Quad quad = ring_of(points);
     const double error = std::abs(quad_area(quad) - area) / area + glm::distance(quad_centroid(quad), middle) / std::sqrt(area);
-    if (!(error < least)) continue;
-    least = error;
+    if (!(error < lowest)) continue;
+    lowest = error;
     best = quad;
   }
   return best;

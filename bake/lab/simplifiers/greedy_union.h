@@ -1,6 +1,6 @@
 #pragma once
 
-// What the opponents that unite organs share: always the pair of least cost goes, each item having one best partner among its neighbours.
+// Shared by the methods that unite organs: the cheapest pair goes first, and each item has one best partner among its neighbours.
 
 #include <algorithm>
 #include <cstdint>
@@ -22,15 +22,15 @@ template <class Item>
 struct UnionRules {
   std::function<double(const Item&, const Item&)> cost;
   std::function<Item(const Item&, const Item&)> unite;
-  std::function<glm::dvec3(const Item&)> middle;  ///< neighbours are near by these
+  std::function<glm::dvec3(const Item&)> middle;  ///< neighbours are near each other by this
   std::uint32_t neighbour_count = 16;
 };
 
-/// Ids: items are 0 .. N - 1, the result of step i is N + i. Ties go to the smaller ids. One thread.
+/// Unites items step by step. Items have ids 0 .. N - 1, the result of step i has N + i. Ties go to the smaller ids. Runs on one thread.
 template <class Item>
 class GreedyUnion {
  public:
-  /// source  its box holds the items' middles
+  /// source  its box holds the items' centres
   GreedyUnion(const Foliage& source, std::vector<Item> items, UnionRules<Item> rules)
       : rules_(std::move(rules)),
         items_(std::move(items)),
@@ -43,7 +43,7 @@ class GreedyUnion {
 
   [[nodiscard]] std::uint32_t live_count() const { return live_count_; }
 
-  /// By id.
+  /// [live items] in the order of ids
   [[nodiscard]] std::vector<Item> live_items() const {
     std::vector<Item> items;
     for (std::size_t id = 0; id < items_.size(); ++id)
@@ -51,9 +51,9 @@ class GreedyUnion {
     return items;
   }
 
-  /// At least two items must be live.
+  /// Unites the cheapest pair. At least two items must be live.
   void step() {
-    const Pair pair = least_pair();
+    const Pair pair = cheapest_pair();
     const std::uint32_t first = std::min(pair.item, pair.partner), second = std::max(pair.item, pair.partner);
     for (const std::uint32_t id : {first, second}) {
       octree_.remove(id);
@@ -79,7 +79,7 @@ class GreedyUnion {
     }
   };
 
-  Pair least_pair() {
+  Pair cheapest_pair() {
     for (;;) {
       COPPICE_ASSERT(!pairs_.empty());
       const Pair pair = pairs_.top();

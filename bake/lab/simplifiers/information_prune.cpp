@@ -1,4 +1,4 @@
-// Pruning leaf p and growing its neighbour q replaces two leaves by one, which is what LiveVisibility calls a merge: its areas stay exact.
+// Pruning leaf p and growing its neighbour q replaces two leaves by one. LiveVisibility calls that a merge, so its areas stay exact.
 
 #include "information_prune.h"
 
@@ -76,16 +76,16 @@ class Pruning {
  private:
   struct Live {
     std::uint32_t id = 0;
-    glm::dvec3 centroid{0.0};  ///< scaling leaves it where it is
+    glm::dvec3 centroid{0.0};  ///< scaling does not move it
   };
 
-  /// live_ is in source order.
+  /// Finds a source leaf in live_, which is in source order.
   std::vector<Live>::iterator find_live(std::uint32_t source) {
     return std::lower_bound(live_.begin(), live_.end(), source,
                             [&](const Live& live, std::uint32_t wanted) { return source_of_[live.id] < wanted; });
   }
 
-  /// All of them are asked: an octree's cell may miss the nearest, and distances are cheap beside visibility.
+  /// Compares all leaves: an octree's cell may miss the nearest, and distances are cheap compared with visibility.
   [[nodiscard]] std::uint32_t nearest_to(const Live& leaf) const {
     double best = std::numeric_limits<double>::infinity();
     std::uint32_t nearest = kNone;
@@ -114,7 +114,7 @@ class Pruning {
     return false;
   }
 
-  /// Removed leaves are among no changes; the background has no rank.
+  /// Updates an outcome's rank. Changes never name removed leaves; the background has no rank.
   void refresh(std::uint32_t outcome) {
     if (outcome == visibility_.background()) return;
     const std::uint32_t source = source_of_[outcome];
@@ -136,7 +136,7 @@ class Pruning {
   ViewTotals totals_;
   std::vector<std::uint32_t> source_of_;                                   ///< [id]
   std::vector<FixedBits> information_;                                     ///< [id] I(V,l)
-  std::set<std::tuple<FixedBits, std::uint32_t, std::uint32_t>> ranking_;  ///< (I(V,l), source, id) of the live
+  std::set<std::tuple<FixedBits, std::uint32_t, std::uint32_t>> ranking_;  ///< (I(V,l), source, id) of live leaves
   std::vector<Live> live_;
   std::uint32_t next_id_ = 0;
   OwnedPixels owned_;

@@ -14,7 +14,7 @@
 
 namespace coppice::bake {
 
-/// One step: which leaf goes and which grows, as source leaves.
+/// One step: the source leaf that goes and the one that grows.
 struct PruneStep {
   std::uint32_t pruned = 0, grown = 0;
 };
@@ -24,9 +24,9 @@ struct PruneResult {
   std::vector<Foliage> levels;  ///< [leaf_counts.size()], leaves in source order
 };
 
-/// Prunes leaves one by one: of the live leaves the one of least visibility I(V,l), eq. (8), goes (the smaller source leaf of equals); of
-/// those that stay the one whose centroid is nearest to its own (the smaller of equals) is scaled about its centroid until its area is the
-/// sum of both. A leaf without area stays as it is. Visibility is exact after every step.
+/// Prunes leaves one by one. The live leaf with the smallest visibility I(V,l), eq. (8), goes (of equals the smaller source leaf). The
+/// remaining leaf with the nearest centroid (of equals the smaller) is scaled about its centroid until its area is the sum of both. A leaf
+/// without area stays as it is. Visibility is exact after every step.
 /// leaf_counts  any order; each 1 .. shown.foliage.leaf_count() (asserted). Pruning stops at the smallest.
 /// options      resolution and background; there are no candidates
 /// progress     may be empty

@@ -4,7 +4,7 @@
 
 namespace coppice::bake {
 
-/// The quad about its centroid (the mean of its corners), `factor` times as long; its area grows by factor^2. m
+/// Scales the quad about its centroid (the mean of its corners), so that its area grows by factor^2.
 Quad scaled_quad(const Quad& quad, double factor);
 
 }  // namespace coppice::bake

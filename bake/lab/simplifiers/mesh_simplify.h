@@ -1,6 +1,6 @@
 #pragma once
 
-// The general mesh simplifiers a user would try first: meshoptimizer on the leaf quads as one indexed mesh.
+// The general mesh simplifiers that a user would use first: meshoptimizer on the leaf quads as one indexed mesh.
 
 #include <cstdint>
 
@@ -15,8 +15,8 @@ enum class MeshSimplifier {
   sloppy,
 };
 
-/// At most triangle_count triangles if the simplifier gets there. Vertices stay those of the mesh; a triangle shows the material that its
-/// first corner's triangle had. Triangles that the simplifier made of corners in one place are left out, they draw nothing.
+/// Simplifies to at most triangle_count triangles, if the simplifier gets that far. Vertices stay the mesh's; a triangle shows the material
+/// of its first corner's triangle. Triangles with corners in one place are left out, since they draw nothing.
 /// mesh  each vertex used by triangles of one material
 Mesh simplify_mesh(const Mesh& mesh, std::uint32_t triangle_count, MeshSimplifier simplifier);
 

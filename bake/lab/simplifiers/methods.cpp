@@ -26,7 +26,7 @@ constexpr std::array kMethods{Method::default_metric, Method::mi,  Method::geome
 constexpr std::size_t kDefaultMethodCount = 7;
 constexpr std::uint64_t kStochasticSeed = 1;
 
-/// The collapse that `coppice bake --metric` runs with its default options.
+/// Runs the collapse of `coppice bake --metric` with default options.
 Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
   const Foliage& foliage = input.shown.foliage;
   CollapseOptions collapse = BakeOptions{}.collapse;

@@ -31,24 +31,24 @@ enum class Method {
   voxels,  ///< voxel_cloud.h, at equal bytes
 };
 
-/// All of them, in the order of reports.
+/// All methods, in the order of reports.
 std::span<const Method> all_methods();
-/// Those that are measured unless others are asked for.
+/// The methods that are measured by default.
 std::span<const Method> default_methods();
-/// As on the command line: "default", "mi", ...
+/// The name on the command line: "default", "mi", ...
 const char* method_name(Method method);
 /// errors  invalid_argument: no such method (all are listed)
 Result<Method> method_from_name(std::string_view name);
 
-/// The plant to simplify. Refers to what it is made of.
+/// The plant to simplify. Holds references.
 struct SimplifyInput {
   ShownFoliage shown;
   std::vector<std::uint32_t> leaf_counts;  ///< each 1 .. shown.foliage.leaf_count(); any order
-  float view_distance_radii = 0.0f;        ///< `mi` looks in perspective from so far; 0: orthographic, as the baker
+  float view_distance_radii = 0.0f;        ///< distance from which `mi` looks in perspective; 0: orthographic, as in the baker
 };
 
-/// One level per leaf count for each choice of the method's parameters, at least one: two triangles a leaf for the methods that work on
-/// leaves, at most as many for the others; `lines` and `voxels` say themselves what is as much.
+/// Simplifies to one level per leaf count, for each choice of the method's parameters. Methods that work on leaves give two triangles a
+/// leaf, the others at most as many; `lines` and `voxels` define what corresponds to that.
 /// progress  may be empty
 /// errors    those of the method's own function
 Result<std::vector<Variant>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress);

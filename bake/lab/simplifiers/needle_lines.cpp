@@ -67,13 +67,13 @@ Variant sampled(const std::vector<Needle>& needles, const std::vector<std::uint3
 
 }  // namespace
 
-Needle needle_of(const Quad& quad, std::uint32_t material, double covered) {
+Needle needle_of(const Quad& quad, std::uint32_t material, double coverage) {
   const auto half = [](const glm::vec3& a, const glm::vec3& b) { return 0.5f * (a + b); };
   Needle along{half(quad[0], quad[3]), half(quad[1], quad[2]), 0.0f, material};
   const Needle across{half(quad[0], quad[1]), half(quad[2], quad[3]), 0.0f, material};
   if (length_of(across) > length_of(along)) along = across;
   const double length = length_of(along);
-  if (length > 0.0) along.width_m = static_cast<float>(covered * quad_area(quad) / length);
+  if (length > 0.0) along.width_m = static_cast<float>(coverage * quad_area(quad) / length);
   return along;
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 // Conifer needles as lines (Deng, Zhang, Gay, Lei: Continuous LOD Model of Coniferous Foliage, IJVR 6(4), 2007, and View-Dependent Conifer
-// LOD Models, PMA 2006): a needle under a pixel wide is a line, two lines that are too thin become one, or lines are drawn at random and
-// the rest left out; transparency makes up for width. Public are the abstracts. A line here is a ribbon of the width that gives it the area
-// of what it stands for (level.h), so that rays through pixels see as much of it as transparency would leave. Swept: merging, with the
-// length of the longer line or that of both, and sampling with the kept lines wider. A line has half of a quad's four vertices: a level of
-// m leaves has up to 2m of them.
+// LOD Models, PMA 2006). A needle under a pixel wide is a line. Two lines that are too thin become one, or lines are drawn at random and
+// the rest left out; transparency makes up for width. Only the abstracts are public. Here a line is a ribbon whose width gives it the area
+// of what it replaces (level.h), so that rays through pixels see as much of it as transparency would leave. Swept are merging, with the
+// length of the longer line or that of both, and sampling with the kept lines wider. A line has half of a quad's four vertices, so a level
+// of m leaves has up to 2m lines.
 
 #include <vector>
 
@@ -15,17 +15,19 @@
 
 namespace coppice::bake {
 
-/// The line from the middle of one short edge to that of the other; as wide as gives it the share of the quad's area that its card covers.
-/// covered  in [0, 1]
-Needle needle_of(const Quad& quad, std::uint32_t material, double covered);
+/// Makes the line from the middle of one short edge to that of the other. Its width gives it the share of the quad's area that its card
+/// covers.
+/// coverage  in [0, 1]
+Needle needle_of(const Quad& quad, std::uint32_t material, double coverage);
 
-/// How long the line is that stands for two.
+/// The length of a line that replaces two.
 enum class NeedleLength {
-  longer,  ///< as the longer
+  longer,  ///< that of the longer one
   both,    ///< from the first end of both to the last
 };
 
-/// Along the mean direction, about the common centre of area, with the area of both and the material of the one with more.
+/// Unites two needles along their mean direction, about the common centre of area, with the area of both and the material of the larger
+/// one.
 Needle united_needle(const Needle& first, const Needle& second, NeedleLength length);
 
 /// leaf_counts  each 1 .. leaf_count (asserted); not empty

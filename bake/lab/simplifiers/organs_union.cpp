@@ -25,7 +25,7 @@ glm::vec3 stalk_of(const Quad& quad) {
   return 0.5f * (quad[0] + quad[3]);
 }
 
-/// Halves at the median along the longest side of the stalks' box.
+/// Halves a group at the median along the longest side of the stalks' box.
 std::pair<Group, Group> halved(const Foliage& foliage, Group leaves) {
   glm::vec3 low = stalk_of(foliage.quads[leaves[0]]), high = low;
   for (const std::uint32_t leaf : leaves) {
@@ -42,13 +42,13 @@ std::pair<Group, Group> halved(const Foliage& foliage, Group leaves) {
   return {Group(leaves.begin(), middle), Group(middle, leaves.end())};
 }
 
-/// The unions of one floor of the hierarchy: pairs of a group only.
+/// The unions of one level of the hierarchy: only pairs within a group.
 class OrgansUnion {
  public:
-  OrgansUnion(const Foliage& foliage, std::uint32_t most)
+  OrgansUnion(const Foliage& foliage, std::uint32_t max_size)
       : leaf_size_m_(mean_leaf_size_m(foliage)), leaves_(united_leaves(foliage)), live_(leaves_.size(), true) {
     live_count_ = foliage.leaf_count();
-    groups_ = stalk_groups(foliage, most);
+    groups_ = stalk_groups(foliage, max_size);
     open_floor();
   }
 
@@ -61,7 +61,7 @@ class OrgansUnion {
     return leaves;
   }
 
-  /// At least two leaves must be live.
+  /// Unites the cheapest pair. At least two leaves must be live.
   void step() {
     while (bests_.empty()) next_floor();
     const auto [cost, first, second, group] = bests_.top();
@@ -99,7 +99,7 @@ class OrgansUnion {
     for (std::size_t group = 0; group < groups_.size(); ++group) push_best(group);
   }
 
-  /// Two neighbouring groups make one.
+  /// Goes up one level: two neighbouring groups become one.
   void next_floor() {
     COPPICE_ASSERT(groups_.size() > 1);
     std::vector<Group> wholes;
@@ -121,11 +121,11 @@ class OrgansUnion {
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std::uint32_t most) {
-  COPPICE_ASSERT(most >= 1 && foliage.leaf_count() >= 1);
+std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std::uint32_t max_size) {
+  COPPICE_ASSERT(max_size >= 1 && foliage.leaf_count() >= 1);
   std::vector<Group> groups(1, Group(foliage.leaf_count()));
   std::iota(groups[0].begin(), groups[0].end(), 0u);
-  while (groups[0].size() > most) {  // the first is the largest: an odd leaf stays in the first half
+  while (groups[0].size() > max_size) {  // the first is the largest: an odd leaf stays in the first half
     std::vector<Group> halves;
     for (Group& group : groups) {
       auto [first, second] = halved(foliage, std::move(group));
@@ -139,11 +139,11 @@ std::vector<std::vector<std::uint32_t>> stalk_groups(const Foliage& foliage, std
 
 std::vector<Variant> unite_organs(const Foliage& foliage, const std::vector<std::uint32_t>& leaf_counts) {
   std::vector<Variant> variants;
-  for (const std::uint32_t most : {4u, 8u, 16u, 32u, 64u}) {
+  for (const std::uint32_t max_size : {4u, 8u, 16u, 32u, 64u}) {
     Variant variant;
-    variant.parameters = "groups of " + std::to_string(most);
+    variant.parameters = "groups of " + std::to_string(max_size);
     variant.levels.resize(leaf_counts.size());
-    OrgansUnion united(foliage, most);
+    OrgansUnion united(foliage, max_size);
     const std::uint32_t last = *std::ranges::min_element(leaf_counts);
     for (;; united.step()) {
       for (std::size_t i = 0; i < leaf_counts.size(); ++i)

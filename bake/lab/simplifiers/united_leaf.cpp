@@ -20,7 +20,7 @@ std::array<glm::dvec3, 8> corners_of(const Quad& first, const Quad& second) {
   return corners;
 }
 
-/// The longest of the vectors between two corners.
+/// The longest vector between two corners.
 glm::dvec3 diameter_of(const std::array<glm::dvec3, 8>& corners) {
   glm::dvec3 longest(0.0);
   for (std::size_t i = 0; i < 8; ++i)
@@ -29,7 +29,6 @@ glm::dvec3 diameter_of(const std::array<glm::dvec3, 8>& corners) {
   return longest;
 }
 
-/// From the stalk to the tip.
 glm::dvec3 axis_of(const Quad& quad) {
   return 0.5 * (glm::dvec3(quad[1]) + glm::dvec3(quad[2]) - glm::dvec3(quad[0]) - glm::dvec3(quad[3]));
 }

@@ -68,7 +68,7 @@ Box box_of(const Foliage& foliage) {
   return {low, std::max({size.x, size.y, size.z})};
 }
 
-/// In order of cells, whatever the order of flakes; a voxel shows the material that has most of its area.
+/// Makes voxels in the order of cells, whatever the order of flakes. A voxel shows the material with most of its area.
 std::vector<Voxel> voxels_of(const std::vector<Flake>& flakes, const Box& box, std::uint32_t cells) {
   struct Cell {
     std::array<float, kVoxelNormalCount> area_m2{};
@@ -89,21 +89,21 @@ std::vector<Voxel> voxels_of(const std::vector<Flake>& flakes, const Box& box, s
   for (const auto& [place, cell] : filled) {
     Voxel voxel{glm::vec3(box.low + side_m * (glm::dvec3(place[0], place[1], place[2]) + 0.5)), static_cast<float>(0.5 * side_m), 0,
                 cell.area_m2};
-    const auto most = std::ranges::max_element(cell.by_material, {}, [](const auto& item) { return item.second; });
-    voxel.material = most->first;
+    const auto largest = std::ranges::max_element(cell.by_material, {}, [](const auto& item) { return item.second; });
+    voxel.material = largest->first;
     voxels.push_back(voxel);
   }
   return voxels;
 }
 
-/// The finest grid with at most so many voxels; one voxel where none is.
-std::vector<Voxel> finest(const std::vector<Flake>& flakes, const Box& box, std::uint32_t most) {
+/// Fills the finest grid with at most `max_count` voxels; one voxel if there is none.
+std::vector<Voxel> finest(const std::vector<Flake>& flakes, const Box& box, std::uint32_t max_count) {
   std::uint32_t low = 1, high = kMaxCells;
   std::vector<Voxel> best = voxels_of(flakes, box, 1);
   while (low < high) {
     const std::uint32_t middle = (low + high + 1) / 2;
     std::vector<Voxel> voxels = voxels_of(flakes, box, middle);
-    if (voxels.size() > most) {
+    if (voxels.size() > max_count) {
       high = middle - 1;
     } else {
       low = middle;

@@ -19,7 +19,7 @@ Result<void> create_instance(PFN_vkGetInstanceProcAddr get, AreaDevice& gpu) {
   VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
   info.pApplicationInfo = &application;
   const VkResult result = create(&info, nullptr, &gpu.instance);
-  // What a loader without any driver says.
+  // A loader without any driver returns these.
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER || result == VK_ERROR_INITIALIZATION_FAILED) return Error{Status::unsupported, kNoDriver};
   COPPICE_CHECK(check_vulkan(result, "vkCreateInstance"));
   return load_instance_functions(get, gpu.instance, gpu.vk);
@@ -35,7 +35,7 @@ std::optional<std::uint32_t> graphics_family(const VulkanFunctions& vk, VkPhysic
   return {};
 }
 
-/// What a device has not that areas need; null if it has all.
+/// Names a feature that areas need and the device lacks; null if it has all.
 const char* missing_feature(const VulkanFunctions& vk, VkPhysicalDevice physical_device) {
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
   vk.vkGetPhysicalDeviceProperties2(physical_device, &properties);

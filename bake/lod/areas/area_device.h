@@ -24,16 +24,16 @@ struct AreaDevice {
   VkQueue queue = VK_NULL_HANDLE;
   std::uint32_t queue_family = 0;
   VkPhysicalDeviceMemoryProperties memory{};
-  std::string name;  ///< of device and driver, with the driver's version: what areas may depend on
+  std::string name;  ///< device and driver with its version: areas may depend on them
   bool owned = false;
 };
 
-/// The first device of the loader that has Vulkan 1.3, a graphics queue and precise occlusion queries.
-/// errors  unsupported: no loader, no driver, no device, or none that has all of that, with what the last one lacks
+/// Opens the loader's first device that has Vulkan 1.3, a graphics queue and precise occlusion queries.
+/// errors  unsupported: no loader, no driver, no device, or none that has all of these; the error says what the last one lacks
 Result<std::unique_ptr<AreaDevice>> open_area_device();
 
-/// A device of somebody else, which outlives the result, with the features dynamicRendering, synchronization2, bufferDeviceAddress and
-/// occlusionQueryPrecise enabled. Nobody else uses the queue meanwhile.
+/// Somebody else's device, which outlives the result. Its features dynamicRendering, synchronization2, bufferDeviceAddress and
+/// occlusionQueryPrecise are enabled. Nobody else uses the queue meanwhile.
 struct BorrowedDevice {
   PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr;
   VkInstance instance = VK_NULL_HANDLE;
@@ -43,7 +43,7 @@ struct BorrowedDevice {
   std::uint32_t queue_family = 0;
 };
 
-/// errors  unsupported: a function is missing
+/// Wraps a borrowed device. errors  unsupported: a function is missing
 Result<std::unique_ptr<AreaDevice>> borrow_area_device(const BorrowedDevice& borrowed);
 
 }  // namespace coppice::bake

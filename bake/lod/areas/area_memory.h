@@ -1,6 +1,6 @@
 #pragma once
 
-// Buffers and the depth image of what measures areas.
+// Buffers and the depth image for measuring areas.
 
 #include "area_device.h"
 #include "result.h"
@@ -23,11 +23,12 @@ struct AreaDepth {
   VkImageView view = VK_NULL_HANDLE;
 };
 
-/// bytes  > 0. errors  those of check_vulkan, unsupported; what was created is in the second argument all the same, to be destroyed
+/// bytes   > 0
+/// errors  those of check_vulkan; unsupported. On an error the second argument still holds what was created; destroy it.
 Result<void> create_area_buffer(const AreaDevice& gpu, VkDeviceSize bytes, AreaBuffer& buffer);
 Result<void> create_area_depth(const AreaDevice& gpu, std::uint32_t side_px, AreaDepth& depth);
 
-/// The device must be done with them.
+/// The device must have finished with them.
 void destroy_area_buffer(const AreaDevice& gpu, AreaBuffer& buffer);
 void destroy_area_depth(const AreaDevice& gpu, AreaDepth& depth);
 

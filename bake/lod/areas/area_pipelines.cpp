@@ -16,7 +16,7 @@ struct Shaders {
 struct PipelineKind {
   VkShaderModule vertex = VK_NULL_HANDLE;
   VkShaderModule fragment = VK_NULL_HANDLE;  ///< may be null
-  bool depth_write = false;                  ///< and a test for nearer; else for equal
+  bool depth_write = false;                  ///< and the test is for nearer; else for equal
 };
 
 Result<void> create_module(const AreaDevice& gpu, std::span<const std::uint32_t> words, VkShaderModule& module) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// What is drawn to measure areas, and how.
+// The pipelines that draw leaves to measure areas.
 
 #include <array>
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace coppice::bake {
 inline constexpr VkFormat kAreaDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkShaderStageFlags kAreaPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-// Layouts of shaders/areas/leaf_area.glsl.
+// These structs have the layouts of shaders/areas/leaf_area.glsl.
 
 struct AreaLeaf {
-  std::array<float, 12> corners{};  ///< four of x, y, z: from the middle of the bounding sphere, by its radius
+  std::array<float, 12> corners{};  ///< x, y, z of four corners, from the centre of the bounding sphere, relative to its radius
   std::array<float, 8> uvs{};
   std::uint32_t mask = 0;
 };
@@ -36,16 +36,16 @@ struct AreaPush {
 };
 static_assert(sizeof(AreaPush) == 88);
 
-/// Null where not created.
+/// Members that were not created are null.
 struct AreaPipelines {
   VkPipelineLayout layout = VK_NULL_HANDLE;
-  VkPipeline fill_depth = VK_NULL_HANDLE;        ///< leaves: nearer depth is kept
-  VkPipeline count_leaf = VK_NULL_HANDLE;        ///< leaves: what is at the depth that is there
-  VkPipeline count_background = VK_NULL_HANDLE;  ///< three vertices: what is as it was cleared, to 1
+  VkPipeline fill_depth = VK_NULL_HANDLE;        ///< draws leaves and keeps the nearest depth
+  VkPipeline count_leaf = VK_NULL_HANDLE;        ///< draws leaves and counts samples of equal depth
+  VkPipeline count_background = VK_NULL_HANDLE;  ///< draws three vertices and counts samples of depth 1, the cleared value
 };
 
-/// masked  whether any leaf has holes: without, there is no fragment shader. errors  those of check_vulkan; what was created is in
-/// `pipelines` all the same
+/// masked  whether any leaf has holes; without holes there is no fragment shader
+/// errors  those of check_vulkan. On an error `pipelines` still holds what was created.
 Result<void> create_area_pipelines(const AreaDevice& gpu, bool masked, AreaPipelines& pipelines);
 
 void destroy_area_pipelines(const AreaDevice& gpu, const AreaPipelines& pipelines);

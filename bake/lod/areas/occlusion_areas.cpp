@@ -16,16 +16,16 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::uint32_t kVerticesPerLeaf = 6;
-/// In one submission: long enough that waiting for it costs little, short enough for drivers that end what takes seconds.
+/// Queries in one submission: enough that waiting for it costs little, few enough for drivers that end submissions that take seconds.
 constexpr std::uint32_t kQueryCount = 8192;
-/// A driver that takes longer hangs. A processor may have taken a GPU's place.
-constexpr std::uint64_t kMostWait_ns = 600'000'000'000;
+/// A driver that takes longer hangs. A processor may do the GPU's work, so the limit is high.
+constexpr std::uint64_t kMaxWait_ns = 600'000'000'000;
 
-/// To clip space from metres from the sphere's middle, by its radius: the camera of raster.h. Depth has a margin on both sides, so that no
-/// leaf is clipped by rounding and none is as far as a cleared pixel.
+/// Maps metres from the sphere's centre, relative to its radius, to clip space: the camera of raster.h. Depth has a margin on both sides,
+/// so that rounding clips no leaf and no leaf is as far as a cleared pixel.
 glm::mat4 clip_from_sphere(const Viewpoint& view) {
   constexpr double kMargin = 1.0 / 1024.0;
-  std::array<std::array<double, 4>, 4> rows{};  // x, y, z, w of clip space by x, y, z, 1
+  std::array<std::array<double, 4>, 4> rows{};  // x, y, z, w of clip space, each by x, y, z, 1
   const auto set = [&](std::size_t row, const glm::vec3& axis, double scale, double constant) {
     rows[row] = {axis.x * scale, axis.y * scale, axis.z * scale, constant};
   };
@@ -50,7 +50,7 @@ glm::mat4 clip_from_sphere(const Viewpoint& view) {
   return clip;
 }
 
-/// The holes of all masks, a bit a texel, and where those of each begin.
+/// The holes of all masks, a bit a texel, and the first word of each mask.
 struct MaskBits {
   std::vector<AreaMask> masks;
   std::vector<std::uint32_t> words;
@@ -150,7 +150,7 @@ class OcclusionAreas::Measurer {
     return check_vulkan(vk().vkCreateQueryPool(gpu_->device, &queries, nullptr, &queries_), "vkCreateQueryPool");
   }
 
-  /// Into a buffer that is made anew where it is too small.
+  /// Copies into a buffer, which is replaced if it is too small.
   Result<void> upload(std::span<const std::byte> bytes, AreaBuffer& buffer) {
     if (buffer.bytes < std::max<std::size_t>(bytes.size(), 4)) {
       destroy_area_buffer(*gpu_, buffer);
@@ -177,7 +177,7 @@ class OcclusionAreas::Measurer {
     return upload(std::as_bytes(std::span(leaves)), leaves_);
   }
 
-  /// The leaves of a view whose areas may have changed; the background is the one after the last leaf.
+  /// Finds the leaves of a view whose areas may have changed; the background is the one after the last leaf.
   void find_asked(const AreaRequest& request, std::size_t v, std::vector<std::uint32_t>& asked) const {
     asked.clear();
     if (!request.changed.empty() && request.changed[v].empty()) return;
@@ -198,7 +198,7 @@ class OcclusionAreas::Measurer {
     return {};
   }
 
-  /// Draws into the depth image wait for all before; a new view throws away what is there.
+  /// Makes draws into the depth image wait for all earlier ones. A new view discards the image's contents.
   void wait_for_depth(bool is_new) const {
     VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
     barrier.srcStageMask = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
@@ -235,8 +235,8 @@ class OcclusionAreas::Measurer {
     vk().vkCmdSetScissor(commands_, 0, 1, &info.renderArea);
   }
 
-  /// The depth of a view, if it is a new one, and a query for each leaf asked for. Depth is written in the order of the draws, so the
-  /// queries need no barrier.
+  /// Records the depth of a view, if it is a new one, and a query for each leaf in `asked`. Depth is written in the order of the draws, so
+  /// the queries need no barrier.
   void record(std::size_t v, std::span<const std::uint32_t> asked, std::size_t leaf_count, bool is_new) {
     wait_for_depth(is_new);
     begin_rendering(is_new);
@@ -259,7 +259,7 @@ class OcclusionAreas::Measurer {
     vk().vkCmdEndRendering(commands_);
   }
 
-  /// Runs what was recorded and takes its counts.
+  /// Runs the recorded commands and reads their counts.
   Result<void> finish(std::span<std::uint32_t> areas_px) {
     const std::vector<std::size_t> targets = std::exchange(targets_, {});
     COPPICE_CHECK(check_vulkan(vk().vkEndCommandBuffer(commands_), "vkEndCommandBuffer"));
@@ -269,7 +269,7 @@ class OcclusionAreas::Measurer {
     submit.commandBufferInfoCount = 1;
     submit.pCommandBufferInfos = &commands;
     COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
-    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMostWait_ns), "vkWaitForFences"));
+    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMaxWait_ns), "vkWaitForFences"));
     COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
     counts_.resize(targets.size());
     COPPICE_CHECK(check_vulkan(
@@ -292,7 +292,7 @@ class OcclusionAreas::Measurer {
   VkFence fence_ = VK_NULL_HANDLE;
   VkCommandPool command_pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
-  std::vector<std::size_t> targets_;  ///< of the queries recorded: where in areas_px their counts belong
+  std::vector<std::size_t> targets_;  ///< [recorded query] where in areas_px its count belongs
   std::vector<std::uint32_t> counts_;
 };
 

@@ -7,7 +7,7 @@
 namespace coppice::bake {
 
 Result<PFN_vkGetInstanceProcAddr> load_vulkan() {
-  // volk knows what the loader is called on which system. Nothing else of it is used.
+  // volk knows the loader's name on each system. Nothing else of it is used.
   if (volkInitialize() == VK_SUCCESS) return vkGetInstanceProcAddr;
   return Error{Status::unsupported,
                "--areas vulkan needs Vulkan, and no Vulkan loader is installed: install a Vulkan driver (Debian: apt-get install "

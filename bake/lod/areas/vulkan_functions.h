@@ -1,6 +1,6 @@
 #pragma once
 
-// The Vulkan functions by which areas are measured, loaded when they are asked for: the tool starts where there is no Vulkan.
+// The Vulkan functions that measure areas. They are loaded on demand, so that the tool starts without Vulkan.
 
 #include <vulkan/vulkan_core.h>
 
@@ -68,7 +68,7 @@ namespace coppice::bake {
   X(vkResetFences)                       \
   X(vkWaitForFences)
 
-/// Of one instance and one device. A table and not volk's globals, which are of the one device that a program uses: tests have another.
+/// The functions of one instance and one device. They are no globals like volk's, which serve one device per program: tests have two.
 struct VulkanFunctions {
 #define COPPICE_DECLARE(name) PFN_##name name = nullptr;
   COPPICE_AREA_INSTANCE_FUNCTIONS(COPPICE_DECLARE)
@@ -80,11 +80,12 @@ struct VulkanFunctions {
 /// errors  unsupported: there is none
 Result<PFN_vkGetInstanceProcAddr> load_vulkan();
 
-/// errors  unsupported: a function is missing, with its name
+/// errors  unsupported: a function is missing; the error names it
 Result<void> load_instance_functions(PFN_vkGetInstanceProcAddr get, VkInstance instance, VulkanFunctions& vk);
 Result<void> load_device_functions(VkDevice device, VulkanFunctions& vk);
 
-/// errors  device_lost, out_of_memory, internal. call  the function's name
+/// call    the function's name
+/// errors  device_lost, out_of_memory, internal
 Result<void> check_vulkan(VkResult result, const char* call);
 
 }  // namespace coppice::bake

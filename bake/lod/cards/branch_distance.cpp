@@ -14,7 +14,7 @@
 namespace coppice::bake {
 namespace {
 
-// Edges longer than this share of the wood's box get points along them: the sides of tubes have vertices at their ends only.
+// Edges longer than this share of the wood's box get extra points: the sides of tubes have vertices at their ends only.
 constexpr double kSpacing = 1.0 / 512.0;
 constexpr std::uint32_t kMaxPointsPerEdge = 256;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 22;

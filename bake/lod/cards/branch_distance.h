@@ -8,7 +8,7 @@
 
 namespace coppice::bake {
 
-/// How far a point is from the branch that bears it: from the nearest vertex of the wood, or point along one of its long edges; without
+/// Distance of a point from the branch that bears it: from the nearest vertex of the wood, or point along one of its long edges. Without
 /// wood, from the vertical axis through the middle of the foliage's box. Calls may overlap.
 class BranchDistance {
  public:
@@ -17,7 +17,7 @@ class BranchDistance {
   BranchDistance(const BranchDistance&) = delete;
   BranchDistance& operator=(const BranchDistance&) = delete;
 
-  /// The point of the branch that is nearest: where a leaf whose stalk is at `point` is borne.
+  /// The branch's nearest point: the wood bears a leaf there if the leaf's stalk is at `point`.
   [[nodiscard]] glm::vec3 nearest_point(const glm::vec3& point) const;
   [[nodiscard]] float distance_m(const glm::vec3& point) const;
 

@@ -16,9 +16,9 @@ namespace coppice::bake {
 namespace {
 
 constexpr float kUvSteps = 4096.0f;
-// Beyond this a float no longer holds 1/4096 steps; such coordinates carry nothing.
+// Beyond this a float no longer holds steps of 1/4096, so such coordinates carry no information.
 constexpr float kMaxUv = 2048.0f;
-// No two cards of different materials are near.
+// Distance of cards of different materials.
 constexpr double kFar = std::numeric_limits<double>::max();
 
 constexpr std::array<glm::vec2, 4> kUnitSquare{{{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}}};
@@ -52,7 +52,7 @@ double squared_distance(const Card& a, const Card& b) {
   return sum;
 }
 
-/// Distinct cards in order of first use.
+/// Merges equal cards; the distinct ones are in order of first use.
 SharedCards merge_equal(const std::vector<Card>& cards, const std::vector<Material>& materials) {
   SharedCards merged;
   std::map<Card, std::uint32_t, bool (*)(const Card&, const Card&)> index_of(less);
@@ -65,8 +65,8 @@ SharedCards merge_equal(const std::vector<Card>& cards, const std::vector<Materi
   return merged;
 }
 
-/// Farthest-point sampling: the worst leaf is as near its card as this many cards allow, up to a factor of two. A material not yet in the
-/// table is infinitely far, so each gets a card.
+/// Farthest-point sampling: the worst leaf is as near to its card as this many cards allow, up to a factor of two. A material that is not
+/// in the table yet is infinitely far, so each material gets a card.
 SharedCards choose(const SharedCards& all) {
   SharedCards chosen;
   std::vector<double> gaps(all.table.size(), kFar);

@@ -16,14 +16,14 @@ namespace {
 
 constexpr std::uint32_t kSamplesPerSide = 32;
 constexpr int kDirections = 16;
-/// A flat leaf's ratio is off by less: samples miss parts of its edge.
+/// Maximum error of a flat leaf's ratio: samples miss parts of its edge.
 constexpr double kNoise = 0.03;
-/// The ratio of a ball: a disc shows half of its area in the mean, a ball all of it.
-constexpr double kMostFull = 2.0;
+/// The ratio of a ball: a disc shows half of its area on average, a ball all of it.
+constexpr double kMaxFull = 2.0;
 
-/// Along `direction`, sides at right angles, as large as the leaf's box. Area 0: the leaf is a line from there.
+/// A rectangle across `direction`, as large as the leaf's box. Its area is 0 if the leaf is a line from there.
 struct Outlook {
-  PictureFrame frame;
+  CardFrame frame;
   double area_m2 = 0.0;
 };
 
@@ -59,7 +59,7 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const double flat_m2 = outline_m2(plant, leaf, outlook(plant.foliage, leaf, normal, x));
   double shown_m2 = 0.0, flat_shown_m2 = 0.0;
   for (int i = 0; i < kDirections; ++i) {
-    // Even over the half sphere: equal steps of height, turned by the golden angle.
+    // Spreads directions evenly over the half sphere: equal steps of height, turned by the golden angle.
     const double height = (i + 0.5) / kDirections, turn = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double radius = std::sqrt(1.0 - height * height);
     const glm::dvec3 direction = radius * std::cos(turn) * x + radius * std::sin(turn) * y + height * normal;
@@ -68,7 +68,7 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   }
   if (!(flat_shown_m2 > 0.0)) return 1.0;
   const double ratio = shown_m2 / flat_shown_m2;
-  return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMostFull);
+  return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMaxFull);
 }
 
 }  // namespace coppice::bake

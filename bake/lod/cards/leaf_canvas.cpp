@@ -8,7 +8,7 @@
 namespace coppice::bake {
 namespace {
 
-/// Linear colour and alpha.
+/// The material's linear colour and alpha at a texture coordinate.
 glm::vec4 color_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
   if (material.image == kNone) return material.base_color;
   const std::uint8_t* const texel = texel_at(images[material.image], uv);
@@ -19,7 +19,7 @@ double cross(const glm::dvec3& a, const glm::dvec3& b) {
   return a.x * b.y - a.y * b.x;
 }
 
-/// Samples whose centres lie between the least and the greatest of three coordinates.
+/// Samples whose centres lie between the smallest and the largest of three coordinates.
 std::array<std::int32_t, 2> range(const std::array<double, 3>& values, std::uint32_t size) {
   const auto [low, high] = std::minmax({values[0], values[1], values[2]});
   const double last = static_cast<double>(size) - 1.0;
@@ -29,7 +29,7 @@ std::array<std::int32_t, 2> range(const std::array<double, 3>& values, std::uint
 
 }  // namespace
 
-PictureFrame picture_frame(const Quad& quad) {
+CardFrame card_frame(const Quad& quad) {
   const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
   return {corner, x / glm::dot(x, x), y / glm::dot(y, y), glm::cross(y, x)};
 }

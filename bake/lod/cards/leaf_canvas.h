@@ -14,8 +14,8 @@
 
 namespace coppice::bake {
 
-/// World to picture: column and row in samples, and height above its plane.
-struct PictureFrame {
+/// Maps plant space to a card's image: column and row in samples, and height above its plane.
+struct CardFrame {
   glm::dvec3 origin{0.0}, column_per_m{0.0}, row_per_m{0.0}, normal{0.0};
   [[nodiscard]] glm::dvec3 at(const glm::dvec3& point, double size) const {
     const glm::dvec3 arm = point - origin;
@@ -23,14 +23,14 @@ struct PictureFrame {
   }
 };
 
-/// Of the quad: its left edge is the stalk's (corners 3, 0), its rows run from corner 3 to 2.
-PictureFrame picture_frame(const Quad& quad);
+/// The frame of a quad's image: its left edge is the stalk's (corners 3, 0), its rows run from corner 3 to 2.
+CardFrame card_frame(const Quad& quad);
 
-/// The topmost texel at each sample of a picture; alpha is 0 where there is none.
+/// The topmost texel at each sample of a card's image; alpha is 0 where there is none.
 class LeafCanvas {
  public:
-  /// size  samples along a side
-  LeafCanvas(const Plant& plant, const PictureFrame& frame, std::uint32_t size)
+  /// size  samples on each side
+  LeafCanvas(const Plant& plant, const CardFrame& frame, std::uint32_t size)
       : plant_(plant),
         frame_(frame),
         size_(size),
@@ -47,7 +47,7 @@ class LeafCanvas {
   void draw_sample(std::size_t triangle, const std::uint32_t* indices, const glm::dvec3& weight, double height, std::size_t sample);
 
   const Plant& plant_;
-  PictureFrame frame_;
+  CardFrame frame_;
   std::uint32_t size_;
   std::vector<double> heights_;
   std::vector<glm::vec4> texels_;

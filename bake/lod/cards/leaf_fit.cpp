@@ -14,15 +14,15 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::size_t kMaxPlanePoints = 24;
-// A triple that spans less than this share of the widest triple's area gives a normal of rounding errors.
-constexpr double kLeastSpan = 1e-3;
-// Distances to the branch that differ by less than this share of the leaf are equal: the branch is sampled.
+// If a triple spans less than this share of the widest triple's area, its normal is rounding errors.
+constexpr double kMinSpan = 1e-3;
+// Distances to the branch that differ by less than this share of the leaf count as equal, since the branch is sampled.
 constexpr double kEqualDistance = 1e-5;
 
 /// A corner of one of the leaf's triangles.
 struct Corner {
-  std::uint32_t vertex = 0;  ///< in the foliage mesh
-  std::uint32_t point = 0;   ///< in LeafShape::points
+  std::uint32_t vertex = 0;  ///< index in the foliage mesh
+  std::uint32_t point = 0;   ///< index in LeafShape::points
 };
 
 /// A leaf as distinct points, and triangles over them.
@@ -56,14 +56,14 @@ LeafShape leaf_shape(const Plant& plant, const LeafRange& leaf) {
   return shape;
 }
 
-/// Twice the triangle's area along its front's normal.
+/// The normal of the triangle's front, as long as twice its area.
 glm::dvec3 area_vector(const LeafShape& shape, std::size_t triangle) {
   const glm::dvec3& a = shape.points[shape.corners[3 * triangle].point];
   return glm::cross(shape.points[shape.corners[3 * triangle + 1].point] - a, shape.points[shape.corners[3 * triangle + 2].point] - a);
 }
 
-/// Where the leaf's front looks, not unit: the sum of its triangles; of its vertex normals where both sides of the leaf are there and
-/// cancel; up where those do too.
+/// The direction of the leaf's front, not unit: the sum of its triangles' normals. If both sides of the leaf are there and cancel, the sum
+/// of its vertex normals; if those cancel too, up.
 glm::dvec3 front_direction(const Mesh& mesh, const LeafShape& shape) {
   constexpr double kCancels = 1e-3;
   glm::dvec3 sum(0.0), normal_sum(0.0);
@@ -80,7 +80,7 @@ glm::dvec3 front_direction(const Mesh& mesh, const LeafShape& shape) {
   return {0.0, 1.0, 0.0};
 }
 
-/// The material that covers most of the leaf; the smaller number wins a tie.
+/// The material with the largest area of the leaf; the smaller number wins a tie.
 std::uint32_t main_material(const LeafShape& shape) {
   std::vector<std::pair<std::uint32_t, double>> areas;
   for (std::size_t t = 0; t < shape.materials.size(); ++t) {
@@ -101,17 +101,17 @@ StalkAndTip find_stalk_and_tip(const LeafShape& shape, const BranchDistance& bra
   std::vector<double> distances_m;
   for (const glm::dvec3& point : shape.points) distances_m.push_back(double{branch.distance_m(glm::vec3(point))});
   const auto stalk = static_cast<std::size_t>(std::ranges::min_element(distances_m) - distances_m.begin());
-  // From the branch where it bears this leaf: in a crown another branch may pass close to the tip.
+  // The tip is measured from where the branch bears this leaf: in a crown another branch may pass close to the tip.
   const glm::dvec3 bearing(branch.nearest_point(glm::vec3(shape.points[stalk])));
   std::ranges::transform(shape.points, distances_m.begin(), [&](const glm::dvec3& point) { return glm::distance(point, bearing); });
-  const double most_m = *std::ranges::max_element(distances_m);
+  const double max_m = *std::ranges::max_element(distances_m);
   const auto reach_m = [&](std::size_t i) { return glm::distance(shape.points[i], shape.points[stalk]); };
   double size_m = 0.0;
   for (std::size_t i = 0; i < shape.points.size(); ++i) size_m = std::max(size_m, reach_m(i));
-  // Several may be farthest: then the farthest of those from the stalk.
+  // If several are farthest, the tip is the one farthest from the stalk.
   StalkAndTip ends{stalk, stalk};
   for (std::size_t i = 0; i < shape.points.size(); ++i)
-    if (distances_m[i] >= most_m - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
+    if (distances_m[i] >= max_m - kEqualDistance * size_m && reach_m(i) > reach_m(ends.tip)) ends.tip = i;
   return ends;
 }
 
@@ -135,10 +135,10 @@ std::vector<std::size_t> plane_candidates(std::span<const glm::dvec3> points, st
 /// A quad's four points in ring order, with the winding of its first triangle.
 using Ring = std::array<std::uint32_t, 4>;
 
-/// The ring of a leaf that is two triangles on an edge, however often and either way round they are repeated.
+/// The ring of a leaf that is two triangles on one edge, repeated any number of times, either way round.
 std::optional<Ring> quad_ring(const LeafShape& shape) {
   if (shape.points.size() != 4) return std::nullopt;
-  std::array<bool, 4> seen{};  // a triangle of four points is named by the one it lacks
+  std::array<bool, 4> seen{};  // a triangle of four points is named by the point that it lacks
   std::size_t seen_count = 0;
   for (std::size_t t = 0; t < shape.materials.size(); ++t) {
     const std::uint32_t a = shape.corners[3 * t].point, b = shape.corners[3 * t + 1].point, c = shape.corners[3 * t + 2].point;
@@ -149,13 +149,13 @@ std::optional<Ring> quad_ring(const LeafShape& shape) {
   }
   if (seen_count != 2) return std::nullopt;
   const std::uint32_t a = shape.corners[0].point, b = shape.corners[1].point, c = shape.corners[2].point, d = 6 - a - b - c;
-  // The other triangle lacks the corner opposite the shared edge; d goes between that edge's ends.
+  // The other triangle lacks the corner opposite the shared edge, so d goes between that edge's ends.
   if (seen[a]) return Ring{a, b, d, c};
   if (seen[b]) return Ring{b, c, d, a};
   return Ring{c, a, d, b};
 }
 
-/// Turns the ring until its last and first corner are the edge nearest the branch.
+/// Turns the ring so that its last and first corner are the edge nearest to the branch.
 Ring stalk_first(const LeafShape& shape, const Ring& ring, const BranchDistance& branch) {
   std::array<double, 4> distances_m{};
   for (std::size_t i = 0; i < 4; ++i) distances_m[i] = double{branch.distance_m(glm::vec3(shape.points[ring[i]]))};
@@ -204,9 +204,9 @@ Frame leaf_frame(const LeafShape& shape, const StalkAndTip& ends, const glm::dve
     const glm::dvec3 arm = point - plane.point;
     return arm - glm::dot(arm, normal) * normal;
   };
-  // A tip right above the stalk has no direction in the plane: take the farthest point that has.
-  constexpr double kLeastSlant = 1e-3;
-  if (glm::length(in_plane(tip)) < kLeastSlant * glm::distance(tip, plane.point))
+  // A tip right above the stalk has no direction in the plane, so the farthest point that has one takes its place.
+  constexpr double kMinSlant = 1e-3;
+  if (glm::length(in_plane(tip)) < kMinSlant * glm::distance(tip, plane.point))
     tip = *std::max_element(shape.points.begin(), shape.points.end(),
                             [&](const glm::dvec3& a, const glm::dvec3& b) { return glm::length(in_plane(a)) < glm::length(in_plane(b)); });
   Frame frame;
@@ -216,7 +216,7 @@ Frame leaf_frame(const LeafShape& shape, const StalkAndTip& ends, const glm::dve
   return frame;
 }
 
-/// u or v as value[0] + value[1] x + value[2] y.
+/// An affine map: u or v is value[0] + value[1] x + value[2] y.
 struct AffineUv {
   glm::dvec3 u{0.0}, v{0.0};
   [[nodiscard]] glm::vec2 at(const glm::dvec2& point) const {
@@ -225,8 +225,8 @@ struct AffineUv {
   }
 };
 
-/// Least squares over the corners of the triangles of the card's material, weighed by area. Of a leaf with a back only the front counts:
-/// its back may lie elsewhere in the texture. Where the points do not span the plane, the mean.
+/// Least squares over the corners of the triangles of the card's material, weighted by area. If a leaf has a back only the front counts,
+/// since the back may lie elsewhere in the texture. If the points do not span the plane, the mean.
 AffineUv fit_uv(const Mesh& mesh, const LeafShape& shape, const Frame& frame, std::uint32_t material, double length_m) {
   const glm::dvec3 normal = glm::cross(frame.x, frame.y);
   glm::dmat3 moments(0.0);
@@ -236,7 +236,7 @@ AffineUv fit_uv(const Mesh& mesh, const LeafShape& shape, const Frame& frame, st
     if (shape.materials[t] != material || weight <= 0.0) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = shape.corners[3 * t + k];
-      // In units of the leaf's length, so that the moments are of one size.
+      // Lengths are relative to the leaf's, so that all moments have one size.
       const glm::dvec3 basis(1.0, frame.flatten(shape.points[corner.point]) / length_m);
       const glm::dvec2 uv(mesh.uvs[corner.vertex]);
       moments += glm::outerProduct(weight * basis, basis);
@@ -246,14 +246,14 @@ AffineUv fit_uv(const Mesh& mesh, const LeafShape& shape, const Frame& frame, st
   }
   const double scale = moments[0][0];
   if (scale <= 0.0) return {};
-  constexpr double kLeastDeterminant = 1e-12;
-  if (glm::determinant(moments / scale) < kLeastDeterminant) return {{u_moments[0] / scale, 0.0, 0.0}, {v_moments[0] / scale, 0.0, 0.0}};
+  constexpr double kMinDeterminant = 1e-12;
+  if (glm::determinant(moments / scale) < kMinDeterminant) return {{u_moments[0] / scale, 0.0, 0.0}, {v_moments[0] / scale, 0.0, 0.0}};
   const glm::dmat3 solve = glm::inverse(moments);
   const glm::dvec3 to_metres(1.0, 1.0 / length_m, 1.0 / length_m);
   return {solve * u_moments * to_metres, solve * v_moments * to_metres};
 }
 
-/// The rectangle along x from the stalk to the tip, as wide on either side as the leaf.
+/// The rectangle along x from stalk to tip, on either side as wide as the leaf.
 struct Rectangle {
   double length_m = 0.0, up_m = 0.0, down_m = 0.0;
 };
@@ -268,10 +268,10 @@ Rectangle measure(const LeafShape& shape, const Frame& frame, const glm::dvec3& 
     rectangle.up_m = std::max(rectangle.up_m, flat.y);
     rectangle.down_m = std::max(rectangle.down_m, -flat.y);
   }
-  constexpr double kLeastShape = 1e-6;
-  if (rectangle.length_m < kLeastShape * farthest_m) rectangle.length_m = farthest_m;
-  // A leaf seen edge-on by its own plane still has area: give it that.
-  if (rectangle.up_m + rectangle.down_m < kLeastShape * rectangle.length_m) {
+  constexpr double kMinShape = 1e-6;
+  if (rectangle.length_m < kMinShape * farthest_m) rectangle.length_m = farthest_m;
+  // A leaf that its own plane sees edge-on still has area: the rectangle gets that.
+  if (rectangle.up_m + rectangle.down_m < kMinShape * rectangle.length_m) {
     for (std::size_t t = 0; t < shape.materials.size(); ++t) area_m2 += 0.5 * glm::length(area_vector(shape, t));
     rectangle.up_m = rectangle.down_m = 0.5 * area_m2 / rectangle.length_m;
   }
@@ -291,16 +291,16 @@ Plane best_plane(std::span<const glm::dvec3> points, std::size_t stalk) {
     for (std::size_t j = i + 1; j < candidates.size(); ++j) widest = std::max(widest, glm::length(span_of(i, j)));
 
   Plane best{origin, glm::dvec3(0.0)};
-  std::optional<double> least_m;
+  std::optional<double> min_m;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     for (std::size_t j = i + 1; j < candidates.size(); ++j) {
       const glm::dvec3 span = span_of(i, j);
       const double length = glm::length(span);
-      if (length <= kLeastSpan * widest) continue;
+      if (length <= kMinSpan * widest) continue;
       double sum_m = 0.0;
       for (const glm::dvec3& point : points) sum_m += std::abs(glm::dot(point - origin, span)) / length;
-      if (least_m && sum_m >= *least_m) continue;
-      least_m = sum_m;
+      if (min_m && sum_m >= *min_m) continue;
+      min_m = sum_m;
       best.normal = span / length;
     }
   return best;

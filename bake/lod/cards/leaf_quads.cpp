@@ -32,7 +32,7 @@ Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant) {
       return Error{Status::invalid_argument, "leaf without area", Error::kNoOffset, "leaf " + std::to_string(i)};
   const BranchDistance branch(plant);
   std::vector<FittedLeaf> leaves(plant.leaves.size());
-  // Each leaf writes its own slot: the result does not depend on who fits which.
+  // Each leaf writes its own slot, so the result does not depend on the threads.
   constexpr std::size_t kGrain = 64;
   parallel_for(
       plant.leaves.size(), [&](std::size_t i) { leaves[i] = fit_leaf(plant, plant.leaves[i], branch); }, kGrain);

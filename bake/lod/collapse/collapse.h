@@ -1,6 +1,6 @@
 #pragma once
 
-// What every collapse is told and gives back: collapse_image.h, collapse_information.h, collapse_geometric.h.
+// Options and results of every collapse: collapse_image.h, collapse_information.h, collapse_geometric.h.
 
 #include <cstdint>
 #include <vector>
@@ -11,14 +11,14 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxCandidateCount = 4096;
 
-/// The paper's options. Defaults are the paper's where it gives them.
+/// The paper's options, with its defaults where it gives any.
 struct CollapseOptions {
   std::uint32_t resolution_px = 256;  ///< item buffers are square; 1 .. kMaxResolutionPx
-  bool count_background = true;       ///< the background is one more outcome, a_t is the whole image; else a_t is the visible foliage
-  std::uint32_t candidate_count = 8;  ///< N': least number of leaves the enlarged cell holds, see LeafOctree; 1 .. kMaxCandidateCount
+  bool count_background = true;       ///< the background is one more outcome and a_t is the whole image; else a_t is the visible foliage
+  std::uint32_t candidate_count = 8;  ///< N': minimum number of leaves in the enlarged cell, see LeafOctree; 1 .. kMaxCandidateCount
 };
 
-/// I(V,L) and the number of leaves it is of. The background, where it counts, is one of the outcomes summed.
+/// I(V,L) of so many leaves. The background, if it counts, is one of the outcomes summed.
 struct FoliageInformation {
   std::uint32_t leaf_count = 0;
   double bits = 0.0;

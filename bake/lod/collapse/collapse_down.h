@@ -1,6 +1,6 @@
 #pragma once
 
-// The loop that every collapse shares.
+// The loop that all collapses share.
 
 #include <algorithm>
 #include <cstdint>
@@ -13,7 +13,7 @@
 namespace coppice::bake {
 
 /// Steps a collapse down to one leaf. Fills result.source, result.levels and result.sequence.merges.
-/// collapse  has `Merge step()`, which does and returns the next merge, and `FixedBits foliage_information()`, I(V,L) as it stands
+/// collapse  has `Merge step()`, which does and returns the next merge, and `FixedBits foliage_information()`, the present I(V,L)
 /// progress  may be empty
 template <class Collapse>
 void collapse_down(Collapse& collapse, std::uint32_t leaf_count, const ProgressFunction& progress, CollapseResult& result) {

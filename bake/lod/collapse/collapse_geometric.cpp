@@ -18,14 +18,14 @@ namespace {
 
 constexpr std::uint32_t kCandidateCount = 16;
 
-/// Unit, or zero for a quad without area. The cross product of the diagonals is the mean normal of a bent quad.
+/// Unit normal; zero for a quad without area. The cross product of the diagonals is the mean normal of a bent quad.
 glm::dvec3 normal_of(const Quad& quad) {
   const glm::dvec3 across = glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1]));
   const double length = glm::length(across);
   return length > 0.0 ? across / length : glm::dvec3(0.0);
 }
 
-/// A live leaf's best partner when it was last looked for.
+/// A live leaf's best partner at the last search.
 struct Pair {
   double cost = 0.0;
   std::uint32_t leaf = 0, partner = 0;
@@ -50,9 +50,9 @@ class SimilarityCollapse {
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
 
-  /// At least two leaves must be live.
+  /// Does the next merge. At least two leaves must be live.
   Merge step() {
-    const Pair pair = least_pair();
+    const Pair pair = cheapest_pair();
     Merge merge{std::min(pair.leaf, pair.partner), std::max(pair.leaf, pair.partner), {}};
     merge.corners = merge_corners(quads_[merge.first], quads_[merge.second]);
     const auto merged = static_cast<std::uint32_t>(quads_.size());
@@ -68,8 +68,8 @@ class SimilarityCollapse {
   }
 
  private:
-  /// A pair whose leaf is gone is dropped; one whose partner is gone looks for another.
-  Pair least_pair() {
+  /// Finds the least dissimilar pair. A pair whose leaf is gone is dropped; a leaf whose partner is gone searches again.
+  Pair cheapest_pair() {
     for (;;) {
       COPPICE_ASSERT(!pairs_.empty());
       const Pair pair = pairs_.top();

@@ -11,18 +11,19 @@
 
 namespace coppice::bake {
 
-/// Mean of sqrt(area) of the quads, m: how large a leaf is. 0 for no leaves.
+/// Mean of sqrt(area) of the quads, m: the size of a leaf. 0 without leaves.
 double mean_leaf_size_m(const Foliage& foliage);
 
-/// How little two leaves are alike, the sum of three terms of equal weight:
+/// Dissimilarity of two leaves, the sum of three terms of equal weight:
 ///   distance  between centroids, in leaf sizes: |c1 - c2| / leaf_size_m (0 if that is 0)
 ///   size      |A1 - A2| / (A1 + A2), in [0, 1]; 0 when neither has area
 ///   normal    1 - |n1 . n2|, in [0, 1]; 1 when either has none. A leaf has no front.
 /// leaf_size_m  mean_leaf_size_m of the source
 double leaf_dissimilarity(const Quad& first, const Quad& second, double leaf_size_m);
 
-/// Down to one leaf, always the least dissimilar pair among each leaf's 16 candidates (LeafOctree); the new quad is the paper's Fig. 3
-/// (merge_corners). Ties go to the smaller ids. One thread.
+/// Collapses to one leaf, always the least dissimilar pair among each leaf's 16 candidates (LeafOctree). The new quad is the paper's Fig. 3
+/// (merge_corners). Ties go to the smaller ids. Runs on one thread.
+/// foliage   at least one leaf
 /// foliage   at least one leaf
 /// progress  may be empty
 CollapseSequence collapse_by_similarity(const Foliage& foliage, const ProgressFunction& progress);

@@ -1,6 +1,7 @@
-// A greedy search with a lazy queue. Each leaf keeps its few best collapses; the best of them is its entry in the queue. An entry goes
-// stale when the picture changes: its cost is computed again before it is believed. A leaf whose choices are all gone looks for others:
-// every shape with every neighbour, first in some of the views, the best then in all. Costs are integers and weighed in parallel; which one
+// A greedy search with a lazy queue. Each leaf keeps its few best collapses; the best of them is its entry in the queue. An entry becomes
+// stale when the image changes, so its cost is computed again before it counts. A leaf whose choices are all gone searches again: every
+// shape with every neighbour, first in some of the views, the best then in all. Costs are integers and computed in parallel; one thread
+// decides which collapse is next.
 // is taken is decided on one thread.
 
 #include "collapse_image.h"
@@ -32,12 +33,12 @@
 namespace coppice::bake {
 namespace {
 
-/// A pair, one shape of its merged leaf and what that would cost.
+/// A pair, one shape of its merged leaf and the cost of that merge.
 struct WeighedPair {
   std::int64_t cost = 0;
-  std::int64_t prior = 0;                       ///< the part of cost that no picture shows
+  std::int64_t prior = 0;                       ///< the part of the cost that no image shows
   std::uint32_t first = kNone, second = kNone;  ///< first < second
-  std::uint32_t weighed_at = kNone;             ///< collapses that were done when all views were asked; kNone: only some were
+  std::uint32_t weighed_at = kNone;             ///< number of collapses done when all views were evaluated; kNone: only some views were
   PairCorners corners{};
   std::uint8_t fade = kNoFade;
 };
@@ -46,7 +47,7 @@ std::uint8_t steps_of(float opacity) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(opacity * kOpaque), 1l, long{kOpaque}));
 }
 
-/// In the queue's units. views  how many views each that was asked stands for
+/// Converts to the queue's units. views  how many views each evaluated one stands for
 std::int64_t cost_of(const MergeCost& cost, std::uint8_t fade, std::uint32_t views) {
   constexpr double kFar = 1e17;
   return static_cast<std::int64_t>(std::clamp(cost.at(fade) * views, -kFar, kFar));
@@ -57,10 +58,10 @@ bool is_better(const WeighedPair& a, const WeighedPair& b) {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
-/// A leaf's best collapses, as far as is known, the best first.
+/// A leaf's best known collapses, the best first.
 struct Choices {
-  static constexpr std::size_t kMost = 3;
-  std::array<WeighedPair, kMost> pairs{};
+  static constexpr std::size_t kMax = 3;
+  std::array<WeighedPair, kMax> pairs{};
   std::uint32_t count = 0;
   std::uint32_t stamp = 0;  ///< entries of the queue with another stamp are void
 
@@ -73,8 +74,8 @@ struct Choices {
       for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
   }
   void offer(const WeighedPair& pair) {
-    if (count == kMost && !is_better(pair, pairs.back())) return;
-    count = std::min<std::uint32_t>(count + 1, kMost);
+    if (count == kMax && !is_better(pair, pairs.back())) return;
+    count = std::min<std::uint32_t>(count + 1, kMax);
     pairs[count - 1] = pair;
     sort();
   }
@@ -84,16 +85,16 @@ struct QueueEntry {
   std::int64_t cost = 0;
   std::uint32_t leaf = 0, stamp = 0;
 };
-/// For std::priority_queue, whose top is the largest.
+/// The order for std::priority_queue, whose top is the largest.
 struct LaterInQueue {
   bool operator()(const QueueEntry& a, const QueueEntry& b) const { return a.cost != b.cost ? a.cost > b.cost : a.leaf > b.leaf; }
 };
 
 class ImageCollapse {
  public:
-  /// card_chroma  [card_table.size()] chroma()
+  /// card_chroma  [card_table.size()] each card's chroma()
   ImageCollapse(const Foliage& foliage, std::vector<glm::vec2> card_chroma, const CollapseOptions& options,
-                const ImageErrorOptions& image_options, LiveImage image)
+                const ImageErrorOptions& image_options, IncrementalImage image)
       : options_(options),
         image_options_(image_options),
         card_chroma_(std::move(card_chroma)),
@@ -118,7 +119,7 @@ class ImageCollapse {
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
 
-  /// I(V,L) of the live leaves, and of the background where it counts.
+  /// I(V,L) of the live leaves, and of the background if it counts.
   [[nodiscard]] FixedBits foliage_information() const {
     ViewTotals totals(image_.view_count());
     const std::span<const std::uint32_t> background = image_.areas(image_.background());
@@ -150,10 +151,10 @@ class ImageCollapse {
   }
 
  private:
-  /// Leaves weighed at once, so that threads have work. The result depends on it.
+  /// Leaves that are evaluated at once, so that threads have work. The result depends on it.
   static constexpr std::size_t kBatch = 2;
 
-  /// How hard to look for a partner: one view in `view_stride`, then the `finalists` best in all views.
+  /// How thoroughly to search for a partner: one view in `view_stride`, then the `finalists` best in all views.
   struct Effort {
     std::uint32_t view_stride = 1;
     std::uint32_t finalists = 1;
@@ -165,15 +166,15 @@ class ImageCollapse {
     return {std::min(effort.view_stride, image_.view_count()), effort.finalists};
   }
 
-  /// The nearest leaves may all be of one twig, and merges of these cannot span the gap to the next. Leaves look farther where the crown
-  /// has lost cover.
+  /// The nearest leaves may all be on one twig, and their merges cannot reach across to the next. Leaves search farther once the crown has
+  /// lost coverage.
   [[nodiscard]] std::uint32_t candidate_count() const {
-    constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMost = 4.0;
-    const double times = std::clamp(1.0 + kGrowth * (image_.lost_cover() - kBearableLoss), 1.0, kMost);
+    constexpr double kBearableLoss = 0.005, kGrowth = 1000.0, kMax = 4.0;
+    const double times = std::clamp(1.0 + kGrowth * (image_.lost_coverage() - kBearableLoss), 1.0, kMax);
     return static_cast<std::uint32_t>(options_.candidate_count * times);
   }
 
-  /// A leaf that is in front in so many pixels, in the mean, is as well weighed in a picture of half the side.
+  /// Leaves that are in front in this many pixels, on average, are judged as well in images of half the side.
   [[nodiscard]] bool pixels_are_small() const {
     constexpr double kEnough = 20.0;
     if (!image_.can_halve()) return false;
@@ -188,7 +189,7 @@ class ImageCollapse {
     image_.halve(live);
   }
 
-  /// Each merge that is blind to it takes a little of the crown's cover: the fewer leaves are left, the more it counts.
+  /// Merges that ignored coverage would each lose a little of the crown's. The fewer leaves are left, the more coverage counts.
   void grow_coverage_weight() {
     const double merged = static_cast<double>(leaf_count_) / (leaf_count_ - collapse_count_);
     image_.set_coverage_weight(static_cast<double>(image_options_.coverage_weight) * std::sqrt(merged * std::sqrt(merged)));
@@ -210,7 +211,7 @@ class ImageCollapse {
     return cost_of_px2(image_options_.reach_weight * sqrt_leaf_count_ * reach2_px2 * reach2_px2 / (pixel * pixel));
   }
 
-  /// Of the two leaves one loses its colour. Pictures show luminance alone.
+  /// Cost of the colour that one of the two leaves loses, since the images show luminance only.
   [[nodiscard]] std::int64_t color_cost(const WeighedPair& pair, std::uint32_t merged_card) const {
     const std::uint32_t lost = image_.leaf(pair.first).card == merged_card ? pair.second : pair.first;
     const glm::vec2 change = card_chroma_[merged_card] - card_chroma_[image_.leaf(lost).card];
@@ -228,18 +229,17 @@ class ImageCollapse {
         both_m2 > 0.0 ? (first_m2 * opacity_of(first.fade) + second_m2 * opacity_of(second.fade)) / both_m2 : double{kOpaque};
     return static_cast<float>(steps / kOpaque);
   }
-  /// Of the larger leaf.
   [[nodiscard]] std::uint8_t pair_brightness(const WeighedPair& pair) const {
     const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
     return brightness_of(quad_area(second.quad) > quad_area(first.quad) ? second.fade : first.fade);
   }
 
-  /// The best shape of a pair and its opacity, judged by some of the views.
+  /// Finds the best shape of a pair and its opacity, judged by some of the views.
   void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
     const PairShapes shapes = pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad);
-    std::array<PairCorners, PairShapes::kMost> corners;
+    std::array<PairCorners, PairShapes::kMax> corners;
     for (std::size_t s = 0; s < shapes.count; ++s) corners[s] = shapes.shapes[s].corners;
-    std::array<MergeCost, PairShapes::kMost> costs{};
+    std::array<MergeCost, PairShapes::kMax> costs{};
     image_.costs_of({pair.first, pair.second, std::span(corners).first(shapes.count), subset}, scratches_.local(),
                     std::span(costs).first(shapes.count));
     const float before = pair_opacity(pair);
@@ -260,7 +260,7 @@ class ImageCollapse {
     }
   }
 
-  /// The pair's shape judged by all views.
+  /// Computes the cost of the pair's shape in all views.
   void weigh(WeighedPair& pair) {
     MergeCost cost;
     image_.costs_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&cost, 1});
@@ -269,7 +269,7 @@ class ImageCollapse {
     pair.weighed_at = collapse_count_;
   }
 
-  /// Pairs of the leaves that have no choice left with their nearest, each once.
+  /// Pairs each leaf that has no choice left with its nearest leaves; every pair once.
   void find_pairs() {
     const std::uint32_t count = candidate_count();
     pairs_.clear();
@@ -287,7 +287,7 @@ class ImageCollapse {
     pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), same_ids), pairs_.end());
   }
 
-  /// Pairs of the batch's leaves without choices; offered to them with their cost in some of the views.
+  /// Offers new pairs to the batch's leaves without choices, with their costs in some of the views.
   void look_for_partners(std::uint32_t view_stride) {
     find_pairs();
     const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
@@ -298,7 +298,7 @@ class ImageCollapse {
         if (is_alone_[leaf] != 0) choices_[leaf].offer(pair);
   }
 
-  /// Weighs the best choice of each leaf of the batch anew. A leaf without any looks for some first.
+  /// Computes the costs of the best choice of each leaf in the batch again. A leaf without choices searches first.
   void weigh_batch() {
     for (const std::uint32_t leaf : unweighed_) {
       choices_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
@@ -341,7 +341,7 @@ class ImageCollapse {
   CollapseOptions options_;
   ImageErrorOptions image_options_;
   std::vector<glm::vec2> card_chroma_;
-  LiveImage image_;
+  IncrementalImage image_;
   LeafOctree octree_;
   std::vector<Choices> choices_;
   std::vector<ReachPoints> reach_;  ///< empty if not live
@@ -355,7 +355,7 @@ class ImageCollapse {
   std::vector<WeighedPair*> finalists_;
   std::vector<WeighedPair> pairs_;
   std::vector<std::uint32_t> partners_;
-  tbb::enumerable_thread_specific<LiveImage::Scratch> scratches_;
+  tbb::enumerable_thread_specific<IncrementalImage::Scratch> scratches_;
 };
 
 Result<void> check_options(const CollapseOptions& options, const ImageErrorOptions& image_options) {
@@ -384,7 +384,7 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
   const std::vector<glm::vec3> colors = mean_texel_colors(shown.materials, shown.images, masks);
   std::vector<glm::vec2> card_chroma;
   for (const Card& card : shown.foliage.card_table) card_chroma.push_back(chroma(colors[card.material]));
-  LiveImage image(shown, std::move(masks), views, buffers, image_options);
+  IncrementalImage image(shown, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
   result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,6 +1,6 @@
-// Algorithm 1. Each step takes the live leaf of least visibility, asks the octree for partners, computes for each partner how the merge
-// would change every leaf's area in every view, hence I(V,L), and does the cheapest merge. Partners are weighed in parallel; nothing they
-// write is shared, and the choice between them is made on integers, so the sequence does not depend on threads.
+// Algorithm 1. Each step takes the live leaf of smallest visibility, asks the octree for partners, computes for each partner how the merge
+// would change every leaf's area in every view, hence I(V,L), and does the cheapest merge. Partners are evaluated in parallel and share
+// nothing that they write, and the choice between them is made on integers, so the sequence does not depend on threads.
 
 #include "collapse_information.h"
 
@@ -23,7 +23,7 @@
 namespace coppice::bake {
 namespace {
 
-/// I(V,l) of every live leaf, ordered: the minimum of each block of ids is kept, and found again when one of its leaves changed.
+/// I(V,l) of every live leaf, ordered: keeps the minimum of each block of ids, and finds it again if one of its leaves changed.
 class LeafVisibilities {
  public:
   explicit LeafVisibilities(std::uint32_t id_count)
@@ -37,8 +37,8 @@ class LeafVisibilities {
   }
   void remove(std::uint32_t id) { set(id, kNotLive); }
 
-  /// The live leaf of least visibility, the smaller id of equals. At least one must be live.
-  std::uint32_t least() {
+  /// The live leaf of smallest visibility; of equals the smaller id. At least one must be live.
+  std::uint32_t smallest() {
     std::size_t best_block = 0;
     for (std::size_t block = 0; block < minima_.size(); ++block) {
       const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
@@ -59,7 +59,7 @@ class LeafVisibilities {
   std::vector<std::uint8_t> stale_;
 };
 
-/// One partner being weighed.
+/// A partner that is being evaluated.
 struct Candidate {
   LeafMerge merge;
   std::array<std::uint8_t, 4> corners{};
@@ -72,7 +72,7 @@ template <class Visibility>
 struct Scratch {
   typename Visibility::Scratch visibility;
   std::vector<std::uint32_t> row;
-  std::vector<std::uint32_t> change_of;  ///< [outcome] index into the changes, kNone between calls
+  std::vector<std::uint32_t> change_of;  ///< [outcome] index into the changes; kNone between calls
 };
 
 /// Visibility  LiveVisibility or MeasuredVisibility
@@ -100,7 +100,7 @@ class Collapse {
   [[nodiscard]] const Visibility& visibility() const { return visibility_; }
 
   Merge step() {
-    const std::uint32_t chosen = visibilities_.least();
+    const std::uint32_t chosen = visibilities_.smallest();
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
@@ -128,7 +128,7 @@ class Collapse {
 
   void weigh(std::uint32_t chosen, std::uint32_t partner, Candidate& candidate) {
     Scratch<Visibility>& scratch = scratches_.local();
-    // Corners and card are those of the pair in id order; which of the two was chosen must not matter to them.
+    // Corners and card belong to the pair in id order, whichever of the two was chosen.
     const LiveLeaf& first = visibility_.leaf(std::min(chosen, partner));
     const LiveLeaf& second = visibility_.leaf(std::max(chosen, partner));
     candidate.corners = merge_corners(first.quad, second.quad);
@@ -151,19 +151,19 @@ class Collapse {
     return std::any_of(row.begin(), row.end(), [](std::int32_t delta) { return delta != 0; });
   }
 
-  /// The outcome's areas after the i-th change, in scratch.row.
+  /// The outcome's areas after the i-th change; they lie in scratch.row.
   std::span<const std::uint32_t> changed_row(const AreaChanges& changes, std::size_t i, Scratch<Visibility>& scratch) const {
     visibility_.areas_after(changes.outcomes[i], changes.row(i, visibility_.view_count()), scratch.row);
     return scratch.row;
   }
 
-  /// The outcome's areas as they are, in `row`.
+  /// The outcome's present areas; they lie in `row`.
   std::span<const std::uint32_t> row_of(std::uint32_t outcome, std::vector<std::uint32_t>& row) const {
     visibility_.areas_after(outcome, {}, row);
     return row;
   }
 
-  /// I(V,L') - I(V,L) when no a_t changes: only outcomes whose areas change contribute.
+  /// I(V,L') - I(V,L) if no a_t changes: only outcomes with changed areas contribute.
   FixedBits change_of_touched(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     FixedBits change = -information_[candidate.merge.first] - information_[candidate.merge.second];
     for (std::size_t i = 0; i < candidate.changes.outcomes.size(); ++i) {
@@ -173,7 +173,7 @@ class Collapse {
     return change;
   }
 
-  /// The same when some a_t changes: every leaf's share of that view does.
+  /// The same if some a_t changes: then every leaf's share of that view changes.
   FixedBits change_of_all(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     const AreaChanges& changes = candidate.changes;
     ViewTotals totals = totals_;
@@ -248,7 +248,7 @@ class Collapse {
   ViewTotals totals_;
   std::vector<FixedBits> information_;        ///< [outcome] I(V,l), 0 if not live
   FixedBits foliage_information_ = 0;         ///< I(V,L)
-  std::vector<std::uint32_t> live_;           ///< in no order: sums over it are exact
+  std::vector<std::uint32_t> live_;           ///< in any order, since sums over it are exact
   std::vector<std::uint32_t> place_in_live_;  ///< [id]
   std::uint32_t next_id_ = 0;
   std::uint64_t evaluations_ = 0;

@@ -11,19 +11,19 @@
 
 namespace coppice::bake {
 
-/// Who measures projected areas. By default item buffers do.
+/// Says who measures projected areas: by default item buffers.
 struct AreaSource {
   MeasureAreas measure = {};
-  /// Also after each merge, and for each that is weighed, N_l + 1 passes a view each time: for small plants. Else only before the first
-  /// merge; after that item buffers say how areas change.
+  /// Measures again after each merge and for each merge whose cost is computed, with N_l + 1 passes a view: for small plants. Otherwise
+  /// measures only before the first merge; then item buffers say how areas change.
   bool every_step = false;
 };
 
-/// Algorithm 1 of the paper (mode `mi`), down to one leaf: while more than one is left, the leaf of least visibility I(V,l), eq. (8), is
-/// collapsed with the candidate of least cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result
-/// depends on the arguments only, not on the number of threads (limit it with tbb::global_control).
-/// Visibility and cost are compared as integers, multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
-/// shown  of materials and images the alpha masks: masked texels are holes in the item buffers
+/// Algorithm 1 of the paper (mode `mi`), down to one leaf: takes the leaf with the smallest visibility I(V,l), eq. (8), and collapses it
+/// with the candidate with the smallest cost C_p, eq. (9). Ties go to the smaller id. Areas are exact at every step. The result depends on
+/// the arguments only, not on the number of threads (limit it with tbb::global_control). Visibility and cost are compared as integers,
+/// multiples of 2^-40 bits (mutual_information.h); candidates are LeafOctree's.
+/// shown     only the alpha masks of materials and images count: masked texels are holes in the item buffers
 /// progress  may be empty
 /// errors  invalid_argument: an option out of range, no leaves, what render_item_buffers rejects; those of areas.measure
 Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,

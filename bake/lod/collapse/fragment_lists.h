@@ -10,21 +10,21 @@
 
 namespace coppice::bake {
 
-/// Behind every leaf; its leaf is kNone.
+/// Lies behind every leaf. Its leaf is kNone.
 inline constexpr LeafFragment kNothing = ~LeafFragment{0};
 
 [[nodiscard]] inline LeafFragment fragment_of(LeafFragment entry) {
   return entry;
 }
 
-/// The leaves at each pixel of one view while leaves come and go, nearest first. A list that outgrows its place moves to the end of the
+/// The leaves at each pixel of one view, nearest first, while leaves come and go. A list that outgrows its place moves to the end of the
 /// pool.
-/// Entry  LeafFragment, or that and what a walk wants to know of it; fragment_of(entry)
+/// Entry  LeafFragment, or that with data for a walk; fragment_of(entry)
 template <class Entry>
 class PixelLists {
  public:
   PixelLists() = default;
-  /// No leaves.
+  /// Starts without leaves.
   explicit PixelLists(std::uint32_t pixel_count) : heads_(pixel_count), lists_(pixel_count) {}
   /// entry_of(fragment) makes the entries.
   template <class EntryOf>
@@ -39,23 +39,23 @@ class PixelLists {
     }
   }
 
-  /// The nearest fragment or kNothing. Dense, as is behind(): what most questions need.
+  /// The nearest fragment or kNothing. This and behind() are stored densely: most queries need no more.
   [[nodiscard]] LeafFragment front(std::uint32_t pixel) const { return heads_[pixel].front; }
   /// The second nearest or kNothing.
   [[nodiscard]] LeafFragment behind(std::uint32_t pixel) const { return heads_[pixel].behind; }
-  /// The nearest that is neither of two leaves.
+  /// The nearest fragment that is neither leaf's.
   [[nodiscard]] LeafFragment front_without(std::uint32_t pixel, std::uint32_t first, std::uint32_t second) const {
     const auto is_either = [&](LeafFragment fragment) { return fragment_leaf(fragment) == first || fragment_leaf(fragment) == second; };
     const Head& head = heads_[pixel];
     if (!is_either(head.front)) return head.front;
     return is_either(head.behind) ? fragment_at(pixel, 2) : head.behind;
   }
-  /// All of them, nearest first.
+  /// All fragments, nearest first.
   [[nodiscard]] std::span<const Entry> at(std::uint32_t pixel) const {
     return std::span(pool_).subspan(lists_[pixel].begin, lists_[pixel].count);
   }
-  /// Lists lie anywhere in memory, and waiting for it is most of a walk. These ask for it some pixels ahead: first the list, then, when it
-  /// has come, its entries.
+  /// Lists lie anywhere in memory, and waiting for it is most of a walk's time. These prefetch some pixels ahead: first the list, then,
+  /// once that has arrived, its entries.
   void prefetch_list(std::uint32_t pixel) const { __builtin_prefetch(&lists_[pixel]); }
   void prefetch_entries(std::uint32_t pixel) const {
     constexpr std::uint32_t kOfLine = 64 / sizeof(Entry);

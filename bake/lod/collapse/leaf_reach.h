@@ -1,6 +1,6 @@
 #pragma once
 
-// How far what a merged leaf stands for is from it.
+// The distance between a merged leaf and the ends of the leaves that it replaces.
 
 #include <cstdint>
 #include <vector>
@@ -11,11 +11,11 @@
 
 namespace coppice::bake {
 
-/// The outermost source vertices below a node: of a leaf all four, of a merged leaf at most 14, the farthest each way along seven axes.
+/// The outermost source vertices below a node: all four for a leaf, at most 14 for a merged leaf, the farthest each way along seven axes.
 using ReachPoints = std::vector<glm::vec3>;
 
 ReachPoints reach_points(const Quad& quad);
-/// Of two nodes' points those of their parent. Ties go to the first point, `first` before `second`.
+/// Selects the parent's points from those of two nodes. Ties go to the first point, `first` before `second`.
 ReachPoints merged_reach_points(const ReachPoints& first, const ReachPoints& second);
 
 /// The largest of the points' squared distances to a quad's two triangles, m^2.

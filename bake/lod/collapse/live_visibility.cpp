@@ -9,7 +9,7 @@
 
 namespace coppice::bake {
 
-/// Adds up changes into rows, one row per outcome, found through the scratch's slots.
+/// Adds up changes in one row per outcome, found through the scratch's slots.
 class LiveVisibility::ChangeWriter {
  public:
   ChangeWriter(std::uint32_t view_count, std::uint32_t outcome_count, Scratch& scratch, AreaChanges& changes)
@@ -41,7 +41,7 @@ class LiveVisibility::ChangeWriter {
     last_row_ = std::size_t{slot} * view_count_;
   }
 
-  std::uint32_t last_outcome_ = kNone;  ///< neighbouring pixels mostly change for the same leaf
+  std::uint32_t last_outcome_ = kNone;  ///< neighbouring pixels mostly change the same leaf's area
   std::size_t last_row_ = 0;
   std::uint32_t view_count_;
   Scratch& scratch_;
@@ -114,7 +114,7 @@ void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
   }
 }
 
-/// The pixels of one of the pair pass to whoever is behind both.
+/// Passes the pixels of one of the pair to the nearest leaf behind both.
 void LiveVisibility::release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch,
                              ChangeWriter& writer) const {
   for (std::uint32_t i = owned.view_begin[v]; i < owned.view_begin[v + 1]; ++i) {
@@ -126,7 +126,7 @@ void LiveVisibility::release(std::uint32_t v, const LeafMerge& merge, const Owne
   }
 }
 
-/// The merged leaf takes the pixels where it is nearer than the rest. Its id is the largest: at equal depths it is behind.
+/// Gives the merged leaf the pixels where it is nearer than the rest. Its id is the largest, so at equal depths it is behind.
 void LiveVisibility::add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const {
   const View& view = views_[v];
   const std::int32_t width = view.projection.resolution_px;

@@ -1,10 +1,10 @@
 #pragma once
 
-// Item buffers that keep up with the collapse: what a merge would change, and the change itself, exactly.
+// Item buffers that follow the collapse: they compute what a merge would change, and change it, exactly.
 //
 // A merge removes two leaves and adds one, so it changes the front leaf only where the two were in front and where the new one will be.
-// Both sets are walked pixel by pixel: first every pixel of the removed leaves passes to the next leaf in its list (or the background),
-// then every pixel that the new leaf covers is taken from whoever has it by then, if the new leaf is nearer. The sums are integers.
+// Both sets are walked pixel by pixel. First every pixel of the removed leaves passes to the next leaf in its list (or the background).
+// Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
 
 #include <cstdint>
 #include <span>
@@ -24,13 +24,12 @@ struct LiveLeaf {
   std::uint8_t fade = kNoFade;
 };
 
-/// A card and the holes of its material.
 struct MaskedCard {
   const Card& card;
   const AlphaMask& mask;
 };
 
-/// visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
+/// Calls visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
 template <class Visit>
 void for_each_fragment(const Projection& projection, const Quad& quad, const MaskedCard& shown, std::uint32_t id, Visit&& visit) {
   const std::int32_t width = projection.resolution_px;
@@ -38,14 +37,14 @@ void for_each_fragment(const Projection& projection, const Quad& quad, const Mas
                  [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
 }
 
-/// Two live leaves and the one that takes their place.
+/// Two live leaves and the leaf that replaces them.
 struct LeafMerge {
   std::uint32_t first = 0, second = 0;
   std::uint32_t result = 0;  ///< id; not live, larger than every live id
   LiveLeaf leaf;             ///< the result
 };
 
-/// How a merge changes areas. The removed leaves are not listed: their areas become 0.
+/// How a merge changes areas. The removed leaves are not listed, since their areas become 0.
 struct AreaChanges {
   std::vector<std::uint32_t> outcomes;  ///< distinct; the merged leaf and the background may be among them
   std::vector<std::int32_t> delta_px;   ///< [outcomes.size() * view_count] row per outcome
@@ -55,7 +54,7 @@ struct AreaChanges {
   }
 };
 
-/// The pixels that a leaf is in front of, view by view, and what would be in front there without it.
+/// The pixels in which a leaf is in front, view by view, and what would be in front there without it.
 struct OwnedPixels {
   struct Pixel {
     std::uint32_t pixel = 0;
@@ -67,45 +66,47 @@ struct OwnedPixels {
 
 class LiveVisibility {
  public:
-  static constexpr bool kOneAtATime = false;  ///< merges may be weighed in parallel
+  static constexpr bool kOneAtATime = false;  ///< merges may be evaluated in parallel
   using OwnedPixels = bake::OwnedPixels;
   /// Working memory of one thread.
   struct Scratch {
-    std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built, kNone between calls
+    std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built; kNone between calls
     OwnedPixels owned;
-    std::vector<LeafFragment> rest;  ///< [pixel] of one view: what is in front without the two leaves, set where one of them is
+    std::vector<LeafFragment> rest;  ///< [pixel] of one view: what is in front without the two leaves; set where one of them is
   };
 
-  /// buffers  of `foliage` with the same views; see render_item_buffers for what must hold (checked there)
+  /// buffers  render_item_buffers of `foliage` with the same views; the conditions are checked there
   LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
 
-  /// Areas of the same leaves that somebody else has measured, [(leaf_count + 1) * view_count] row per leaf, the background's last. From
-  /// now on each is as far from what it would be as it is here, where that is a number of pixels of the view.
+  /// Adopts areas of the same leaves that somebody else has measured. From now on areas_after() adds the difference between these and the
+  /// present ones, as far as the sum is a number of pixels of the view.
+  /// measured_px  [(leaf_count + 1) * view_count] row per leaf, the background's last
   void correct(std::span<const std::uint32_t> measured_px);
 
   [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return pixels_per_view_; }
-  /// Ids are below it: N source leaves, then merge results.
+  /// All ids are below it: N source leaves, then merge results.
   [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
   /// The background's outcome; leaves' outcomes are their ids.
   [[nodiscard]] std::uint32_t background() const { return id_count_; }
   [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// [view_count] px, never corrected; 0 for ids that are not live.
+  /// [view_count] px, without corrections; 0 for ids that are not live.
   [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
     return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
   }
 
-  /// The areas of an outcome after a change, corrected if correct() has been called; of one that is live.
-  /// delta_px  [view_count], or empty for as they are  row  gets [view_count] px
+  /// The areas of a live outcome after a change, with corrections if correct() has been called.
+  /// delta_px  [view_count]; empty: no change
+  /// row       receives [view_count] px
   void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const;
 
   void owned_pixels(std::uint32_t id, OwnedPixels& owned) const;
 
-  /// What a merge would change. May run on several threads, each with its own scratch and changes.
+  /// Computes what a merge would change. May run on several threads, each with its own scratch and changes.
   /// first_owned  owned_pixels(merge.first) of the same state: shared by all partners of a leaf
   void changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const;
 
-  /// Does it. changes: changes_of(merge) in the same state. Parallel over views.
+  /// Does a merge. changes  changes_of(merge) in the same state. Parallel over views.
   void apply(const LeafMerge& merge, const AreaChanges& changes);
 
  private:
@@ -130,7 +131,7 @@ class LiveVisibility {
   std::vector<View> views_;
   std::vector<LiveLeaf> leaves_;              ///< [id_count]
   std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
-  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] as correct() has them; empty: none
+  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] from correct(); empty: none
 };
 
 }  // namespace coppice::bake

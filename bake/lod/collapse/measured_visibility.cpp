@@ -31,7 +31,7 @@ void MeasuredVisibility::areas_after(std::uint32_t outcome, std::span<const std:
   for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
 }
 
-/// The merged leaf gets the first one's place and no area yet; the last leaf gets the second one's.
+/// Puts the merged leaf in the first one's place, without area yet, and the last leaf in the second one's.
 void MeasuredVisibility::merge_into(const LeafMerge& merge, Leaves& leaves) const {
   const std::size_t first = place_[merge.first], second = place_[merge.second], last = leaves.ids.size() - 1;
   const auto row = [&](std::size_t place) { return leaves.areas_px.begin() + static_cast<std::ptrdiff_t>(place * view_count()); };

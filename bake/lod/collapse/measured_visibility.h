@@ -1,7 +1,7 @@
 #pragma once
 
-// The leaves that are left, and their areas as somebody else measures them: after every merge, and for every merge that is weighed, all
-// that it can have changed. The paper's own way, N_l + 1 passes a view; live_visibility.h knows the same from lists.
+// The remaining leaves, with areas that somebody else measures: after every merge, and, for every merge whose cost is computed, all areas
+// that it can change. This is the paper's own way, with N_l + 1 passes a view; live_visibility.h gets the same from lists.
 
 #include <cstdint>
 #include <span>
@@ -14,8 +14,8 @@
 
 namespace coppice::bake {
 
-/// Has what Collapse wants of LiveVisibility, but that merges are weighed one after the other. Where measuring fails, areas stay as they
-/// were and failure() says why: the collapse goes on, quickly, and its result is worth nothing.
+/// Has the members of LiveVisibility that Collapse uses, but merges are evaluated one after the other. If measuring fails, areas stay and
+/// failure() says why: the collapse goes on, quickly, and its result is worth nothing.
 class MeasuredVisibility {
  public:
   static constexpr bool kOneAtATime = true;
@@ -31,16 +31,16 @@ class MeasuredVisibility {
   [[nodiscard]] std::uint32_t id_count() const { return static_cast<std::uint32_t>(leaves_.size()); }
   [[nodiscard]] std::uint32_t background() const { return id_count(); }
   [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// See LiveVisibility::areas_after.
+  /// As LiveVisibility::areas_after.
   void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const;
 
   void owned_pixels(std::uint32_t, OwnedPixels&) const {}
-  /// Measures.
+  /// Measures the areas after the merge.
   void changes_of(const LeafMerge& merge, const OwnedPixels&, Scratch&, AreaChanges& changes);
   void apply(const LeafMerge& merge, const AreaChanges& changes);
 
  private:
-  /// Leaves as a request has them, without gaps. Moving the last leaf into a gap keeps them so.
+  /// Leaves as a request has them, without holes: the last leaf moves into a hole.
   struct Leaves {
     std::vector<std::uint32_t> ids;
     std::vector<Quad> quads;
@@ -52,10 +52,10 @@ class MeasuredVisibility {
   void measure(Leaves& leaves, std::span<const PixelBox> changed);
 
   std::uint32_t resolution_px_ = 0;
-  std::vector<Projection> projections_;  ///< by view
+  std::vector<Projection> projections_;  ///< [view]
   MeasureAreas measure_;
   std::vector<LiveLeaf> leaves_;      ///< [id]
-  std::vector<std::uint32_t> place_;  ///< [id] in live_, where live
+  std::vector<std::uint32_t> place_;  ///< [id] its place in live_, if it is live
   Leaves live_, trial_;
   Result<void> failure_;
 };

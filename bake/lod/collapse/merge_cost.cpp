@@ -16,15 +16,15 @@ double MergeCost::at(std::uint8_t fade) const {
 
 std::uint8_t MergeCost::best_fade(std::uint8_t brightest) const {
   std::uint8_t best = kNoFade;
-  double least = std::numeric_limits<double>::infinity();
+  double lowest = std::numeric_limits<double>::infinity();
   for (std::uint8_t steps = 1; steps <= kOpaque; ++steps) {
-    // For one opacity the error is a parabola in brightness.
+    // At a fixed opacity the error is a parabola in brightness.
     const double o = static_cast<double>(steps) / kOpaque;
     const double brightness = light2 > 0.0 ? -(light + both * o) / (2.0 * light2 * o) : 1.0;
     const double step = std::clamp(std::round(brightness * 16.0 - 8.0), 0.0, static_cast<double>(brightest));
     const std::uint8_t fade = fade_of(steps, static_cast<std::uint8_t>(step));
     const double cost = at(fade);
-    if (cost < least) least = cost, best = fade;
+    if (cost < lowest) lowest = cost, best = fade;
   }
   return best;
 }

@@ -5,13 +5,13 @@
 namespace coppice::bake {
 namespace {
 
-/// log2 of small integers: nearly every area is one.
+/// A table of log2 of small integers: nearly every area is small.
 class Log2Table {
  public:
   Log2Table() : values_(kSize, 0.0) {
     for (std::uint32_t i = 1; i < kSize; ++i) values_[i] = std::log2(static_cast<double>(i));
   }
-  /// 0 for 0, so that 0 log 0 = 0.
+  /// Returns 0 for 0, so that 0 log 0 = 0.
   [[nodiscard]] double operator()(std::uint32_t value) const {
     return value < kSize ? values_[value] : std::log2(static_cast<double>(value));
   }

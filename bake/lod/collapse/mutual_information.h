@@ -1,10 +1,10 @@
 #pragma once
 
-// How much the foliage and the viewpoints tell about each other: the paper's equations (7) and (8), on integer areas.
+// The mutual information of foliage and viewpoints: the paper's equations (7) and (8), on integer areas.
 //
-// An outcome is a leaf, or the background where it counts. Each outcome's share is computed by one function of its integer areas, in a
-// fixed order, and rounded to a multiple of 2^-40 bits. Sums of such integers are exact in any order, so that adding up only what a
-// collapse changed gives the same number as adding up everything, and comparing two numbers never depends on how they came about.
+// An outcome is a leaf, or the background if it counts. One function computes each outcome's share from its integer areas, in a fixed
+// order, and rounds it to a multiple of 2^-40 bits. Sums of such integers are exact in any order. So adding up what a collapse changed
+// gives the same number as adding up everything, and a comparison never depends on how its numbers came about.
 
 #include <cstdint>
 #include <span>
@@ -23,7 +23,8 @@ inline constexpr double kFixedPerBit = 1099511627776.0;  ///< 2^40
 /// a_t(v) of every view, prepared for outcome_information.
 struct ViewTotals {
   explicit ViewTotals(std::uint32_t view_count) : reciprocal(view_count, 0.0), log2_total(view_count, 0.0) {}
-  /// total_px  the whole image, or the visible foliage: then it may be 0, and every p(l|v) of the view is 0
+  /// total_px  the whole image, or the visible foliage; that may be 0, and then every p(l
+  /// v) of the view is 0
   void set(std::uint32_t view, std::uint32_t total_px);
 
   std::vector<double> reciprocal;  ///< [view_count] 1 / a_t(v), 0 for an empty view

@@ -88,7 +88,7 @@ std::uint32_t LeafOctree::count_in(const Block& block) const {
   return count;
 }
 
-/// Walks down from `cell`, skipping empty subtrees.
+/// Walks down from `cell` and skips empty subtrees.
 void LeafOctree::gather(std::uint32_t level, const Cell& cell, std::uint32_t centre_id) {
   if (counts_[level][index_of(level, cell)] == 0) return;
   if (level < depth_) {
@@ -104,7 +104,8 @@ void LeafOctree::gather(std::uint32_t level, const Cell& cell, std::uint32_t cen
 }
 
 void LeafOctree::gather_round(std::uint32_t id, std::uint32_t count) {
-  // The cell and 1, 2, 3 rings of neighbours, then 2 and 3 rings one level up, and so on to the root, which holds everything.
+  // The blocks are the cell with 0, 1, 2, 3 rings of neighbours, then 2 and 3 rings one level up, and so on to the root, which holds
+  // everything.
   Block block = block_round(id, depth_, 0);
   for (std::uint32_t rings = 1, level = depth_; level > 0 && count_in(block) <= count;) {  // the leaf itself is one of them
     block = block_round(id, level, rings);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which leaves a leaf may be collapsed with: the paper's octree cells.
+// Selects the leaves that a leaf may be collapsed with: the paper's octree cells.
 
 #include <array>
 #include <cstdint>
@@ -18,21 +18,23 @@ namespace coppice::bake {
 /// D = min(7, 2 + ceil(log2(leaf_count) / 3)); a point's cell there is floor((p - box_min) / edge * 2^D) per axis, clamped to
 /// [0, 2^D - 1], and half that, rounded down, one level up.
 ///
-/// The enlarged cell of a leaf for a count N': its cell at level D, then that with the 1, 2, 3 rings of cells around it, then its cell at
-/// level D - 1 with 2, 3 rings, and so on up: the first of these that holds at least N' other leaves. The whole plant if none does.
+/// The enlarged cell of a leaf for a count N' is the first of these that holds at least N' other leaves: its cell at level D; that cell
+/// with the 1, 2, 3 rings of cells around it; its cell at level D - 1 with 2, 3 rings; and so on up. The whole plant if none does.
 class LeafOctree {
  public:
-  /// source    gives box and depth and nothing else: the tree starts empty
+  /// source    gives box and depth only: the tree starts empty
   /// id_count  ids are below it
   LeafOctree(const Foliage& source, std::uint32_t id_count);
 
   void insert(std::uint32_t id, const glm::dvec3& centroid);
   void remove(std::uint32_t id);
 
-  /// The paper's candidates: every other leaf of the enlarged cell. candidates  replaced; ascending
+  /// The paper's candidates: every other leaf of the enlarged cell.
+  /// candidates  replaced; ascending
   void cell_candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates);
 
-  /// Of those the `count` whose centroids are nearest, ties to the smaller id. candidates  replaced; nearest first
+  /// The `count` of those whose centroids are nearest; ties go to the smaller id.
+  /// candidates  replaced; nearest first
   void candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates);
 
  private:

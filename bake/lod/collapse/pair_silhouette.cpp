@@ -21,14 +21,14 @@ constexpr std::size_t kRowsPerWord = 64 / kCells;
 constexpr std::size_t kTriangles = 56, kQuads = 420;
 constexpr std::size_t kDirections = 6;
 
-/// 16 x 16 cells, rows bottom to top, 16 bits a row.
+/// A bit image of 16 x 16 cells, rows bottom to top, 16 bits a row.
 using Bits = std::array<std::uint64_t, kCells / kRowsPerWord>;
 
 struct Basis {
   glm::dvec3 right, up;
 };
 
-/// Looking along the six axes of an icosahedron.
+/// View axes along the six axes of an icosahedron.
 std::array<Basis, kDirections> icosahedron_axes() {
   const double golden = (1.0 + std::sqrt(5.0)) / 2.0;
   const std::array<glm::dvec3, 6> axes{{{0, 1, golden}, {0, 1, -golden}, {1, golden, 0}, {1, -golden, 0}, {golden, 0, 1}, {golden, 0, -1}}};
@@ -41,10 +41,10 @@ std::array<Basis, kDirections> icosahedron_axes() {
   return bases;
 }
 
-/// The triangles and quads that eight points make.
+/// All triangles and quads that eight points make.
 struct Shapes {
   std::array<std::array<std::uint8_t, 3>, kTriangles> triangles{};  ///< ascending vertices, in lexicographic order
-  std::array<std::uint8_t, 512> triangle_of{};                      ///< [64 a + 8 b + c] for any order of its vertices
+  std::array<std::uint8_t, 512> triangle_of{};                      ///< [64 a + 8 b + c] for vertices in any order
   std::array<PairCorners, kQuads> quads{};                          ///< the diagonal joins corners 0 and 2
   std::array<std::array<std::uint8_t, 2>, kQuads> quad_triangles{};
 
@@ -79,10 +79,10 @@ const Shapes& shapes_of_eight_points() {
   return shapes;
 }
 
-/// Cells whose centres are not right of the line from a to b. Points in cells.
+/// Cells whose centres are not right of the line from a to b. Points are in cells.
 Bits left_of(const glm::dvec2& a, const glm::dvec2& b) {
   constexpr std::uint64_t kFullRow = (std::uint64_t{1} << kCells) - 1;
-  constexpr double kFixed = 1 << 20, kFar = 1 << 20;  // fixed point; lines are as good as horizontal beyond kFar cells a row
+  constexpr double kFixed = 1 << 20, kFar = 1 << 20;  // fixed point; beyond kFar cells a row a line counts as horizontal
   Bits bits{};
   const glm::dvec2 along = b - a;
   if (along.y == 0.0) {
@@ -104,12 +104,12 @@ Bits left_of(const glm::dvec2& a, const glm::dvec2& b) {
   return bits;
 }
 
-/// What is seen in one direction.
+/// The silhouettes in one direction.
 struct Silhouettes {
   std::array<Bits, kTriangles> triangles;
   Bits pair{};
   int pair_count = 0;
-  float cell_area_m2 = 0.0f;  ///< 0: nothing is seen
+  float cell_area_m2 = 0.0f;  ///< 0: nothing is visible
 };
 
 void draw_triangles(const std::array<glm::dvec2, 8>& points, const Shapes& shapes, std::array<Bits, kTriangles>& images) {
@@ -147,7 +147,7 @@ void draw(const EightPoints& points, const Basis& basis, const Shapes& shapes, S
   seen.cell_area_m2 = static_cast<float>(extent.x * extent.y / (kCells * kCells));
 }
 
-/// Measures a quad. false: it misses more of the pair than `enough`, in which case no mismatch of it is less
+/// Measures a quad. Returns false if it misses more of the pair than `enough`: then its mismatch cannot be smaller.
 bool measure(const std::array<Silhouettes, kDirections>& views, const std::array<std::uint8_t, 2>& triangles, float enough,
              PairShape& shape) {
   float pair = 0.0f, quad = 0.0f, shared = 0.0f;
@@ -169,7 +169,7 @@ bool measure(const std::array<Silhouettes, kDirections>& views, const std::array
   return true;
 }
 
-/// The few shapes of least mismatch, ascending.
+/// The few shapes with the smallest mismatch, ascending.
 template <std::size_t kCount>
 struct BestShapes {
   std::array<PairShape, kCount> shapes{};
@@ -186,7 +186,7 @@ struct BestShapes {
   }
 };
 
-/// The same quad with the same diagonal, begun and turned so that its corners point where those of `like` do.
+/// The same quad with the same diagonal, started and wound so that its corners point where those of `like` do.
 PairCorners aligned(const EightPoints& points, const PairCorners& ring, const Quad& like) {
   const glm::dvec3 center = (points[ring[0]] + points[ring[1]] + points[ring[2]] + points[ring[3]]) * 0.25;
   const glm::dvec3 like_center = quad_centroid(like);
@@ -220,7 +220,7 @@ PairShapes pair_shapes(const Quad& first, const Quad& second) {
   for (std::size_t v = 0; v < kDirections; ++v) draw(points, bases[v], all, views[v]);
 
   BestShapes<PairShapes::kOpaque> opaque;
-  BestShapes<PairShapes::kOpaque + PairShapes::kTranslucent> translucent;  // some of which may be the opaque ones
+  BestShapes<PairShapes::kOpaque + PairShapes::kTranslucent> translucent;  // may hold some of the opaque ones
   for (std::size_t q = 0; q < kQuads; ++q) {
     PairShape shape{all.quads[q]};
     if (!measure(views, all.quad_triangles[q], std::max(opaque.enough(), translucent.enough()), shape)) continue;

@@ -31,7 +31,7 @@ LeafMerge leaf_merge(const LiveVisibility& visibility, const Merge& merge, std::
           {merged_quad(first.quad, second.quad, merge.corners), merged_card(first.quad, first.card, second.quad, second.card)}};
 }
 
-/// Does the merges of a sequence in their order.
+/// Does a sequence's merges in order.
 class Replay {
  public:
   Replay(LiveVisibility visibility, const CollapseSequence& sequence, std::uint32_t leaf_count, bool count_background)

@@ -8,7 +8,7 @@
 namespace coppice::bake {
 namespace {
 
-/// Nodes as the sequence numbers them: source leaves, then merge results.
+/// Nodes in the sequence's numbering: source leaves, then merge results.
 std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const CollapseSequence& sequence,
                                              const std::vector<glm::vec3>& vertices) {
   std::vector<Tree::Node> nodes;
@@ -49,7 +49,7 @@ Tree build_tree(const Foliage& foliage, const CollapseSequence& sequence) {
   tree.split_parent.resize(leaf_count - 1);
   tree.node_split.assign(merged.size(), kNone);
   tree.node_source.assign(merged.size(), kNone);
-  std::vector<std::uint32_t> node_of(merged.size(), kNone);  // from merge order to refinement order
+  std::vector<std::uint32_t> node_of(merged.size(), kNone);  // [merge order] refinement order
   node_of.back() = 0;
   for (std::uint32_t split = 0; split + 1 < leaf_count; ++split) {
     const std::uint32_t merge_index = leaf_count - 2 - split;

@@ -11,7 +11,7 @@
 namespace coppice::bake {
 namespace {
 
-/// 2 x 2 box filter.
+/// Applies a 2 x 2 box filter.
 LuminanceImage halve(const LuminanceImage& image, std::uint32_t size_px) {
   const std::size_t half = size_px / 2;
   LuminanceImage result(half * half);

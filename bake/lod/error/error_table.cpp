@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t kLevelCount = 24;
 
-/// Luminance, red less luminance, blue less luminance.
+/// Luminance, red minus luminance, blue minus luminance.
 using Color = std::array<float, 3>;
 using ColorImage = std::array<LuminanceImage, 3>;
 
@@ -31,10 +31,10 @@ Color shaded_color(const glm::vec3& albedo, float cosine) {
 
 struct Renderer {
   const BakedPlant* plant = nullptr;
-  std::vector<AlphaMask> masks;         ///< per material
-  std::vector<glm::vec3> card_albedo;   ///< per card, linear
+  std::vector<AlphaMask> masks;         ///< [material]
+  std::vector<glm::vec3> card_albedo;   ///< [card] linear
   std::vector<Projection> projections;  ///< [kErrorViewCount]
-  Color background{};                   ///< white, as colourful as the leaves: what they cover is a matter of luminance alone
+  Color background{};                   ///< white, as colourful as the leaves, so that coverage changes luminance alone
 };
 
 Color background_of(const BakedPlant& plant, const std::vector<glm::vec3>& card_albedo) {
@@ -62,7 +62,7 @@ Result<Renderer> make_renderer(const BakedPlant& plant) {
   return renderer;
 }
 
-/// A picture that is being drawn: what opaque leaves show, and what lies before that and lets some of it pass.
+/// An image while it is drawn: what opaque leaves show, and the translucent fragments in front of that.
 struct Canvas {
   struct Fragment {
     std::uint32_t pixel = 0, depth = 0;
@@ -103,9 +103,9 @@ void draw_opaque(const Renderer& renderer, std::uint32_t node, const Projection&
   });
 }
 
-/// Lays the translucent fragments over the picture, the farthest first.
+/// Composites the translucent fragments over the image, the farthest first.
 void composite(Canvas& canvas) {
-  // By pixel with one counting sort, then each pixel's few by depth.
+  // Sorts by pixel with one counting sort, then each pixel's few by depth.
   std::vector<std::uint32_t> end(canvas.depths.size(), 0);
   for (const Canvas::Fragment& fragment : canvas.translucent) ++end[fragment.pixel];
   std::partial_sum(end.begin(), end.end(), end.begin());
@@ -125,7 +125,7 @@ void composite(Canvas& canvas) {
   }
 }
 
-/// The mean of many frames, each of which draws as much of a leaf as its opacity says.
+/// Renders the mean of many frames, each of which shows the share of a leaf's pixels that is its opacity.
 ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes, const Projection& projection) {
   const Tree& tree = renderer.plant->tree;
   Canvas canvas;
@@ -147,7 +147,7 @@ ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes
   return std::move(canvas.image);
 }
 
-/// Of luminance, and a third of what the differences of colour add: about what red, green and blue have in the mean.
+/// Squared errors of luminance plus a third of those of the colour differences: about the mean of red, green and blue.
 SquaredErrors squared_color_errors(const ColorImage& source, const ColorImage& other) {
   SquaredErrors errors = squared_errors(source[0], other[0]);
   for (const std::size_t channel : {std::size_t{1}, std::size_t{2}}) {

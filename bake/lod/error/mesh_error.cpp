@@ -24,10 +24,9 @@ struct LuminanceLevel {
   std::vector<float> luminance;
 };
 
-/// What a material shows.
 struct Look {
-  float plain = 0.0f;                  ///< without an image
-  std::vector<LuminanceLevel> levels;  ///< times the base colour
+  float plain = 0.0f;                  ///< luminance without an image
+  std::vector<LuminanceLevel> levels;  ///< luminance, times the base colour
 };
 
 Look look_of(const Material& material, const std::vector<Image>& images) {
@@ -51,8 +50,8 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
   return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
 }
 
-/// The light of a triangle: of its face, seen from either side, as leaves are lit; or, as wood is, of its corners' normals or, seen
-/// from behind, their opposites.
+/// The light of a triangle. Leaves are lit by their face, from either side; wood by its corners' normals, or from behind by their
+/// opposites.
 class Light {
  public:
   static Light of_face(const std::array<glm::vec3, 3>& corners) {
@@ -83,7 +82,6 @@ class Light {
   float cosine_ = 0.0f;
 };
 
-/// Draws triangles in the colours of their images.
 class TexturedCanvas {
  public:
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
@@ -155,10 +153,10 @@ void draw_mesh(const Mesh& mesh, Surface surface, TexturedCanvas& canvas) {
   }
 }
 
-/// What drawing a plant's quads and some meshes takes.
+/// Everything needed to draw a plant's quads and some meshes.
 struct Scene {
-  std::vector<AlphaMask> masks;         ///< per material
-  std::vector<Look> looks;              ///< per material; only those shown
+  std::vector<AlphaMask> masks;         ///< [material]
+  std::vector<Look> looks;              ///< [material] only those shown
   std::vector<Projection> projections;  ///< [kErrorViewCount]
   std::vector<std::uint32_t> leaves;    ///< nodes of the finest cut
 };
@@ -180,10 +178,10 @@ Result<Scene> make_scene(const BakedPlant& plant, std::span<const Mesh* const> m
   return scene;
 }
 
-/// Sums over the parts of a coarse picture.
+/// Sums over the parts of a coarse image.
 struct CoarseChange {
-  double changed = 0.0;  ///< by a LoD
-  double plant = 0.0;    ///< by the finest, from white
+  double changed = 0.0;  ///< how much a LoD changes
+  double plant = 0.0;    ///< how much the finest LoD differs from white
 };
 
 CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& other) {
@@ -196,8 +194,8 @@ CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& o
   return change;
 }
 
-/// What the share that is changed counts as, px. At two thresholds of 2 px a 24th of a plant of 36 px and more may change; of a
-/// smaller one more, as fewer see it.
+/// Converts the changed share of the plant to an error, px. At two thresholds of 2 px a 24th of a plant of 36 px and more may change; of a
+/// smaller plant more, since it is less visible.
 float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uint32_t size_px) {
   constexpr std::uint32_t kLargest_px = 36;
   constexpr double kErrorPerPx = 96.0 / kLargest_px;
@@ -208,7 +206,6 @@ float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uin
 
 using ErrorRow = std::array<float, kErrorSizesPx.size()>;
 
-/// The error of each mesh by itself.
 Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span<const Mesh* const> lods) {
   if (!std::ranges::equal(plant.errors.sizes_px, kErrorSizesPx))
     return Error{Status::invalid_argument, "wood error: the error table is not at the sizes that are measured"};
@@ -234,7 +231,7 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
   return rows;
 }
 
-/// Appends a row that does not fall below the last one.
+/// Appends a row that is nowhere below the previous one.
 void append_row(const ErrorRow& row, std::vector<float>& error_px) {
   for (const float own_px : row)
     error_px.push_back(std::max(own_px, error_px.size() < row.size() ? 0.0f : error_px[error_px.size() - row.size()]));
@@ -246,7 +243,7 @@ double summed_logarithms(const ErrorRow& row) {
   return sum;
 }
 
-/// What stands in for a piece may reach beyond it, and so out of the sphere of the source, which culling trusts.
+/// Pulls a mesh into the sphere. A proxy may reach beyond its piece, and so out of the source's sphere, which culling trusts.
 void pull_into(const Sphere& sphere, Mesh& mesh) {
   for (glm::vec3& position : mesh.positions) {
     const glm::vec3 arm = position - sphere.center;

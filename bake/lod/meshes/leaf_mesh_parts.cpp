@@ -16,14 +16,14 @@
 namespace coppice::bake {
 namespace {
 
-/// Whether the diagonals halve each other: then it does not matter which of them is the edge.
+/// Whether the diagonals halve each other: then either may be the edge.
 bool is_parallelogram(const Quad& quad) {
   const glm::vec3 apart = quad[0] + quad[2] - quad[1] - quad[3];
   constexpr float kFlat = 1e-3f;
   return glm::length(apart) <= kFlat * std::max(glm::distance(quad[0], quad[2]), glm::distance(quad[1], quad[3]));
 }
 
-/// A leaf of two triangles that are those of its quad.
+/// Whether a leaf is the two triangles of its quad.
 bool is_quad(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   if (leaf.triangle_count != 2) return false;
   std::array<std::uint32_t, 4> uses{};
@@ -37,14 +37,14 @@ bool is_quad(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   return has_all && (same_edge || is_parallelogram(quad));
 }
 
-/// Bits of x moved to every third place.
+/// Moves the bits of x to every third place.
 std::uint64_t spread(std::uint64_t x) {
   std::uint64_t result = 0;
   for (std::uint32_t bit = 0; bit < 16; ++bit) result |= (x >> bit & 1u) << (3 * bit);
   return result;
 }
 
-/// Leaf numbers along a Morton curve through their stalks; leaves at one place in leaf order.
+/// Leaf numbers along a Morton curve through their stalks; leaves at one place keep leaf order.
 std::vector<std::size_t> curve_order(const std::vector<Quad>& quads) {
   glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
   for (const Quad& quad : quads) low = glm::min(low, quad[0]), high = glm::max(high, quad[0]);
@@ -61,7 +61,7 @@ std::vector<std::size_t> curve_order(const std::vector<Quad>& quads) {
   return order;
 }
 
-/// Builds parts leaf by leaf. Vertices are shared inside a leaf, as they were.
+/// Builds parts leaf by leaf. Vertices are shared within a leaf, as in the source.
 class PartBuilder {
  public:
   explicit PartBuilder(const Mesh& source) : source_(source), leaf_of_(source.positions.size(), kNone), vertex_of_(leaf_of_.size()) {}
@@ -98,7 +98,7 @@ class PartBuilder {
   }
 
   const Mesh& source_;
-  std::vector<std::uint32_t> leaf_of_;    ///< [vertex] first triangle of the leaf that used it last
+  std::vector<std::uint32_t> leaf_of_;    ///< [vertex] first triangle of the last leaf that used it
   std::vector<std::uint32_t> vertex_of_;  ///< [vertex] its number in that leaf's part
 };
 
@@ -124,7 +124,7 @@ KeptLeafMeshes keep_leaf_meshes(const Plant& plant, const Foliage& foliage) {
   const std::uint64_t part_count = (triangles + COPPICE_MAX_LEAF_MESH_TRIANGLES - 1) / COPPICE_MAX_LEAF_MESH_TRIANGLES;
   const std::uint64_t fair_share = (triangles + part_count - 1) / part_count;
   PartBuilder builder(plant.foliage);
-  std::uint64_t in_part = fair_share;  // full: the first leaf starts a part
+  std::uint64_t in_part = fair_share;  // counts as full, so that the first leaf starts a part
   for (const std::size_t leaf : curve_order(foliage.quads)) {
     const std::uint64_t more = plant.leaves[leaf].triangle_count;
     if (more > COPPICE_MAX_LEAF_MESH_TRIANGLES) return too_large(triangles);

@@ -9,18 +9,18 @@
 
 namespace coppice::bake {
 
-/// What is kept of a plant's leaf meshes, and in a sentence why, where that is nothing.
+/// The leaf meshes that a plant keeps; if none, the reason in a sentence.
 struct KeptLeafMeshes {
-  LeafMeshes meshes;  ///< without errors: measure_leaf_mesh_error
+  LeafMeshes meshes;  ///< without errors: measure_leaf_mesh_error adds them
   std::string note;   ///< empty if there are parts
   bool too_large = false;
 };
 
-/// The plant's leaf meshes in parts of at most COPPICE_MAX_LEAF_MESH_TRIANGLES, about equally large; leaves are whole and follow a
-/// space-filling curve through their stalks, so that neighbours are coded together. A leaf's uvs are shifted by whole numbers to start in
-/// 0..1, which a repeated image does not show. Nothing is kept of leaves whose triangles are those of their quads, all of them, nor where
-/// there are more triangles than COPPICE_MAX_LEAF_MESHES parts hold. Same input, same parts. foliage  the plant's quads, one a leaf, in
-/// leaf order
+/// Splits the plant's leaf meshes into parts of at most COPPICE_MAX_LEAF_MESH_TRIANGLES, about equally large. Leaves stay whole and follow
+/// a space-filling curve through their stalks, so that neighbours are coded together. A leaf's uvs are shifted by whole numbers to start in
+/// 0..1, which makes no difference with a repeated image. Keeps nothing if all leaves' triangles are those of their quads, or if there are
+/// more triangles than COPPICE_MAX_LEAF_MESHES parts hold. Same input, same parts.
+/// foliage  the plant's quads, one a leaf, in leaf order
 KeptLeafMeshes keep_leaf_meshes(const Plant& plant, const Foliage& foliage);
 
 /// All parts as one mesh: each leaf's triangles together.

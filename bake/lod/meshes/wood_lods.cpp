@@ -19,67 +19,67 @@
 
 #include "triangle_soup.h"
 #include "wood_pieces.h"
-#include "wood_stand_ins.h"
+#include "wood_proxies.h"
 
 namespace coppice::bake {
 namespace {
 
-// Wood is tubes: a trunk, boughs, twigs, each its own connected piece of surface. A simplifier set on all of it at once stalls when every
-// twig is a prism (edge collapse: 905 triangles of eztree_oak_medium's 3,166, however few are asked for) or loses what is thinner than its
-// grid, which is the trunk (vertex clustering). So a LoD deals its triangles out to pieces, each time to the piece whose error they lessen
-// most. A piece is simplified by itself, or has a stand-in of few triangles (wood_stand_ins.h), or none; what is left out gives its area
-// to stand-ins near it, which grow wider. So a plant keeps the area and the colour of what is thin, down to some tens of triangles.
+// Wood is tubes: a trunk, boughs and twigs, each its own connected surface. A simplifier that works on all of it at once fails. Edge
+// collapse stalls when every twig is a prism (at 905 triangles of eztree_oak_medium's 3,166, however few are asked for). Vertex clustering
+// loses what is thinner than its grid, which may be the trunk. So a LoD distributes its triangles over the pieces, always to the piece
+// whose error they reduce most. A piece is simplified by itself, or becomes a proxy of few triangles (wood_proxies.h), or is left out; then
+// its area goes to proxies near it, which grow wider. So a plant keeps the area and colour of thin pieces, down to some tens of triangles.
 
 constexpr std::size_t kMaxLods = 7;
 constexpr std::size_t kReduction = 4;
-// Of a wood with fewer triangles than this no coarser LoD is made: there is nothing left to save.
-constexpr std::size_t kLeastTriangles = 96;
-// A prism of three sides.
+// Wood with fewer triangles gets no coarser LoD: there is nothing left to save.
+constexpr std::size_t kMinTriangles = 96;
+// Triangles of a prism with three sides.
 constexpr std::size_t kTubeTriangles = 6;
-// Edge collapse that leaves more than this many times what was asked for has stalled; the coarsest clustering that keeps this share of the
-// piece's area may take its place, if it leaves fewer.
+// Edge collapse has stalled if it leaves more than kStalled times the triangles asked for. The coarsest clustering that keeps the other
+// share of the piece's area then replaces it, if it leaves fewer.
 constexpr std::size_t kStalled = 2;
-constexpr double kLeastClusteredArea = 0.7;
-// A piece is squeezed to no less than this share of its length, so that its cells stay some vertices long.
-constexpr double kLeastSqueeze = 0.01;
-// A LoD with more than this share of the one before is not worth its bytes.
-constexpr double kLeastProgress = 0.7;
-// Errors are relative to a piece's extent; this is no limit.
+constexpr double kMinClusteredArea = 0.7;
+// Minimum share of its length to which a piece is squeezed, so that its cells stay some vertices long.
+constexpr double kMinSqueeze = 0.01;
+// A LoD with more than this share of the previous one's triangles is not worth its bytes.
+constexpr double kMinProgress = 0.7;
+// Errors are relative to a piece's extent, so this limits nothing.
 constexpr float kAnyError = 1.0f;
-// Of a LoD's triangles one in so many is for pieces that would be left out.
+// One in so many of a LoD's triangles is for pieces that would be left out.
 constexpr std::size_t kRestShare = 5;
-// A stand-in grows to at most so many times the area of its piece, or as wide as a pixel where the LoD is likely to be drawn: where the
-// plant is this many pixels high for the square root of its triangles. It takes the area of pieces down to this share of its girth: what is
-// thinner is seen as a haze that a thick bough would not show.
-constexpr double kMostGrowth = 2.0;
+// A proxy grows to at most kMaxGrowth times the area of its piece, or to a pixel's width where the LoD is likely to be drawn: where the
+// plant is kPxPerRootTriangle pixels high for each square root of a triangle. It takes the area of pieces with at least kMinGirthShare of
+// its girth: thinner pieces look like a haze, which a thick bough would not show.
+constexpr double kMaxGrowth = 2.0;
 constexpr double kPxPerRootTriangle = 10.0;
-constexpr double kLeastGirthShare = 0.2;
+constexpr double kMinGirthShare = 0.2;
 constexpr double kGoldenAngle = 2.399963229728653;
 
 using Indices = std::vector<std::uint32_t>;
 
-/// What becomes of the area of pieces that a LoD has no triangles for.
+/// What happens to the area of pieces that get no triangles in a LoD.
 enum class LeftOut : std::uint8_t { merged, lost };
 
-/// What may be drawn of a piece, and its error as a share of that of leaving it out.
+/// A way to draw a piece, and its error relative to leaving the piece out.
 struct Choice {
-  enum class Kind : std::uint8_t { nothing, stand_in, simplified } kind = Kind::nothing;
+  enum class Kind : std::uint8_t { nothing, proxy, simplified } kind = Kind::nothing;
   std::size_t triangle_count = 0;
   double error = 1.0;
-  StandIn form{};
-  double misfit_m2 = 0.0;   ///< square of how far from the piece it is
-  std::size_t version = 0;  ///< of a simplified piece
+  Proxy form{};
+  double misfit_m2 = 0.0;   ///< squared distance from the piece
+  std::size_t version = 0;  ///< index of a simplified version
 };
 
 struct Candidate {
   WoodPiece piece;
-  std::vector<Indices> versions;  ///< the piece simplified
-  std::vector<Choice> all;        ///< without what misfits add to their errors
-  /// For one LoD: more triangles and less error from one to the next, and less gained by each triangle.
+  std::vector<Indices> versions;  ///< simplified versions of the piece
+  std::vector<Choice> all;        ///< errors do not include misfits
+  /// For one LoD: from one to the next more triangles, less error, and less gain per triangle.
   std::vector<Choice> choices;
 };
 
-/// Leaves out what costs more for less, and what a mixture of two others beats.
+/// Drops choices that cost more for less, or that a mixture of two others beats.
 std::vector<Choice> lower_hull(std::vector<Choice> choices) {
   std::ranges::stable_sort(choices, [](const Choice& a, const Choice& b) {
     return std::pair(a.triangle_count, a.error) < std::pair(b.triangle_count, b.error);
@@ -96,7 +96,7 @@ std::vector<Choice> lower_hull(std::vector<Choice> choices) {
   return hull;
 }
 
-/// A piece in fewer triangles, and how far from it they are.
+/// A piece in fewer triangles, and their distance from it.
 struct Version {
   Indices indices;
   double error_m = 0.0;
@@ -114,11 +114,11 @@ Version collapse_edges(const WoodPiece& piece, std::size_t target_count) {
   return {std::move(result), scaled_error_m(error, piece.positions)};
 }
 
-/// Cells of a clustering are cubes: in the plant's proportions they are longer than a trunk is thick long before they are as long as its
-/// sections. Along the piece's length drawn together as much as it is longer than thick, a tube of a few sections is a few cells.
+/// Cells of a clustering are cubes. In the plant's proportions they are longer than a trunk is thick long before they are as long as its
+/// sections. Squeezed along its length by the ratio of thickness to length, a tube of a few sections is a few cells.
 std::vector<glm::vec3> squeezed(const WoodPiece& piece) {
   const double thickness_m = std::hypot(piece.spread_m[1], piece.spread_m[2]) / std::sqrt(2.0);
-  const double factor = piece.spread_m[0] > 0.0 ? std::clamp(thickness_m / piece.spread_m[0], kLeastSqueeze, 1.0) : 1.0;
+  const double factor = piece.spread_m[0] > 0.0 ? std::clamp(thickness_m / piece.spread_m[0], kMinSqueeze, 1.0) : 1.0;
   std::vector<glm::vec3> positions;
   for (const glm::vec3& position : piece.positions) {
     const glm::dvec3 arm = glm::dvec3(position) - piece.center;
@@ -127,23 +127,23 @@ std::vector<glm::vec3> squeezed(const WoodPiece& piece) {
   return positions;
 }
 
-/// The coarsest clustering of at least target_count triangles that keeps enough of the piece's area; none where there is none below
-/// most_count.
-Version cluster_vertices(const WoodPiece& piece, std::size_t target_count, std::size_t most_count) {
+/// The coarsest clustering of at least target_count triangles that keeps enough of the piece's area; empty if none has fewer than
+/// max_count.
+Version cluster_vertices(const WoodPiece& piece, std::size_t target_count, std::size_t max_count) {
   const std::vector<glm::vec3> positions = squeezed(piece);
-  for (std::size_t count = target_count; count < most_count; count *= 2) {
+  for (std::size_t count = target_count; count < max_count; count *= 2) {
     Indices result(piece.indices.size());
     float error = 0.0f;
     result.resize(meshopt_simplifySloppy(result.data(), piece.indices.data(), piece.indices.size(), &positions[0].x, positions.size(),
                                          sizeof(glm::vec3), 3 * count, kAnyError, &error));
-    if (projected_area_m2(piece.positions, result) < kLeastClusteredArea * piece.projected_m2) continue;
-    if (result.size() >= 3 * most_count) return {};
+    if (projected_area_m2(piece.positions, result) < kMinClusteredArea * piece.projected_m2) continue;
+    if (result.size() >= 3 * max_count) return {};
     return {std::move(result), scaled_error_m(error, positions)};
   }
   return {};
 }
 
-/// The piece's triangles, about target_count of them or as few as it can be had in. Never none.
+/// Simplifies a piece to about target_count triangles, or as few as possible, but at least one.
 Version simplify_piece(const WoodPiece& piece, std::size_t target_count) {
   Version simplified = collapse_edges(piece, target_count);
   if (simplified.indices.empty()) simplified = {piece.indices, 0.0};
@@ -152,23 +152,23 @@ Version simplify_piece(const WoodPiece& piece, std::size_t target_count) {
   return clustered.indices.empty() ? simplified : clustered;
 }
 
-// A strip's error is what its width varies with the direction it is seen from, that of a tube of few sides how flat it looks; chosen so
-// that the measured errors of oak, pine, poplar and bamboo are small. What misses the piece by its radius, or by half a pixel where that is
+// A strip's error comes from its width, which varies with the view direction, a tube's from looking flat with few sides. The values make
+// the measured errors of oak, pine, poplar and bamboo small. A version that misses the piece by its radius, or by half a pixel if that is
 // more, is half as wrong as none.
 constexpr double kStripError = 0.35, kThreeSidedTubeError = 0.2, kTubeError = 0.1, kMisfitError = 0.5;
 constexpr double kThreeSidedSpindleError = 0.3, kSpindleError = 0.2;
-constexpr double kSimplifiedError = 5.0;  ///< over triangles
-constexpr double kMeanOfMost = 0.1;       ///< mean square of a simplified piece's distance, as a share of the square of the largest
-constexpr std::size_t kLeastSimplified = 12;
+constexpr double kSimplifiedError = 5.0;  ///< divided by the number of triangles
+constexpr double kMeanOfMax = 0.1;        ///< mean square of a simplified piece's distance, relative to the square of the largest
+constexpr std::size_t kMinSimplified = 12;
 
-/// Whether the piece shows about as much as the ellipsoid of its spreads: a fruit, a cactus. What forks shows far less, and a spindle in
-/// its place would hang in the air.
+/// Whether the piece shows about as much as the ellipsoid of its spreads: a fruit, a cactus. A piece that forks shows far less, and a
+/// spindle in its place would hang in the air.
 bool is_body(const WoodPiece& piece) {
-  constexpr double kThomsen = 1.6075, kLeastShare = 0.6;  // Thomsen's approximation of an ellipsoid's surface
+  constexpr double kThomsen = 1.6075, kMinShare = 0.6;  // Thomsen's approximation of an ellipsoid's surface
   std::array<double, 3> power{};
   for (std::size_t k = 0; k < 3; ++k) power[k] = std::pow(std::sqrt(3.0) * piece.spread_m[k], kThomsen);
   const double mean = (power[0] * power[1] + power[0] * power[2] + power[1] * power[2]) / 3.0;
-  return piece.projected_m2 >= kLeastShare * std::numbers::pi * std::pow(mean, 1.0 / kThomsen);
+  return piece.projected_m2 >= kMinShare * std::numbers::pi * std::pow(mean, 1.0 / kThomsen);
 }
 
 Candidate candidate_of(WoodPiece&& piece) {
@@ -179,19 +179,19 @@ Candidate candidate_of(WoodPiece&& piece) {
     if (2 * sections >= all) break;
     const double misfit_m2 = line_misfit_m2(piece, sections);
     for (const auto& [sides, error] : {std::pair{2u, kStripError}, std::pair{3u, kThreeSidedTubeError}, std::pair{5u, kTubeError}}) {
-      const StandIn form{sections, sides};
-      if (form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error, form, misfit_m2});
+      const Proxy form{sections, sides};
+      if (form.triangle_count() < all) choices.push_back({proxy, form.triangle_count(), error, form, misfit_m2});
     }
   }
-  // As far as it is as wide as long.
+  // The spindle's error grows with the ratio of length to width.
   const double long_error = piece.spread_m[0] > 0.0 ? 0.8 * (1.0 - piece.spread_m[1] / piece.spread_m[0]) : 0.0;
   for (const auto& [sides, error] : {std::pair{3u, kThreeSidedSpindleError}, std::pair{4u, kSpindleError}}) {
-    const StandIn form{0, sides};
-    if (is_body(piece) && form.triangle_count() < all) choices.push_back({stand_in, form.triangle_count(), error + long_error, form});
+    const Proxy form{0, sides};
+    if (is_body(piece) && form.triangle_count() < all) choices.push_back({proxy, form.triangle_count(), error + long_error, form});
   }
-  // What it comes down to, which may be far more than is asked for. Edges do not collapse between parts: each of them stays a tube.
+  // The result may have far more triangles than asked for: edges do not collapse between parts, so each of them stays a tube.
   std::vector<Indices> versions;
-  for (std::size_t asked = std::max(kLeastSimplified, kTubeTriangles * piece.part_count); asked < all; asked *= 2) {
+  for (std::size_t asked = std::max(kMinSimplified, kTubeTriangles * piece.part_count); asked < all; asked *= 2) {
     Version version = simplify_piece(piece, asked);
     const std::size_t count = version.indices.size() / 3;
     versions.push_back(std::move(version.indices));
@@ -199,7 +199,7 @@ Candidate candidate_of(WoodPiece&& piece) {
                        count,
                        kSimplifiedError / static_cast<double>(count),
                        {},
-                       kMeanOfMost * version.error_m * version.error_m,
+                       kMeanOfMax * version.error_m * version.error_m,
                        versions.size() - 1});
   }
   versions.push_back(piece.indices);
@@ -207,7 +207,7 @@ Candidate candidate_of(WoodPiece&& piece) {
   return {std::move(piece), std::move(versions), std::move(choices), {}};
 }
 
-/// For a LoD in which a pixel is so wide.
+/// Sets the choices for a LoD with pixels of this width.
 void set_choices(Candidate& candidate, double pixel_m) {
   candidate.choices = candidate.all;
   const double seen_m = 0.5 * std::max(std::min(candidate.piece.girth_m(), candidate.piece.thickness_m()), pixel_m);
@@ -216,13 +216,13 @@ void set_choices(Candidate& candidate, double pixel_m) {
   candidate.choices = lower_hull(std::move(candidate.choices));
 }
 
-/// One choice on, of one candidate.
+/// A step of one candidate to its next choice.
 struct Step {
   int gain_class = 0;
   std::size_t candidate = 0, choice = 0;
 };
 
-/// All steps, those that gain most by each triangle first; of those that gain about the same, in the candidates' order.
+/// All steps, those with the most gain per triangle first; steps with about the same gain are in the candidates' order.
 std::vector<Step> steps_of(const std::vector<Candidate>& candidates) {
   std::vector<Step> steps;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -238,7 +238,7 @@ std::vector<Step> steps_of(const std::vector<Candidate>& candidates) {
   return steps;
 }
 
-/// Which choice each candidate gets, and how many triangles are left.
+/// The choice of each candidate, and the number of triangles that are left.
 struct Deal {
   std::vector<std::size_t> chosen;
   std::size_t left = 0;
@@ -259,7 +259,8 @@ void deal_by_gain(const std::vector<Candidate>& candidates, const std::vector<St
   }
 }
 
-/// Of what is left out, as many as there are triangles for, evenly by area: to each falls a share of the area of those that stay out.
+/// Gives the left triangles to pieces that would be left out, evenly by area: each of them stands for a share of the area of those that
+/// stay out.
 void deal_to_the_rest(const std::vector<Candidate>& candidates, Deal& deal) {
   double rest_m2 = 0.0;
   for (std::size_t i = 0; i < candidates.size(); ++i)
@@ -278,7 +279,7 @@ void deal_to_the_rest(const std::vector<Candidate>& candidates, Deal& deal) {
   }
 }
 
-/// About target_count triangles. The weightiest piece of each material gets some in any case.
+/// Distributes about target_count triangles. The weightiest piece of each material gets some in any case.
 std::vector<std::size_t> deal_out(const std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
   const std::vector<Step> steps = steps_of(candidates);
   Deal deal{std::vector<std::size_t>(candidates.size(), 0), target_count};
@@ -294,15 +295,15 @@ std::vector<std::size_t> deal_out(const std::vector<Candidate>& candidates, std:
   return std::move(deal.chosen);
 }
 
-/// The stand-in nearest to a piece that may take its area, among some on either side of it along the curve; kNone where there is none.
-/// stand_ins  by curve rank
-std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<const std::size_t> stand_ins, const WoodPiece& piece,
+/// The nearest proxy that may take a piece's area, among some on either side of it along the curve; kNone if there is none.
+/// proxies  by curve rank
+std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<const std::size_t> proxies, const WoodPiece& piece,
                           const auto& may_take) {
   constexpr std::ptrdiff_t kLookedAt = 24;
   const auto rank_of = [&](std::size_t i) { return candidates[i].piece.curve_rank; };
-  const auto middle = std::ranges::lower_bound(stand_ins, piece.curve_rank, {}, rank_of);
-  const auto first = middle - std::min(kLookedAt, middle - stand_ins.begin());
-  const auto last = middle + std::min(kLookedAt, stand_ins.end() - middle);
+  const auto middle = std::ranges::lower_bound(proxies, piece.curve_rank, {}, rank_of);
+  const auto first = middle - std::min(kLookedAt, middle - proxies.begin());
+  const auto last = middle + std::min(kLookedAt, proxies.end() - middle);
   std::size_t nearest = kNone;
   double nearest_m = std::numeric_limits<double>::infinity();
   for (auto it = first; it != last; ++it) {
@@ -312,30 +313,30 @@ std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<co
   return nearest;
 }
 
-/// What each piece's stand-in is to have of projected area, m2: its own, and what the pieces that are left out near it had.
-/// pixel_m  width to which it may grow in any case; 0: what is left out is given to none
-std::vector<double> stand_in_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
+/// The projected area of each piece's proxy, m2: its own, plus the area of pieces near it that are left out.
+/// pixel_m  width to which it may grow in any case; 0: no proxy takes other pieces' area
+std::vector<double> proxy_areas(const std::vector<Candidate>& candidates, const std::vector<std::size_t>& chosen, double pixel_m) {
   std::vector<double> areas_m2;
-  std::vector<std::size_t> stand_ins;
+  std::vector<std::size_t> proxies;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     areas_m2.push_back(candidates[i].piece.projected_m2);
-    if (candidates[i].choices[chosen[i]].kind == Choice::Kind::stand_in) stand_ins.push_back(i);
+    if (candidates[i].choices[chosen[i]].kind == Choice::Kind::proxy) proxies.push_back(i);
   }
-  std::ranges::sort(stand_ins, {}, [&](std::size_t i) { return candidates[i].piece.curve_rank; });
+  std::ranges::sort(proxies, {}, [&](std::size_t i) { return candidates[i].piece.curve_rank; });
   for (std::size_t i = 0; i < candidates.size() && pixel_m > 0.0; ++i) {
     const WoodPiece& piece = candidates[i].piece;
     if (candidates[i].choices[chosen[i]].kind != Choice::Kind::nothing) continue;
-    const std::size_t taker = nearest_taker(candidates, stand_ins, piece, [&](std::size_t k) {
+    const std::size_t taker = nearest_taker(candidates, proxies, piece, [&](std::size_t k) {
       const WoodPiece& other = candidates[k].piece;
-      return other.material == piece.material && piece.girth_m() >= kLeastGirthShare * other.girth_m() &&
-             areas_m2[k] + piece.projected_m2 <= std::max(kMostGrowth, pixel_m / other.girth_m()) * other.projected_m2;
+      return other.material == piece.material && piece.girth_m() >= kMinGirthShare * other.girth_m() &&
+             areas_m2[k] + piece.projected_m2 <= std::max(kMaxGrowth, pixel_m / other.girth_m()) * other.projected_m2;
     });
     if (taker != kNone) areas_m2[taker] += piece.projected_m2;
   }
   return areas_m2;
 }
 
-/// The vertices of a piece by where they are: the corner of a box is three of them, one a side.
+/// The vertices of a piece by place: the corner of a box is three vertices, one for each side.
 using Places = std::map<std::tuple<float, float, float>, Indices>;
 
 std::tuple<float, float, float> place_of(const WoodPiece& piece, std::uint32_t vertex) {
@@ -348,7 +349,7 @@ Places places_of(const WoodPiece& piece) {
   return places;
 }
 
-/// Unit normals for each vertex, the same for all in one place: what is moved along them stays whole.
+/// Unit normals of the vertices, equal for all in one place, so that a surface stays whole if its vertices move along them.
 std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece, const Places& places) {
   std::vector<glm::vec3> normals(piece.positions.size(), glm::vec3(0.0f));
   for (const auto& [place, vertices] : places) {
@@ -360,10 +361,11 @@ std::vector<glm::vec3> joint_normals(const Mesh& source, const WoodPiece& piece,
   return normals;
 }
 
-/// The corners of a simplified tube lie on the tube, its faces inside: it is thinner. Moves them out until it is as thick as the piece.
-/// normals  joint_normals
+/// Thickens a simplified tube: its corners lie on the tube, its faces inside, so it is thinner. Moves the corners out until it is as thick
+/// as the piece.
+/// normals  from joint_normals
 std::vector<glm::vec3> thickened(const WoodPiece& piece, const std::vector<glm::vec3>& normals, const Indices& indices) {
-  constexpr double kMostThickened = 0.5;  // radii of the tube that has the piece's volume and area
+  constexpr double kMaxThickened = 0.5;  // radii of the tube that has the piece's volume and area
   const double now_m2 = projected_area_m2(piece.positions, indices), radius_m = 0.5 * piece.thickness_m();
   const double step_m = 0.02 * radius_m;
   if (!(now_m2 < piece.projected_m2) || !(step_m > 0.0)) return piece.positions;
@@ -374,29 +376,30 @@ std::vector<glm::vec3> thickened(const WoodPiece& piece, const std::vector<glm::
   };
   const double gained_m2 = projected_area_m2(moved(step_m), indices) - now_m2;
   if (!(gained_m2 > 0.0)) return piece.positions;
-  return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMostThickened * radius_m));
+  return moved(std::min(step_m * (piece.projected_m2 - now_m2) / gained_m2, kMaxThickened * radius_m));
 }
 
 struct Corner {
-  std::uint32_t vertex = 0;  ///< of the piece
+  std::uint32_t vertex = 0;  ///< index in the piece
   glm::vec3 normal{0.0f};
 };
 
-/// How a simplified piece shows a corner of a triangle. A simplifier keeps any vertex of those in one place, and a side of a box would be
-/// lit as the side round the corner: the one whose normal is nearest to the face's is shown, or, where even that is far from it, the face.
+/// The vertex and normal for a corner of a simplified piece. A simplifier keeps any one of the vertices in a place, so a side of a box
+/// might be lit like the side round the corner. This takes the vertex whose normal is nearest to the face's, or the face's normal if even
+/// that is far off.
 /// face  unit
 Corner corner_of(const Mesh& source, const WoodPiece& piece, const Indices& in_place, std::uint32_t vertex, const glm::vec3& face) {
-  constexpr float kNearer = 1e-3f, kLeastFacing = 0.25f;
+  constexpr float kNearer = 1e-3f, kMinFacing = 0.25f;
   Corner corner{vertex, source.normals[piece.vertices[vertex]]};
   for (const std::uint32_t other : in_place) {
     const glm::vec3& normal = source.normals[piece.vertices[other]];
     if (glm::dot(normal, face) > glm::dot(corner.normal, face) + kNearer) corner = {other, normal};
   }
-  if (glm::dot(corner.normal, face) < kLeastFacing) corner.normal = face;
+  if (glm::dot(corner.normal, face) < kMinFacing) corner.normal = face;
   return corner;
 }
 
-/// The face of a simplified piece's triangle, unit, on the side that its source is lit from; zero where it has none.
+/// The face normal of a simplified piece's triangle, unit, on the side from which its source is lit; zero if it has none.
 glm::vec3 lit_face(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec3, 3>& joint_normals) {
   const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
   const float length = glm::length(face);
@@ -439,18 +442,17 @@ double extent_m(const Mesh& mesh) {
   return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
 }
 
-/// About target_count triangles.
 Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
   const double pixel_m = extent_m(source) / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
   for (Candidate& candidate : candidates) set_choices(candidate, pixel_m);
   const std::vector<std::size_t> chosen = deal_out(candidates, target_count, left_out);
-  const std::vector<double> areas_m2 = stand_in_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
+  const std::vector<double> areas_m2 = proxy_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
   Mesh mesh;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const WoodPiece& piece = candidates[i].piece;
     const Choice& choice = candidates[i].choices[chosen[i]];
-    if (choice.kind == Choice::Kind::stand_in)
-      append_stand_in(source, piece, {choice.form, areas_m2[i], kGoldenAngle * static_cast<double>(i)}, mesh);
+    if (choice.kind == Choice::Kind::proxy)
+      append_proxy(source, piece, {choice.form, areas_m2[i], kGoldenAngle * static_cast<double>(i)}, mesh);
     if (choice.kind == Choice::Kind::simplified) append_piece(source, piece, candidates[i].versions[choice.version], mesh);
   }
   return mesh;
@@ -459,7 +461,7 @@ Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std
 /// Triangles of a LoD, by material.
 using Parts = std::map<std::uint32_t, Indices>;
 
-/// One mesh of all parts, in the order in which a GPU's vertex cache likes them.
+/// Makes one mesh of all parts, in an order that suits a GPU's vertex cache.
 Mesh merge(const Mesh& source, const Parts& parts) {
   Mesh merged;
   merged.positions = source.positions;
@@ -489,7 +491,7 @@ Mesh halve_wood(const Mesh& wood) {
     Indices clustered(indices.size());
     clustered.resize(meshopt_simplifySloppy(clustered.data(), indices.data(), indices.size(), &wood.positions[0].x, wood.positions.size(),
                                             sizeof(glm::vec3), 3 * target_count, kAnyError, nullptr));
-    // Wood that is all crumbs may vanish in the clusters; the first of them stay.
+    // Clusters may swallow wood that is all crumbs; then the first crumbs stay.
     if (clustered.empty()) clustered.assign(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(3 * target_count));
     indices = std::move(clustered);
   }
@@ -504,7 +506,7 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   levels.push_back({merge(wood, split_by_material(wood))});
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
   std::size_t last_count = wood.triangle_materials.size();
-  while (levels.size() < kMaxLods && last_count > kLeastTriangles) {
+  while (levels.size() < kMaxLods && last_count > kMinTriangles) {
     WoodLevel level;
     for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
       Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
@@ -512,7 +514,7 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
       level.push_back(merge(mesh, split_by_material(mesh)));
     }
     const std::size_t count = level.front().triangle_materials.size();
-    if (static_cast<double>(count) <= kLeastProgress * static_cast<double>(last_count)) {
+    if (static_cast<double>(count) <= kMinProgress * static_cast<double>(last_count)) {
       levels.push_back(std::move(level));
       last_count = count;
     }

@@ -45,10 +45,10 @@ void append_samples(const Corners& corner, double spacing_m, int depth, std::vec
   for (std::size_t k = 0; k < 3; ++k) samples.push_back({0.5 * (corner[k] + corner[(k + 1) % 3]), area_m2});
 }
 
-/// The direction a symmetric matrix stretches most, by power iteration; `fallback` where it stretches nothing.
+/// The direction in which a symmetric matrix stretches most, by power iteration; `fallback` if it stretches nothing.
 glm::dvec3 main_direction(const glm::dmat3& matrix, const glm::dvec3& fallback) {
   constexpr int kIterations = 60;
-  // No axis of a plant is across this one.
+  // No axis of a plant is perpendicular to this one.
   glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, 1.0, 0.2));
   for (int i = 0; i < kIterations; ++i) {
     const glm::dvec3 next = matrix * direction;
@@ -139,20 +139,19 @@ std::vector<WoodPiece> connected_pieces(const Mesh& wood) {
   return pieces;
 }
 
-/// An end of a tube.
 struct TubeEnd {
   glm::dvec3 at{0.0}, outward{0.0};
   double girth_m = 0.0;
   std::size_t piece = 0;
 };
 
-/// Of pieces a few times as long as thick, in the order of their height along x: what may touch is near in it.
+/// The ends of pieces a few times as long as thick, sorted by x: ends that may touch are near each other.
 std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
-  constexpr double kLeastSlenderness = 3.0;
+  constexpr double kMinSlenderness = 3.0;
   std::vector<TubeEnd> ends;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const WoodPiece& piece = pieces[i];
-    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kLeastSlenderness * piece.girth_m()) continue;
+    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kMinSlenderness * piece.girth_m()) continue;
     ends.push_back({piece.center + piece.first_m * piece.axes[0], -piece.axes[0], piece.girth_m(), i});
     ends.push_back({piece.center + piece.last_m * piece.axes[0], piece.axes[0], piece.girth_m(), i});
   }
@@ -161,9 +160,9 @@ std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
 }
 
 bool continues(const TubeEnd& a, const TubeEnd& b) {
-  constexpr double kLeastCosine = 0.8, kMostGirths = 2.0;
-  if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kLeastCosine) return false;
-  if (std::max(a.girth_m, b.girth_m) > kMostGirths * std::min(a.girth_m, b.girth_m)) return false;
+  constexpr double kMinCosine = 0.8, kMaxGirths = 2.0;
+  if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kMinCosine) return false;
+  if (std::max(a.girth_m, b.girth_m) > kMaxGirths * std::min(a.girth_m, b.girth_m)) return false;
   return glm::distance(a.at, b.at) < std::max(a.girth_m, b.girth_m);
 }
 
@@ -178,12 +177,12 @@ void append(WoodPiece& piece, const WoodPiece& other) {
 /// Joins tubes whose ends meet, the nearest first; an end is joined once.
 std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   const std::vector<TubeEnd> ends = tube_ends(pieces);
-  double most_girth_m = 0.0;
-  for (const TubeEnd& end : ends) most_girth_m = std::max(most_girth_m, end.girth_m);
-  constexpr std::size_t kMostLookedAt = 512;  // of a wood that is all one pile of sticks
+  double max_girth_m = 0.0;
+  for (const TubeEnd& end : ends) max_girth_m = std::max(max_girth_m, end.girth_m);
+  constexpr std::size_t kMaxLookedAt = 512;  // enough, unless the wood is one pile of sticks
   std::vector<std::tuple<double, std::size_t, std::size_t>> meetings;
   for (std::size_t i = 0; i < ends.size(); ++i)
-    for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMostLookedAt) && ends[k].at.x - ends[i].at.x < most_girth_m; ++k)
+    for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMaxLookedAt) && ends[k].at.x - ends[i].at.x < max_girth_m; ++k)
       if (pieces[ends[i].piece].material == pieces[ends[k].piece].material && continues(ends[i], ends[k]))
         meetings.emplace_back(glm::distance(ends[i].at, ends[k].at), i, k);
   std::ranges::sort(meetings);
@@ -214,7 +213,7 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   return joined;
 }
 
-/// A number of 30 bits that is near for places that are near.
+/// A number of 30 bits that is similar for near places.
 std::uint32_t morton_code(const glm::dvec3& place) {
   std::uint32_t code = 0;
   for (int bit = 9; bit >= 0; --bit)
@@ -223,7 +222,7 @@ std::uint32_t morton_code(const glm::dvec3& place) {
   return code;
 }
 
-/// Ranks in the order of their reversed bits are scattered: any first of them are spread over all.
+/// Sorting ranks by their reversed bits scatters them: any first few are spread over all.
 std::uint32_t reversed_bits(std::uint32_t value) {
   std::uint32_t reversed = 0;
   for (int bit = 0; bit < 32; ++bit) reversed |= (value >> bit & 1u) << (31 - bit);
@@ -262,11 +261,11 @@ double projected_area_m2(const std::vector<glm::vec3>& positions, const std::vec
 }
 
 std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
-  constexpr int kMostSplits = 6;
+  constexpr int kMaxSplits = 6;
   std::vector<AreaSample> samples;
   for (std::size_t i = 0; i < piece.indices.size(); i += 3)
     append_samples({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]},
-                   spacing_m, kMostSplits, samples);
+                   spacing_m, kMaxSplits, samples);
   return samples;
 }
 

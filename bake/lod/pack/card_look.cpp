@@ -1,4 +1,4 @@
-// A card is sampled at 32 x 32 points of the mip level in which its texture is about 128 px wide. A cell of the mask has 4 x 4 of them; the
+// A card is sampled at 32 x 32 points of the mip level in which its texture is about 128 px wide. A cell of the mask has 4 x 4 of them. The
 // fullest cells are set, as many as give the card's coverage, so that thin outlines do not vanish.
 
 #include "card_look.h"
@@ -19,7 +19,7 @@ constexpr std::uint32_t kCells = 8;
 constexpr std::uint32_t kSamplesPerCell = 4;
 constexpr std::uint32_t kSide = kCells * kSamplesPerCell;
 
-/// Texture coordinate at (s, t) of a card, linear on each of its two triangles as the hardware draws it.
+/// Texture coordinate at (s, t) of a card, linear on each of its two triangles, as the hardware draws it.
 std::array<float, 2> card_uv(const coppice_file_card& card, float s, float t) {
   std::array<float, 2> uv{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -29,7 +29,7 @@ std::array<float, 2> card_uv(const coppice_file_card& card, float s, float t) {
   return uv;
 }
 
-/// By number of samples, the fullest first.
+/// Sets the mask's cells by their number of covered samples, the fullest first.
 void set_mask(const std::array<std::uint32_t, kCells * kCells>& covered, coppice_file_card& card) {
   std::array<std::uint32_t, kCells * kCells> order{};
   std::iota(order.begin(), order.end(), 0u);

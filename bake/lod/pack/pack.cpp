@@ -25,7 +25,7 @@ void store(float (&target)[3], const glm::vec3& value) {
   for (int axis = 0; axis < 3; ++axis) target[axis] = value[axis];
 }
 
-/// Whole UTF-8 sequences of `name` that leave room for a zero; a byte that is none becomes '?'.
+/// Stores the whole UTF-8 sequences of `name` that leave room for a zero. Bytes that belong to none become '?'.
 void store_name(char (&target)[64], const std::string& name) {
   const std::vector<std::uint8_t> text(name.begin(), name.end());
   std::size_t length = 0;
@@ -38,7 +38,7 @@ void store_name(char (&target)[64], const std::string& name) {
   }
 }
 
-/// Share of a material's cards that is no hole; they count alike. 1 without cards or holes.
+/// Share of a material's cards that is no hole; all cards count alike. 1 without cards or holes.
 float card_coverage(const std::vector<Card>& cards, std::uint32_t material, const AlphaMask& mask) {
   constexpr std::uint32_t kPointsPerSide = 32;
   std::uint64_t solid = 0, all = 0;
@@ -55,11 +55,11 @@ float card_coverage(const std::vector<Card>& cards, std::uint32_t material, cons
   return all == 0 ? 1.0f : static_cast<float>(solid) / static_cast<float>(all);
 }
 
-/// By material, whether nothing but leaf meshes shows it.
+/// [material] Whether only leaf meshes show it.
 std::vector<bool> leaf_mesh_materials(const BakedPlant& plant) {
   std::vector<bool> of_meshes(plant.materials.size(), false);
   const auto mark = [&](std::uint32_t material, bool value) {
-    if (material < of_meshes.size()) of_meshes[material] = value;  // one that is not there is refused later
+    if (material < of_meshes.size()) of_meshes[material] = value;  // an invalid index is refused later
   };
   for (const LeafMeshPart& part : plant.leaf_meshes.parts)
     for (const std::uint32_t material : part.mesh.triangle_materials) mark(material, true);
@@ -97,7 +97,7 @@ coppice_file_card file_card(const Card& card, const FileContents& contents) {
   return result;
 }
 
-/// The cutoff of the first alpha-tested material that shows the image, 0 if there is none.
+/// The cutoff of the first alpha-tested material that shows the image; 0 if there is none.
 float cutoff_of_image(const BakedPlant& plant, std::size_t image) {
   for (const Material& material : plant.materials)
     if (material.image == image && material.alpha_cutoff > 0.0f) return material.alpha_cutoff;
@@ -122,7 +122,7 @@ void set_wood(std::size_t lod, EncodedWood wood, FileContents& contents) {
   contents.wood[lod] = std::move(wood.bytes);
 }
 
-/// The first read, as far as it is known without the coarsest wood.
+/// Bytes of the first read without the coarsest wood.
 std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t texture_count) {
   const std::size_t chunk_count = 7 + contents.pages.size() + COPPICE_MAX_WOOD_LODS + texture_count + contents.leaf_meshes.size();
   const std::size_t error_count = contents.error_leaf_counts.size() + contents.error_sizes_px.size() + contents.error_px.size() +
@@ -134,7 +134,7 @@ std::uint64_t first_read_without_wood(const FileContents& contents, std::size_t 
          textures_chunk(contents.textures, contents.materials).size() + (contents.pages.empty() ? 0 : contents.pages.front().size());
 }
 
-/// Wood that takes more than is left of the first read gets another LoD that does not, unless nothing can be had in so little. Without
+/// Adds a coarser LoD if the wood does not fit into the rest of the first read, unless wood cannot get that small. Returns the LoD; without
 /// triangles: none was needed.
 Result<Mesh> fit_coarsest_wood(const BakedPlant& plant, Mesh coarsest, FileContents& contents) {
   Mesh fitted;
@@ -183,14 +183,14 @@ Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileCon
   return {};
 }
 
-/// As many bits as keep positions within the steps of the leaf quads on every axis: Draco's steps are those of the longest side.
+/// Bits that keep positions within the steps of the leaf quads on every axis: Draco divides the longest side into equal steps.
 int position_bits(const Mesh& mesh, const QuantisationBox& box) {
   glm::vec3 low = mesh.positions.front(), high = low;
   for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
   const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(box.steps);
   const float longest_m = std::max({extent.x, extent.y, extent.z});
   int bits = 14;
-  constexpr int kMaxBits = 18;  // a plant that is flat has no steps across
+  constexpr int kMaxBits = 18;  // a flat plant has no steps across
   for (int axis = 0; axis < 3; ++axis)
     while (bits < kMaxBits && longest_m > step_m[axis] * static_cast<float>((1 << bits) - 1)) ++bits;
   return bits;
@@ -211,7 +211,7 @@ Result<void> add_leaf_meshes(const BakedPlant& plant, const QuantisationBox& box
   return {};
 }
 
-/// Where quads are the finest there is, single texels are seen through them, and half a step of 14 bits is several.
+/// Whether positions are fine: where quads are the finest level, viewers see single texels, and half a step of 14 bits is several texels.
 bool has_fine_positions(const BakedPlant& plant) {
   return plant.leaf_meshes.parts.empty() && std::ranges::any_of(plant.card_table, [&](const Card& card) {
            return card.material < plant.materials.size() && plant.materials[card.material].image != kNone;
@@ -262,7 +262,7 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   contents.wind_nodes = plant.wind.nodes;
   COPPICE_CHECK(add_pages(tree, contents));
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
-  COPPICE_CHECK(add_wood(plant, contents));  // last: it gets what the others leave of the first read
+  COPPICE_CHECK(add_wood(plant, contents));  // comes last: it gets what the others leave of the first read
   COPPICE_TRY(file, write_file(contents));
   sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures),
            total_bytes(contents.leaf_meshes)};

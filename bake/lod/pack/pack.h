@@ -10,7 +10,7 @@
 
 namespace coppice::bake {
 
-/// What pack() wrote, by kind of chunk.
+/// Bytes that pack() wrote, by kind of chunk.
 struct PackSizes {
   std::uint64_t file_bytes = 0;
   std::uint64_t foliage_bytes = 0;  ///< all pages

@@ -1,5 +1,5 @@
-// Encodes a page (FORMAT.md, section 9; page_model.h). What is free is the kind of each child and the tables; both depend on
-// one another, so the page is planned a few times, each time with the symbol costs of the time before.
+// Encodes a page (FORMAT.md, section 9; page_model.h). The encoder chooses the kind of each child and the tables. They depend on each
+// other, so it plans the page a few times, each time with the symbol costs of the last.
 
 #include "page_encode.h"
 
@@ -28,7 +28,7 @@ struct SymbolCode {
   std::uint8_t context, symbol;
 };
 
-/// What a piece of the page is coded as.
+/// The coded form of a part of the page.
 struct Codes {
   std::vector<SymbolCode> symbols;
   std::vector<PlainBits> bits;
@@ -45,7 +45,7 @@ struct Codes {
     COPPICE_ASSERT(value < page_model::kAlphabet[context]);
     symbols.push_back({static_cast<std::uint8_t>(context), static_cast<std::uint8_t>(value)});
   }
-  /// All bits of a number but the highest, whose place a symbol tells.
+  /// Adds all bits of a number but the highest, whose place a symbol tells.
   void low_bits(std::uint32_t value) {
     const auto length = static_cast<std::uint32_t>(std::bit_width(value));
     if (length > 1) bits.push_back({value - (1u << (length - 1)), length - 1});
@@ -64,9 +64,9 @@ struct Tables {
     costs[context] = symbol_costs(probabilities[context]);
     digits[context] = std::move(weights);
   }
-  /// A context of one symbol, which takes no bytes.
+  /// Whether the context has only one symbol, which takes no bytes.
   [[nodiscard]] bool only_one(std::size_t context) const { return std::ranges::count(probabilities[context], kProbabilityOne) > 0; }
-  /// Of a symbol that the table does not have: more than of any it has, so that it can come into use.
+  /// A symbol that the table lacks costs more than any that it has, so that it can come into use.
   [[nodiscard]] double cost(const SymbolCode& code) const {
     constexpr double kUnseen = 12.0;
     const std::vector<double>& of = costs[code.context];
@@ -103,7 +103,7 @@ std::array<std::uint16_t, 3> axis_weights(const glm::vec3& extent) {
   return weights;
 }
 
-/// A child that is to be coded.
+/// A child to be coded.
 struct Child {
   std::array<Point, 4> corners{};
   unsigned known = 0;
@@ -123,9 +123,9 @@ std::array<Child, 2> children_of(const Split& split, const QuantisedQuad& parent
   return children;
 }
 
-/// The symbol that says which corners of child `c` are the parent's.
+/// Codes which corners of child `c` are the parent's.
 void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& codes) {
-  std::array<unsigned, 4> at{}, corner{};  // of the parent, of the child
+  std::array<unsigned, 4> at{}, corner{};  // in the parent, in the child
   std::size_t count = 0;
   for (unsigned i = 0; i < 4; ++i) {
     if (slots[i] / 4 != c) continue;
@@ -138,11 +138,11 @@ void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& c
   const unsigned second = (corner[1] - corner[0]) & 3;
   if (count == 2) return codes.symbol(Context::kCorners2 + at[1] - at[0] - 1, 3 * turn + second - 1);
   const unsigned third = (corner[2] - corner[0]) & 3;
-  const unsigned lower_left = second == 1 ? 2 : 1;  // of the two corners that the third can be
+  const unsigned lower_left = second == 1 ? 2 : 1;  // the smaller corner that the third can be
   codes.symbol(count == 3 ? Context::kCorners3 : Context::kCorners4, 6 * turn + 2 * (second - 1) + (third == lower_left ? 0 : 1));
 }
 
-/// Codes a child's fade, from its parent's.
+/// Codes a child's fade relative to its parent's.
 void code_fade(std::uint8_t fade, std::uint8_t parent_fade, const PageHeader& header, Codes& codes) {
   for (std::size_t half = 0; half < 2; ++half) {
     const std::uint32_t from = header.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
@@ -151,7 +151,7 @@ void code_fade(std::uint8_t fade, std::uint8_t parent_fade, const PageHeader& he
   }
 }
 
-/// Residuals at three axes: their bit lengths in the contexts given, then what is below their highest bits.
+/// Codes residuals of three axes: their bit lengths in the given contexts, then their bits below the highest.
 void code_values(const std::array<std::int32_t, 3>& values, const std::array<std::size_t, 3>& contexts, Codes& codes) {
   for (std::size_t i = 0; i < 3; ++i) codes.symbol(contexts[i], static_cast<std::uint32_t>(std::bit_width(zigzag(values[i]))));
   for (std::int32_t value : values) codes.low_bits(zigzag(value));
@@ -161,7 +161,7 @@ class Planner {
  public:
   Planner(const PageSource& source, PageHeader header) : source_(source), header_(header) {}
 
-  /// The page's codes, with the kinds that are the cheapest under `tables`.
+  /// The page's codes, with the kinds that are cheapest under `tables`.
   Codes plan(const Tables& tables) {
     Codes codes;
     for (std::uint32_t i = 0; i < source_.splits.size(); ++i) code_split(source_.first_split + i, source_.splits[i], tables, codes);
@@ -193,7 +193,7 @@ class Planner {
 
   void code_child(const Child& child, std::uint32_t parent_card, const Parent& parent, const Tables& tables, Codes& codes) {
     const std::uint32_t kind_count = child.known == 15 ? 1 : 1 + 2 * header_.shape_count;
-    double least = 0.0;
+    double lowest = 0.0;
     for (std::uint32_t kind = 0; kind < kind_count; ++kind) {
       trial_.clear();
       const bool new_card = child.card != parent_card;
@@ -202,8 +202,8 @@ class Planner {
       const page_model::Steps& steps = page_model::kSteps[child.known];
       for (std::uint32_t s = 0; s < steps.count; ++s) code_corner(kind, steps.step[s], child.corners, parent, trial_);
       const double cost = tables.cost(trial_);
-      if (kind > 0 && cost >= least) continue;
-      least = cost;
+      if (kind > 0 && cost >= lowest) continue;
+      lowest = cost;
       std::swap(best_, trial_);
     }
     codes.append(best_);
@@ -267,7 +267,7 @@ std::array<std::vector<std::uint32_t>, Context::kContextCount> count_symbols(con
   return counts;
 }
 
-/// Bits of the symbols of one context; infinite if the table lacks one.
+/// Bits of one context's symbols; infinite if the table lacks one.
 double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<double>& costs) {
   double sum = 0.0;
   for (std::size_t symbol = 0; symbol < counts.size(); ++symbol)
@@ -275,12 +275,12 @@ double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<doubl
   return sum;
 }
 
-/// Of a table that the page stores.
+/// Bytes of a table that the page stores.
 std::size_t table_bytes(std::size_t symbol_count) {
   return 1 + (symbol_count + 1) / 2;
 }
 
-/// Tables for `codes`, and which of them the page has to store.
+/// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
 std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32_t kind_symbols, Tables& tables) {
   std::uint32_t stored = 0;
   const auto counts = count_symbols(codes);
@@ -329,7 +329,7 @@ void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uin
   }
 }
 
-/// Seven bits a byte, the lowest first.
+/// Writes seven bits a byte, the lowest first.
 void put_length(std::vector<std::uint8_t>& bytes, std::size_t length) {
   for (; length > 127; length >>= 7) bytes.push_back(static_cast<std::uint8_t>(length | 128));
   bytes.push_back(static_cast<std::uint8_t>(length));
@@ -347,14 +347,14 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   bytes.insert(bytes.end(), rest.begin(), rest.end());
 }
 
-/// Bits of the symbols of one context with tables of their own.
-double least_cost(const std::vector<std::uint32_t>& counts) {
+/// Bits of one context's symbols with a table of their own.
+double min_cost(const std::vector<std::uint32_t>& counts) {
   Tables own;
   own.set(0, weight_digits(counts));
   return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
 }
 
-/// Whether the halves of the page's fades take less as they are than as differences from the parents'.
+/// Whether the halves of the page's fades take fewer bits as they are than as differences from the parents'.
 std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   std::array<PageHeader, 2> headers;
   headers[1].plain_fades = {true, true};
@@ -369,8 +369,8 @@ std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   std::array<bool, 2> plain{};
   for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
     const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
-    if (differences.size() == 1) continue;  // nothing changes: the usual table has that, and no bytes
-    plain[half] = least_cost(count_symbols(codes[1])[Context::kFades + half]) < least_cost(differences);
+    if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
+    plain[half] = min_cost(count_symbols(codes[1])[Context::kFades + half]) < min_cost(differences);
   }
   return plain;
 }
@@ -396,7 +396,7 @@ PageHeader header_of(const PageSource& source) {
 }  // namespace
 
 Result<std::vector<std::uint8_t>> encode_page(const PageSource& source) {
-  constexpr int kPlans = 4;  // a fifth gains nothing that shows
+  constexpr int kPlans = 4;  // a fifth gains nothing noticeable
   COPPICE_ASSERT(!source.splits.empty() && source.nodes.size() >= 2 * (source.first_split + source.splits.size()) + 1);
   const PageHeader header = header_of(source);
   const Tables usual = default_tables();

@@ -13,15 +13,15 @@
 namespace coppice::bake {
 
 struct PageSource {
-  std::span<const Split> splits;    ///< of the page; parents are earlier nodes, slots four different ones (asserted)
+  std::span<const Split> splits;    ///< the page's; parents are earlier nodes, slots four different ones (asserted)
   std::uint32_t first_split = 0;    ///< index of splits[0]
-  std::span<const PageNode> nodes;  ///< [>= 2 * (first_split + splits.size()) + 1] by id: corners, cards and fades of the parents, fades of
-                                    ///< the children and what replaces them
-  glm::vec3 box_extent{1.0f};       ///< of the leaf box, m: what is square in the plant
-  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant
+  std::span<const PageNode> nodes;  ///< [>= 2 * (first_split + splits.size()) + 1] by id: the parents' corners, cards and fades, the
+                                    ///< children's fades and next splits
+  glm::vec3 box_extent{1.0f};       ///< the leaf box's, m: it says what is square in the plant
+  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's
 };
 
-/// A PAGE chunk: decode_page gives `splits` back exactly. Same arguments, same bytes.
+/// Encodes a PAGE chunk. decode_page returns exactly `splits`. Same arguments, same bytes.
 /// errors  invalid_argument: over COPPICE_MAX_PAGE_BYTES
 Result<std::vector<std::uint8_t>> encode_page(const PageSource& source);
 

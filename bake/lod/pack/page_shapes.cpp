@@ -24,7 +24,8 @@ double dot(const Point& u, const Point& v) {
   return double(u[0]) * v[0] + double(u[1]) * v[1] + double(u[2]) * v[2];
 }
 
-/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and what a Shape cannot hold.
+/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and values that a Shape cannot
+/// hold.
 std::optional<Affine> affine_of(const QuantisedQuad& quad) {
   constexpr double kLargest = 7.9, kSliver = 1e-6;
   constexpr std::int32_t kRounding = 3;
@@ -42,17 +43,17 @@ std::optional<Affine> affine_of(const QuantisedQuad& quad) {
   return affine;
 }
 
-/// Moves the largest cluster of `affines` out of them: its members' mean. Empty if it has fewer than `least`.
-std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t least) {
+/// Removes the largest cluster of `affines` and returns its mean; empty if it has fewer members than `min_count`.
+std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t min_count) {
   const Affine* centre = nullptr;
-  std::ptrdiff_t most = 0;
+  std::ptrdiff_t largest = 0;
   for (const Affine& candidate : affines) {
     const auto count = std::ranges::count_if(affines, [&](const Affine& affine) { return near(affine, candidate); });
-    if (count <= most) continue;
-    most = count;
+    if (count <= largest) continue;
+    largest = count;
     centre = &candidate;
   }
-  if (centre == nullptr || static_cast<std::size_t>(most) < least) return {};
+  if (centre == nullptr || static_cast<std::size_t>(largest) < min_count) return {};
   Affine sum;
   std::vector<Affine> others;
   for (const Affine& affine : affines) {
@@ -64,7 +65,7 @@ std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t lea
     }
   }
   affines = std::move(others);
-  return Affine{sum.a / static_cast<double>(most), sum.b / static_cast<double>(most)};
+  return Affine{sum.a / static_cast<double>(largest), sum.b / static_cast<double>(largest)};
 }
 
 std::int16_t fixed_point(double value) {
@@ -74,13 +75,13 @@ std::int16_t fixed_point(double value) {
 }  // namespace
 
 std::vector<Shape> common_shapes(std::span<const QuantisedQuad> quads) {
-  constexpr std::size_t kLeastShare = 20;  // one quad in so many
+  constexpr std::size_t kMinShare = 20;  // one quad in so many
   std::vector<Affine> affines;
   for (const QuantisedQuad& quad : quads)
     if (const auto affine = affine_of(quad)) affines.push_back(*affine);
   std::vector<Shape> shapes = {page_model::kParallelogram};
   while (shapes.size() < page_model::kMaxShapes) {
-    const auto cluster = take_cluster(affines, quads.size() / kLeastShare + 2);
+    const auto cluster = take_cluster(affines, quads.size() / kMinShare + 2);
     if (!cluster) break;
     shapes.push_back({fixed_point(cluster->a), fixed_point(cluster->b)});
   }

@@ -8,8 +8,8 @@
 
 namespace coppice::bake {
 
-/// The shapes that enough of the quads have for a page to name them: the parallelogram, then up to three others, the commonest first. A
-/// shape is where corner 3 is in terms of the other three, so leaves of one model share it however they are placed.
+/// The shapes that enough of the quads have for a page to name them: the parallelogram, then up to three others, the most common first. A
+/// shape is the place of corner 3 relative to the other three, so leaves of one model share it however they are placed.
 std::vector<page_model::Shape> common_shapes(std::span<const QuantisedQuad> quads);
 
 }  // namespace coppice::bake

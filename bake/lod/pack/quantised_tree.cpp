@@ -30,7 +30,7 @@ Result<void> check_shape(const Tree& tree) {
   return {};
 }
 
-/// Which of the children's eight corners are the parent's, by vertex index.
+/// Finds which of the children's eight corners are the parent's, by vertex index.
 Result<std::array<std::uint8_t, 4>> find_slots(const Tree& tree, std::uint32_t split) {
   std::array<std::uint32_t, 8> corners{};
   std::ranges::copy(tree.nodes[2 * split + 1].vertices, corners.begin());

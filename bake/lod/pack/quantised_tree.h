@@ -16,13 +16,13 @@ struct QuantisationBox {
   std::uint32_t steps = COPPICE_QUANTISED_MAX;  ///< along each axis
 };
 
-/// Box of all leaf vertices.
+/// The box of all leaf vertices.
 QuantisationBox leaf_box(const Tree& tree, std::uint32_t steps);
 
-/// Nearest step: off by at most half of (max - min) / steps, and by the rounding of float.
+/// The nearest step. Its error is at most half of (max - min) / steps, plus rounding of floats.
 QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point);
 
-/// The point a reader of the file computes.
+/// The point that a reader of the file computes.
 glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point);
 
 /// A tree as the file stores it.

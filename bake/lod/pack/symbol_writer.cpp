@@ -12,15 +12,15 @@
 namespace coppice::bake {
 
 std::vector<std::uint8_t> weight_digits(std::span<const std::uint32_t> counts) {
-  const double most = *std::ranges::max_element(counts);
+  const double largest = *std::ranges::max_element(counts);
   std::vector<std::uint8_t> digits;
   for (std::uint32_t count : counts) {
     std::uint8_t nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (std::uint8_t digit = 1; count > 0 && digit < kWeightDigits; ++digit) {
-      const double off = std::abs(std::log2(count / most * symbol_weight(kWeightDigits - 1) / symbol_weight(digit)));
-      if (off >= least) continue;
-      least = off;
+      const double off = std::abs(std::log2(count / largest * symbol_weight(kWeightDigits - 1) / symbol_weight(digit)));
+      if (off >= smallest) continue;
+      smallest = off;
       nearest = digit;
     }
     digits.push_back(nearest);
@@ -44,8 +44,8 @@ std::vector<std::uint8_t> write_symbols(std::span<const std::uint32_t> probabili
     start += probability;
   }
   COPPICE_ASSERT(start == kProbabilityOne);
-  constexpr std::size_t kStateBytes = 4, kMostSymbolBytes = 2;  // kProbabilityBits at most
-  std::vector<std::uint8_t> block(kStateBytes + kMostSymbolBytes * (symbols.size() + 1));
+  constexpr std::size_t kStateBytes = 4, kMaxSymbolBytes = 2;  // at most kProbabilityBits
+  std::vector<std::uint8_t> block(kStateBytes + kMaxSymbolBytes * (symbols.size() + 1));
   draco::RAnsEncoder<int{kProbabilityBits}> encoder;
   encoder.write_init(block.data());
   encoder.rans_write(&ranges[end_symbol(probabilities)]);

@@ -55,7 +55,7 @@ int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco:
   return id;
 }
 
-/// One point per corner; Draco then merges equal values and equal points, which recovers the connectivity.
+/// Fills in one point per corner. Draco then merges equal values and equal points, which recovers the connectivity.
 /// stalks  empty for wood
 void fill(draco::Mesh& target, const Mesh& mesh, std::span<const QuantisedPoint> stalks) {
   std::vector<std::uint32_t> triangles;
@@ -96,7 +96,7 @@ Result<std::vector<std::uint8_t>> compress(const draco::Mesh& mesh, const Attrib
   return std::vector<std::uint8_t>(buffer.data(), buffer.data() + buffer.size());
 }
 
-/// Draco spreads its steps over the uvs that there are: so many bits more keep them at 1/4096 of the image.
+/// Draco spreads its steps over the range of the uvs: so many more bits keep them at 1/4096 of the image.
 int extra_uv_bits(const Mesh& mesh) {
   if (mesh.uvs.empty()) return 0;
   glm::vec2 low = mesh.uvs.front(), high = low;
@@ -116,7 +116,7 @@ Result<EncodedWood> encode(const Mesh& mesh, std::span<const QuantisedPoint> sta
   if (points.num_faces() == 0) return result;
   COPPICE_TRY(bytes, compress(points, bits));
   result.bytes = std::move(bytes);
-  // Draco may split vertices: only decoding tells the counts.
+  // Draco may split vertices, so only decoding tells the counts.
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(result.bytes.data()), result.bytes.size());
   draco::Decoder decoder;

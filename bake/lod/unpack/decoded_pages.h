@@ -1,6 +1,6 @@
 #pragma once
 
-// Pages decoded one after another outside the streamer: tools and tests.
+// Decodes pages one after another outside the streamer, for tools and tests.
 
 #include <cstdint>
 #include <span>
@@ -13,7 +13,7 @@ namespace coppice::bake {
 
 class DecodedPages {
  public:
-  /// root  of a plant of so many leaves and cards
+  /// root  the root node of a plant with so many leaves and cards
   DecodedPages(const PageNode& root, std::uint32_t leaf_count, std::uint32_t card_count,
                std::uint32_t quantised_max = COPPICE_QUANTISED_MAX)
       : root_(root), info_{0, leaf_count, card_count, quantised_max} {}

@@ -46,13 +46,13 @@ WindSummary wind_summary(const WindField& field) {
   WindSummary summary{field.head, 0.0f, 0.0f, most_wind_move_m(field), most_wind_growth(field)};
   for (const coppice_file_wind_node& node : field.nodes) {
     const float sway_cos = static_cast<float>(node.sway_cos) / 127.0f, sway_sin = static_cast<float>(node.sway_sin) / 127.0f;
-    summary.most_lean_m = std::max(summary.most_lean_m, field.head.lean_m * static_cast<float>(node.lean) / 255.0f);
-    summary.most_sway_m = std::max(summary.most_sway_m, field.head.sway_m * std::sqrt(sway_cos * sway_cos + sway_sin * sway_sin));
+    summary.max_lean_m = std::max(summary.max_lean_m, field.head.lean_m * static_cast<float>(node.lean) / 255.0f);
+    summary.max_sway_m = std::max(summary.max_sway_m, field.head.sway_m * std::sqrt(sway_cos * sway_cos + sway_sin * sway_sin));
   }
   return summary;
 }
 
-/// Of the leaves, if there are any, and the finest wood.
+/// Size of the leaves, if there are any, and the finest wood.
 Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
   glm::dvec3 low(0.0), high(0.0);
   for (int axis = 0; axis < 3; ++axis) low[axis] = file.plant.leaf_box_min[axis], high[axis] = file.plant.leaf_box_max[axis];

@@ -17,7 +17,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// The codecs know their chunk's bytes only: adds which chunk it is and where.
+/// Adds which chunk it is and where. The codecs know only their chunk's bytes.
 Error in_chunk(Error error, const coppice_file_chunk& chunk) {
   if (error.status == Status::invalid_argument) error.status = Status::bad_file;
   error.offset = chunk.offset + (error.offset == Error::kNoOffset ? 0 : error.offset);
@@ -26,7 +26,7 @@ Error in_chunk(Error error, const coppice_file_chunk& chunk) {
   return error;
 }
 
-/// A chunk's bytes, checked. read_front has checked that they are in the file.
+/// A chunk's bytes, after checking their checksum. read_front has checked that they are in the file.
 Result<Bytes> chunk_bytes(const coppice_file_chunk& chunk, Bytes file) {
   const Bytes bytes = file.subspan(static_cast<std::size_t>(chunk.offset), static_cast<std::size_t>(chunk.bytes));
   COPPICE_CHECK(check_chunk(chunk, bytes));
@@ -34,7 +34,7 @@ Result<Bytes> chunk_bytes(const coppice_file_chunk& chunk, Bytes file) {
 }
 
 const coppice_file_chunk& chunk_of(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
-  return *find_chunk(file, kind, index);  // read_front has checked that the table holds every chunk PLANT asks for
+  return *find_chunk(file, kind, index);  // read_front has checked that the table holds every chunk PLANT names
 }
 
 glm::vec3 vec3_of(const float (&values)[3]) {
@@ -175,17 +175,17 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
   plant.errors = {to_vector(file.error_leaf_counts), to_vector(file.error_sizes_px), to_vector(file.error_px)};
 }
 
-/// Culling trusts the sphere: every vertex is inside, but for quantisation and rounding.
+/// Checks that every vertex is inside the sphere, but for quantisation and rounding: culling trusts the sphere.
 Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
-  // In doubles: the squares of what is finite stay so.
+  // Doubles, so that squares of finite numbers stay finite.
   const glm::dvec3 extent = vec3_of(file.plant.leaf_box_max) - vec3_of(file.plant.leaf_box_min);
   const glm::dvec3 center = plant.sphere.center;
-  // Half a step of 14 bits on each axis, of the leaf box or of the wood's, which is inside the sphere: under 1e-4 of either.
+  // Tolerates half a step of 14 bits on each axis of the leaf box or the wood's, which are inside the sphere: under 1e-4 of either.
   const double radius = plant.sphere.radius;
-  const double most = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
+  const double max_length = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
   const auto outside = [&](const glm::vec3& point) {
     const glm::dvec3 offset = glm::dvec3(point) - center;
-    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= most * most);
+    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= max_length * max_length);
   };
   bool holds = std::ranges::none_of(plant.tree.vertices, outside);
   for (const Mesh& lod : plant.wood.lods) holds = holds && std::ranges::none_of(lod.positions, outside);

@@ -23,26 +23,27 @@
 namespace coppice::bake {
 namespace {
 
-/// Of the sphere's radius: how far rings are apart.
+/// Distance between rings, relative to the sphere's radius.
 constexpr double kRingShare = 1.0 / 40.0;
-/// Of the plant's height: how much of it may be roots below y = 0, where most plants stand.
+/// Maximum depth of roots below y = 0, where most plants stand, relative to the plant's height.
 constexpr double kRootShare = 0.2;
-/// Seen from all sides a leaf shows half of its area, and a crown that is full covers so much of its box.
+/// A leaf shows half of its area, averaged over all directions; a full crown covers this share of its box.
 constexpr double kShownShare = 0.5, kFullShare = 0.7;
-/// By how much a leaf leans a metre away from the wood that bears it, and the top of a plant without wood for a metre of height.
+/// Lean of a leaf for each metre away from the wood that bears it, and of the top of a plant without wood for each metre of height.
 constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
-/// Leaves stir on any plant: the least that those lean that lean most, of the radius.
-constexpr double kLeastLean = 0.04;
-/// What of a plant's deflection is shown: the limits are a fraction of what slender plants do in a gale, and what is stout is to differ
-/// from them.
+/// Minimum lean of the leaves that lean most, relative to the radius: leaves stir on any plant.
+constexpr double kMinLean = 0.04;
+/// Share of a plant's deflection that is shown: the limits are a fraction of what slender plants do in a gale, and stout plants should
+/// differ from them.
 constexpr double kShownBend = 0.3, kShownLean = 0.4;
-/// What the bend may take of the limits, alone and beside a grid, and lean and sway together: more of these the growth would not let be.
+/// Shares of the limits for the bend alone, for the bend beside a grid, and for lean and sway together: larger ones would exceed the limit
+/// of growth.
 constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
-/// A ring is as good as so many leaves of its size in saying how its place moves, one of a stem more: inside a crown it must not go with
+/// How many leaves of its size a ring counts for in the motion of its place. A stem's ring counts more: inside a crown it must not follow
 /// the leaves.
 constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
-/// Natural periods that are believed.
-constexpr double kLeastPeriod_s = 0.25, kMostPeriod_s = 10.0;
+/// Limits for natural periods.
+constexpr double kMinPeriod_s = 0.25, kMaxPeriod_s = 10.0;
 
 struct Box {
   glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
@@ -53,7 +54,7 @@ struct Box {
   [[nodiscard]] glm::dvec3 extent() const { return glm::max(high - low, glm::dvec3(0.0)); }
 };
 
-/// What counts as a plant's leaves: a plant that is all wood has a quad that is none.
+/// The plant's leaves: a plant that is all wood has a quad that is no leaf.
 std::span<const Quad> leaf_quads(const WindSource& source) {
   return source.quads.first(std::min(source.quads.size(), source.leaves.size()));
 }
@@ -82,7 +83,7 @@ double area_m2(const Quad& quad) {
   return 0.5 * glm::length(glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1])));
 }
 
-/// By leaf, the ring that bears it.
+/// [leaf] The ring that bears it.
 std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const Ring> rings) {
   std::vector<glm::dvec3> centers;
   for (const Ring& ring : rings) centers.push_back(ring.center);
@@ -93,7 +94,7 @@ std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const 
   return result;
 }
 
-/// One of sixteen phases, the same for what lies in one cell: less than a quarter turn before or after the mean.
+/// Sets one of sixteen phases, the same for all places in one cell: less than a quarter turn before or after the mean.
 void set_phase(const glm::dvec3& place, double cell_m, WindPoint& point) {
   std::uint64_t hash = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -101,7 +102,7 @@ void set_phase(const glm::dvec3& place, double cell_m, WindPoint& point) {
     hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell))) * 0x9e3779b97f4a7c15ull;
     hash ^= hash >> 29;
   }
-  // cos of 5.625 degrees, and every 11.25 from there. No function of the machine's: same bytes everywhere.
+  // cos of 5.625 degrees, and of every 11.25 from there. Constants, since the same bytes must result on every machine.
   constexpr std::array<float, 8> kCos{0.99518473f, 0.95694034f, 0.88192126f, 0.77301045f,
                                       0.63439328f, 0.47139674f, 0.29028468f, 0.09801714f};
   const std::size_t step = hash >> 40 & 7;
@@ -109,10 +110,10 @@ void set_phase(const glm::dvec3& place, double cell_m, WindPoint& point) {
   point.phase_sin = (hash >> 44 & 1) != 0 ? kCos[7 - step] : -kCos[7 - step];
 }
 
-/// What is told of a plant before its limits.
+/// The motion of a plant before its limits.
 struct Motion {
-  double bend_m = 0.0;            ///< of the top
-  double lean_m = 0.0;            ///< of the leaves that lean most
+  double bend_m = 0.0;            ///< bend of the top
+  double lean_m = 0.0;            ///< lean of the leaves that lean most
   std::vector<WindPoint> points;  ///< leans are shares of lean_m
   Beam stem, branches;
 };
@@ -125,7 +126,7 @@ double upper_value(std::vector<double> values) {
   return *at;
 }
 
-/// Wood bends as cantilevers do, leaves go with the ring that bears them.
+/// Wood bends as cantilevers do, and leaves follow the ring that bears them.
 class WoodMotion {
  public:
   WoodMotion(const WindSource& source, const Stand& stand, const Box& leaf_box)
@@ -149,7 +150,7 @@ class WoodMotion {
     Motion motion{bend_.top_m, 0.0, {}, bend_.stem, bend_.branches};
     std::vector<double> tips_m;
     for (std::size_t i = 0; i < quads_.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
-    motion.lean_m = std::max(upper_value(std::move(tips_m)), kLeastLean * radius_m_);
+    motion.lean_m = std::max(upper_value(std::move(tips_m)), kMinLean * radius_m_);
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       WindPoint point{glm::vec3(rings_[i].center)};
       point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *
@@ -168,14 +169,14 @@ class WoodMotion {
   }
 
  private:
-  /// Of a leaf's corner, against the stem there.
+  /// Lean of a leaf's corner relative to the stem there.
   [[nodiscard]] double lean_m(std::size_t leaf, std::size_t corner) const {
     const RingBend& bend = bend_.rings[bearers_[leaf]];
     const double away_m = glm::distance(glm::dvec3(quads_[leaf][corner]), rings_[bearers_[leaf]].center);
     return bend.is_stem ? kLeafSlope * away_m : bend.offset_m + (bend.slope + kLeafSlope) * away_m;
   }
-  static float share(double lean_m, double most_m) { return static_cast<float>(std::sqrt(std::min(lean_m / most_m, 1.0))); }
-  /// That of its main branch; of what the stem bears itself, of a large cell.
+  static float share(double lean_m, double max_m) { return static_cast<float>(std::sqrt(std::min(lean_m / max_m, 1.0))); }
+  /// Takes the phase of its main branch; if the stem bears it itself, that of a large cell.
   void set_phase_of(std::size_t ring, const glm::dvec3& place, WindPoint& point) const {
     const std::uint32_t branch = bend_.rings[ring].branch_ring;
     if (branch == kNone)
@@ -191,7 +192,7 @@ class WoodMotion {
   WoodBend bend_;
 };
 
-/// Without wood: blades and cards lean more the higher they are, and the further out than where the plant touches the ground.
+/// Motion without wood: blades and cards lean more the higher they are, and the farther out from where the plant touches the ground.
 Motion blade_motion(const WindSource& source, const Stand& stand) {
   const std::span<const Quad> quads = leaf_quads(source);
   const double radius_m = source.sphere.radius, height_m = std::max(stand.height_m(), 0.05 * radius_m);
@@ -226,7 +227,7 @@ Motion blade_motion(const WindSource& source, const Stand& stand) {
   return motion;
 }
 
-/// The weight of vertices of a leaf takes the place of its corners.
+/// Replaces a leaf's corners by those of its vertices that have a weight.
 void weigh_leaf(const Mesh& foliage, const LeafRange& leaf, std::span<WindPoint> corners, std::vector<WindPoint>& weighted) {
   const WindPoint corner = corners.front();
   const float weight = 4.0f * corner.weight / static_cast<float>(3 * std::max(leaf.triangle_count, 1u));
@@ -239,7 +240,7 @@ void weigh_leaf(const Mesh& foliage, const LeafRange& leaf, std::span<WindPoint>
   }
 }
 
-/// The wood's vertices take the place of its rings. They swing with the nearest, and lean with it where they have no weight.
+/// Replaces the rings by the wood's vertices. They swing with the nearest ring, and lean with it if they have no weight.
 void weigh_wood(const Mesh& wood, std::span<WindPoint> rings, std::vector<WindPoint>& weighted) {
   double sum = 0.0;
   std::vector<glm::dvec3> centers;
@@ -257,7 +258,7 @@ void weigh_wood(const Mesh& wood, std::span<WindPoint> rings, std::vector<WindPo
   }
 }
 
-/// Points of the motion are those of the rings, then four of each leaf.
+/// Applies wind weights. The points are the rings', then four of each leaf.
 void take_weights(const WindSource& source, std::vector<WindPoint>& points) {
   const std::size_t leaf_count = leaf_quads(source).size(), ring_count = points.size() - 4 * leaf_count;
   std::vector<WindPoint> weighted;
@@ -269,9 +270,9 @@ void take_weights(const WindSource& source, std::vector<WindPoint>& points) {
   points.insert(points.end(), weighted.begin(), weighted.end());
 }
 
-/// Nearly `value` where it is far below `most`, and never above.
-double held_below(double value, double most) {
-  return value > 0.0 && most > 0.0 ? value / std::sqrt(1.0 + value / most * (value / most)) : 0.0;
+/// Limits `value` smoothly: nearly unchanged far below `max`, and never above it.
+double held_below(double value, double max) {
+  return value > 0.0 && max > 0.0 ? value / std::sqrt(1.0 + value / max * (value / max)) : 0.0;
 }
 
 double tree_period_s(const Beam& beam) {
@@ -280,24 +281,24 @@ double tree_period_s(const Beam& beam) {
 }
 
 float believed_period(double period_s) {
-  return static_cast<float>(std::clamp(period_s, kLeastPeriod_s, kMostPeriod_s));
+  return static_cast<float>(std::clamp(period_s, kMinPeriod_s, kMaxPeriod_s));
 }
 
-void set_box(const Box& all, const Stand& stand, double least_m, coppice_file_wind& head) {
+void set_box(const Box& all, const Stand& stand, double min_m, coppice_file_wind& head) {
   glm::dvec3 low = all.low, high = all.high;
-  if (!stand.hangs) low.y = stand.base_y_m;  // what is below it is still
+  if (!stand.hangs) low.y = stand.base_y_m;  // anything below is still
   for (int axis = 0; axis < 3; ++axis) {
-    const double missing_m = std::max(least_m - (high[axis] - low[axis]), 0.0);
+    const double missing_m = std::max(min_m - (high[axis] - low[axis]), 0.0);
     const double below = axis == 1 ? 0.0 : 0.5;
     head.box_min[axis] = static_cast<float>(low[axis] - below * missing_m);
     head.box_max[axis] = static_cast<float>(high[axis] + (1.0 - below) * missing_m);
-    // Far from the origin floats are further apart.
+    // Far from the origin floats are farther apart.
     if (!(head.box_max[axis] > head.box_min[axis]))
       head.box_max[axis] = std::nextafter(head.box_min[axis], std::numeric_limits<float>::max());
   }
 }
 
-/// Rounding may have taken it over a limit again.
+/// Rounding may have exceeded a limit again.
 void keep_within_limits(double radius_m, Wind& wind) {
   const auto keeps = [&] {
     const WindField field{wind.head, wind.nodes};
@@ -334,13 +335,13 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   set_box(all, stand, 0.05 * radius_m, head);
   if (!options.moves) return wind;
 
-  const double softness = 1.0 / std::min(options.stiffness, 1.0f), most_m = COPPICE_MAX_WIND_MOVE * radius_m;
+  const double softness = 1.0 / std::min(options.stiffness, 1.0f), max_m = COPPICE_MAX_WIND_MOVE * radius_m;
   // The bend's gradient is 2 bend_m / height_m.
   head.node_side = wind_node_side(source.leaves.size());
   const double bend_part = head.node_side > 0 ? kBendPart : kLoneBendPart;
-  const double most_bend_m = bend_part * std::min(most_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
-  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, most_bend_m));
-  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * most_m);
+  const double max_bend_m = bend_part * std::min(max_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
+  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, max_bend_m));
+  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * max_m);
   if (head.node_side > 0) {
     head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);
     wind = wind_grid(motion.points, {head, radius_m, stand.hangs});

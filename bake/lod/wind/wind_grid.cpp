@@ -16,14 +16,14 @@
 namespace coppice::bake {
 namespace {
 
-/// Of the limits: what rounding to bytes and floats may take.
+/// Share of the limits that is used: rounding to bytes and floats may take the rest.
 constexpr double kMargin = 0.999;
-constexpr int kMostSmoothings = 16;
+constexpr int kMaxSmoothings = 16;
 
-/// A node before it is bytes: lean, and the sway's two phases, as shares.
+/// A node before it becomes bytes: lean, and the sway's two phases, as shares.
 struct Node {
   glm::dvec3 shares{0.0};
-  double weight = 0.0;  ///< of the points round it
+  double weight = 0.0;  ///< summed over the points round it
 };
 
 class Nodes {
@@ -52,7 +52,7 @@ class Nodes {
     }
   }
 
-  /// From sums to means; nodes that nothing is near get the mean of those next to them, from the known ones outwards.
+  /// Turns sums into means. Nodes without near points get the mean of their neighbours, from the known ones outwards.
   void finish() {
     std::vector<bool> is_known(nodes_.size());
     bool any = false;
@@ -81,7 +81,7 @@ class Nodes {
     hold();
   }
 
-  /// Each node half way to the mean of those next to it.
+  /// Moves each node half way to the mean of its neighbours.
   void smooth() {
     const std::vector<Node> before = nodes_;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -113,7 +113,7 @@ class Nodes {
     }
   }
 
-  /// Nothing moves where the plant is held.
+  /// Stops all motion where the plant is held.
   void hold() {
     for (std::uint32_t z = 0; z < side_; ++z)
       for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, hangs_ ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
@@ -134,7 +134,7 @@ bool keeps_limits(const Wind& wind, double radius_m) {
          most_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
 }
 
-/// The largest factor of [low, high] with which `of(factor)` keeps the limits; `low` where none does.
+/// The largest factor in [low, high] with which `of(factor)` keeps the limits; `low` if none does.
 template <class WindOf>
 double largest_factor(double low, double high, double radius_m, const WindOf& of) {
   if (keeps_limits(of(high), radius_m)) return high;
@@ -145,38 +145,39 @@ double largest_factor(double low, double high, double radius_m, const WindOf& of
   return low;
 }
 
-/// As bytes, the largest as large as bytes are; head.lean_m is what that is.
+/// Stores leans as bytes; the largest becomes 255, which stands for head.lean_m.
 void store_leans(std::span<const Node> nodes, Wind& wind) {
-  double most = 0.0;
-  for (const Node& node : nodes) most = std::max(most, node.shares.x);
-  wind.head.lean_m = static_cast<float>(wind.head.lean_m * most);
-  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i)
-    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / most));
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max(largest, node.shares.x);
+  wind.head.lean_m = static_cast<float>(wind.head.lean_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i)
+    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / largest));
 }
 
 void store_sways(std::span<const Node> nodes, Wind& wind) {
-  double most = 0.0;
-  for (const Node& node : nodes) most = std::max({most, std::abs(node.shares.y), std::abs(node.shares.z)});
-  wind.head.sway_m = static_cast<float>(wind.head.sway_m * most);
-  for (std::size_t i = 0; i < nodes.size() && most > 0.0; ++i) {
-    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / most));
-    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / most));
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max({largest, std::abs(node.shares.y), std::abs(node.shares.z)});
+  wind.head.sway_m = static_cast<float>(wind.head.sway_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i) {
+    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / largest));
+    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / largest));
   }
 }
 
-/// Lean or sway, by what of it `store` stores: smoothed and scaled.
+/// Lean or sway, smoothed and scaled.
 struct Fitted {
   Nodes nodes;
   double share = 0.0;
 };
 
-/// By so much smoothing that, scaled to half of what the limits leave, it is least off what is asked for.
-/// part  1 for a component of `shares` that counts
+/// Smooths so often that the field, scaled to half of the limits, differs least from what is asked for.
+/// part   1 for each component of `shares` that counts
+/// store  stores lean or sway
 Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part, void (*store)(std::span<const Node>, Wind&)) {
   Fitted best{asked};
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   Nodes nodes = asked;
-  for (int pass = 0; pass <= kMostSmoothings; ++pass) {
+  for (int pass = 0; pass <= kMaxSmoothings; ++pass) {
     if (pass > 0) nodes.smooth();
     const double share = largest_factor(0.0, 1.0, target.radius_m, [&](double factor) {
       Wind wind{target.head, std::vector<coppice_file_wind_node>(nodes.all().size())};
@@ -189,8 +190,8 @@ Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part,
       const glm::dvec3 off = part * (share * nodes.all()[i].shares - asked.all()[i].shares);
       miss += asked.all()[i].weight * glm::dot(off, off);
     }
-    if (miss >= least) continue;
-    least = miss;
+    if (miss >= smallest) continue;
+    smallest = miss;
     best = {nodes, share};
   }
   return best;
@@ -203,7 +204,7 @@ Wind wind_grid(const std::vector<WindPoint>& points, const WindTarget& target) {
   for (const WindPoint& point : points) asked.add(point);
   asked.finish();
   const Fitted lean = fit(asked, target, {1.0, 0.0, 0.0}, store_leans), sway = fit(asked, target, {0.0, 1.0, 1.0}, store_sways);
-  // They are not at their steepest in the same place.
+  // Lean and sway are not steepest in the same place, so both together may grow.
   const auto both = [&](double factor) {
     Wind wind{target.head, std::vector<coppice_file_wind_node>(asked.all().size())};
     wind.head.lean_m = static_cast<float>(target.head.lean_m * std::min(factor * lean.share, 1.0));

@@ -11,14 +11,14 @@
 namespace coppice::bake {
 namespace {
 
-/// The stem goes on into the child that bears most, as long as that bears so much of what all children do ...
+/// The stem continues in the child that bears most, as long as that bears at least this share of what all children bear ...
 constexpr double kMainShare = 0.55;
-/// ... and it is not thinner than this share of what it is below: there it is a twig like others.
+/// ... and is not thinner than this share of the stem's lowest third: otherwise it is a twig like others.
 constexpr double kThinShare = 0.3;
-/// What bends further lies down, and catches less.
-constexpr double kMostSlope = 1.0;
+/// Maximum slope: what bends farther lies down, and catches less.
+constexpr double kMaxSlope = 1.0;
 
-/// By ring, its children: ring i's are from first[i] on.
+/// The children of each ring: ring i's start at first[i].
 struct Children {
   std::vector<std::uint32_t> first, rings;
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t ring) const {
@@ -38,7 +38,7 @@ Children children_of(std::span<const Ring> rings) {
   return children;
 }
 
-/// Adds what the wood catches, and to each ring what is beyond it.
+/// Adds the wood's own load, and to each ring the load of what it bears.
 void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   for (std::size_t i = rings.size(); i-- > 0;) {
     const double wood_m2 = 2.0 * rings[i].radius_m * rings[i].length_m;
@@ -50,13 +50,13 @@ void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   }
 }
 
-/// Rings of a stem, upwards, and what its radius is in its lowest third.
+/// Rings of a stem, upwards, and the radius of its lowest third.
 struct Stem {
   std::vector<std::uint32_t> rings;
   double radius_m = 0.0;
 };
 
-/// The stem that stands on `root`.
+/// Finds the stem that stands on `root`.
 Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, const Children& children) {
   std::vector<std::uint32_t> stem{root};
   for (;;) {
@@ -80,12 +80,12 @@ Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const 
   return {std::move(stem), *middle};
 }
 
-/// A ring as the next piece of a cantilever that has come as far as `from`.
+/// Bends a ring as the next piece of a cantilever whose end is `from`.
 void bend_on(const Ring& ring, const RingLoad& load, double force_pa, const RingBend& from, RingBend& bend) {
   const double inertia_m4 = 0.25 * std::numbers::pi * ring.radius_m * ring.radius_m * ring.radius_m * ring.radius_m;
   const double arm_m = load.area_m2 > 0.0 ? glm::distance(load.moment / load.area_m2, ring.center) : 0.0;
   const double curvature_per_m = force_pa * load.area_m2 * arm_m / (kWoodModulus_pa * inertia_m4);
-  bend.slope = std::min(from.slope + curvature_per_m * ring.length_m, kMostSlope);
+  bend.slope = std::min(from.slope + curvature_per_m * ring.length_m, kMaxSlope);
   bend.offset_m = from.offset_m + 0.5 * (from.slope + bend.slope) * ring.length_m;
 }
 
@@ -99,7 +99,7 @@ struct BeamSum {
   [[nodiscard]] Beam mean() const { return weight > 0.0 ? Beam{length / weight, diameter / weight} : Beam{}; }
 };
 
-/// How long branches are: of each the farthest ring, along it.
+/// Mean length and diameter of branches. A branch is as long as the way to its farthest ring.
 Beam mean_branch(std::span<const Ring> rings, std::span<const RingLoad> loads, std::span<const RingBend> bends) {
   std::vector<double> reached_m(rings.size(), 0.0), longest_m(rings.size(), 0.0);
   for (std::size_t i = 0; i < rings.size(); ++i) {
@@ -115,7 +115,7 @@ Beam mean_branch(std::span<const Ring> rings, std::span<const RingLoad> loads, s
 
 }  // namespace
 
-WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double most_area_m2) {
+WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double max_area_m2) {
   WoodBend bend;
   bend.rings.resize(rings.size());
   sum_loads(rings, loads);
@@ -124,7 +124,7 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;
   const double softness = 1.0 / std::clamp(stand.height_m() / kWoodHeight_m, 0.1, 1.0);
-  const double force_pa = softness * kGalePressure_pa * kCrownDrag * (all_m2 > most_area_m2 ? most_area_m2 / all_m2 : 1.0);
+  const double force_pa = softness * kGalePressure_pa * kCrownDrag * (all_m2 > max_area_m2 ? max_area_m2 / all_m2 : 1.0);
 
   std::vector<Stem> stems;
   for (std::uint32_t i = 0; i < rings.size(); ++i)

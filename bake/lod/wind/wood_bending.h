@@ -16,33 +16,33 @@ struct RingLoad {
   glm::dvec3 moment{0.0};  ///< area times place
 };
 
-/// How full wind bends the wood at a ring, as a cantilever from its parent: the stem from the ground on, a branch from the stem on.
+/// How full wind bends the wood at a ring, as a cantilever: the stem from the ground on, a branch from the stem on.
 struct RingBend {
   bool is_stem = false;
-  double offset_m = 0.0;              ///< how far it is moved, of a branch against where it leaves the stem
-  double slope = 0.0;                 ///< by how much more a metre further on
-  std::uint32_t branch_ring = kNone;  ///< of a branch: its first ring off the stem
+  double offset_m = 0.0;              ///< how far the ring moves; for a branch, relative to where it leaves the stem
+  double slope = 0.0;                 ///< how much the offset grows for each metre further on
+  std::uint32_t branch_ring = kNone;  ///< a branch's first ring off the stem
 };
 
-/// A stem or a branch as a whole.
+/// Mean dimensions of all stems or of all branches.
 struct Beam {
-  double length_m = 0.0, diameter_m = 0.0;  ///< mean of all, by load; 0 where there are none
+  double length_m = 0.0, diameter_m = 0.0;  ///< weighted by load; 0 if there are none
 };
 
 struct WoodBend {
   std::vector<RingBend> rings;  ///< [rings]
-  double top_m = 0.0;           ///< how far the stem's bending moves the plant's top, if the stem went on to it; the mean of several stems
+  double top_m = 0.0;           ///< how far bending moves the plant's top, as if the stem went on to it; the mean of several stems
   Beam stem, branches;
 };
 
-/// Gale and wood: a stiff cantilever's curvature is moment over E I, with I = pi r^4 / 4; the moment of a ring is the wind's force on all
-/// that it bears, at its mean distance. Young's modulus of green wood; of plants below kWoodHeight_m, which are herbs and
-/// shoots, less, as their height is, down to a tenth. The pressure of 25 m/s, and the drag of crowns that fold up in it (Vollsinger et al.
-/// 2005 measured 0.2 to 0.4 at 20 m/s).
+/// Constants of gale and wood. A stiff cantilever's curvature is moment / (E I), with I = pi r^4 / 4; the moment at a ring is the wind's
+/// force on all that the ring bears, at its mean distance. E is Young's modulus of green wood; plants below kWoodHeight_m are herbs and
+/// shoots and have less, in proportion to their height, down to a tenth. The pressure is that of 25 m/s, the drag that of crowns that fold
+/// up in it (Vollsinger et al. 2005 measured 0.2 to 0.4 at 20 m/s).
 inline constexpr double kWoodModulus_pa = 7e9, kGalePressure_pa = 375.0, kCrownDrag = 0.25, kWoodHeight_m = 3.0;
 
-/// loads  [rings.size()] of leaves; what the wood itself catches is added
-/// most_area_m2  of all loads: those of crowns that shelter themselves are smaller by one factor
-WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double most_area_m2);
+/// loads        [rings.size()] the leaves' loads; the wood's own are added
+/// max_area_m2  limit for all loads: crowns that shelter themselves are scaled down to it
+WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, const Stand& stand, double max_area_m2);
 
 }  // namespace coppice::bake

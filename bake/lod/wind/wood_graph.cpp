@@ -1,6 +1,6 @@
-// The links between loose pieces are those of a spanning tree that is the shortest, nearly: pieces are joined in rounds. In each round
-// points lie in cells, twice as wide as in the round before, and pieces that have points in one cell or in two that touch are joined, the
-// nearest first. Of each piece a cell keeps one point, so that rounds get shorter.
+// Links between loose pieces are nearly a minimum spanning tree: pieces are joined in rounds. In each round points lie in cells, twice as
+// wide as in the round before, and pieces that have points in one cell or in two touching cells are joined, the nearest first. A cell keeps
+// one point of each piece, so that rounds get shorter.
 
 #include "wood_graph.h"
 
@@ -28,7 +28,7 @@ Link link_of(std::uint32_t a, std::uint32_t b) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-/// Welded vertices, numbered anew, and by corner of each triangle which it is.
+/// Welded vertices, renumbered, and for each corner of a triangle its vertex.
 struct WeldedWood {
   std::vector<glm::vec3> points;
   std::vector<std::uint32_t> corners;  ///< [wood.indices.size()]
@@ -55,7 +55,7 @@ class Splitter {
  public:
   Splitter(double spacing_m, std::vector<glm::vec3>& points) : spacing_m_(spacing_m), points_(points) {}
 
-  /// The links of all that becomes of a triangle.
+  /// Adds the links of all parts of a triangle.
   void add(const std::array<std::uint32_t, 3>& triangle, std::vector<Link>& links) {
     std::vector<std::array<std::uint32_t, 3>> left{triangle};
     while (!left.empty()) {
@@ -105,7 +105,7 @@ std::uint64_t cell_of(const glm::dvec3& at) {
   return cell;
 }
 
-/// What lies in a cell; nothing for a cell that holds nothing.
+/// The points in a cell; none for an empty cell.
 std::span<const Filed> in_cell(const std::vector<Filed>& filed, std::uint64_t cell) {
   return {std::ranges::lower_bound(filed, cell, {}, &Filed::cell), std::ranges::upper_bound(filed, cell, {}, &Filed::cell)};
 }
@@ -116,7 +116,7 @@ struct Candidate {
   auto key() const { return std::tuple(distance_m, a, b); }
 };
 
-/// Pairs of a cell's points with those of the cells after it, and its own.
+/// Pairs a cell's points with each other and with those of the cells after it.
 class RoundPairs {
  public:
   RoundPairs(const std::vector<glm::vec3>& points, const std::vector<Filed>& filed) : points_(points), filed_(filed) {}
@@ -126,12 +126,12 @@ class RoundPairs {
       while (last < filed_.size() && filed_[last].cell == filed_[first].cell) ++last;
       const std::span<const Filed> own = std::span(filed_).subspan(first, last - first);
       add_pairs(own, own);
-      // So that all of a crowded cell are joined.
+      // Joins all points of a crowded cell.
       for (std::size_t i = 1; i < own.size(); ++i) add(own[i - 1], own[i]);
       for (int step = 14; step < 27; ++step) {
         const std::uint64_t x = static_cast<std::uint64_t>(step / 9) - 1, y = static_cast<std::uint64_t>(step / 3 % 3) - 1,
                             z = static_cast<std::uint64_t>(step % 3) - 1;
-        // Below 0 wraps, which carries into the next part and comes out right: cells start at 1 on every axis.
+        // Below 0 wraps, which carries into the next part with the right result: cells start at 1 on every axis.
         add_pairs(own, in_cell(filed_, own[0].cell + (x << 2 * kCellBits) + (y << kCellBits) + z));
       }
     }
@@ -140,15 +140,15 @@ class RoundPairs {
   }
 
  private:
-  static constexpr std::size_t kMostPerCell = 48;
+  static constexpr std::size_t kMaxPerCell = 48;
 
   void add(const Filed& a, const Filed& b) {
     if (a.piece != b.piece)
       candidates_.push_back({glm::distance(points_[a.point], points_[b.point]), std::min(a.point, b.point), std::max(a.point, b.point)});
   }
   void add_pairs(std::span<const Filed> own, std::span<const Filed> others) {
-    for (const Filed& a : own.first(std::min(own.size(), kMostPerCell)))
-      for (const Filed& b : others.first(std::min(others.size(), kMostPerCell)))
+    for (const Filed& a : own.first(std::min(own.size(), kMaxPerCell)))
+      for (const Filed& b : others.first(std::min(others.size(), kMaxPerCell)))
         if (own.data() != others.data() || &a < &b) add(a, b);
   }
 
@@ -157,7 +157,7 @@ class RoundPairs {
   std::vector<Candidate> candidates_;
 };
 
-/// Links that make one of all pieces.
+/// Adds links that connect all pieces.
 void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::uint32_t>& pieces, std::vector<Link>& links) {
   UnionFind sets(points.size());
   std::size_t set_count = 0;

@@ -1,5 +1,5 @@
-// How far each point of the surface is from the ground, along edges (Dijkstra); the surface in bands of that distance; what is connected of
-// a band is a ring. A ring's parent is the one through which the shortest way from the ground enters it.
+// Computes each point's distance from the ground along edges (Dijkstra), and cuts the surface into bands of that distance. A connected part
+// of a band is a ring. A ring's parent is the ring through which the shortest way from the ground enters it.
 
 #include "wood_skeleton.h"
 
@@ -19,13 +19,13 @@
 namespace coppice::bake {
 namespace {
 
-/// Of the height: what is this near to the ground touches it.
+/// Points this near to the ground touch it, relative to the plant's height.
 constexpr double kGroundShare = 0.02;
-/// A piece that touches the ground and has less than this share of the largest one's surface is a twig that hangs down to it.
+/// A piece that touches the ground is a hanging twig if it has less than this share of the largest one's surface.
 constexpr double kSlightShare = 0.05;
 
-/// Rings of wood of so much surface that they would take more points than this are further apart.
-constexpr double kMostPoints = 1 << 18;
+/// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
+constexpr double kMaxSplitPoints = 1 << 18;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -39,12 +39,12 @@ double surface_m2(const Mesh& wood) {
   return sum_m2;
 }
 
-/// How high above the end by which the plant is held.
+/// Height above the end by which the plant is held.
 double rise_m(const Stand& stand, const glm::vec3& point) {
   return stand.hangs ? stand.top_y_m - point.y : point.y - stand.base_y_m;
 }
 
-/// Points from which distances count: of each piece that stands on the ground those near to it.
+/// Points from which distances count: those near the ground, of each piece that stands on it.
 std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& stand) {
   std::vector<double> lows_m(graph.points.size(), kFar);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
@@ -65,11 +65,11 @@ std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& st
   return points;
 }
 
-/// Distances from the ground, and through which point the way there goes.
+/// Distances from the ground, and the point through which the way there goes.
 struct Ways {
   std::vector<double> distances_m;
-  std::vector<std::uint32_t> from;   ///< kNone on the ground
-  std::vector<std::uint32_t> order;  ///< points as they were reached
+  std::vector<std::uint32_t> from;   ///< kNone for points on the ground
+  std::vector<std::uint32_t> order;  ///< points in the order in which they were reached
 };
 
 Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
@@ -98,7 +98,7 @@ Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
   return ways;
 }
 
-/// By point the ring it is in, rings numbered as they were reached; so a ring's parent comes before it.
+/// The ring of each point. Rings are numbered as they were reached, so a ring's parent comes before it.
 struct Bands {
   std::vector<std::uint32_t> ring_of;  ///< [points]
   std::vector<std::uint32_t> parents;  ///< [rings]
@@ -123,7 +123,7 @@ Bands take_bands(const WoodGraph& graph, const Ways& ways, double ring_m) {
   return bands;
 }
 
-/// What sticks out of a ring by less than another ring, beside one that goes on, is a bump of it and no branch.
+/// Merges bumps into their parent: a ring without children, beside one with children, is no branch.
 Bands without_bumps(const Bands& bands) {
   const std::size_t count = bands.parents.size();
   std::vector<std::uint32_t> child_counts(count, 0u), longer_children(count, 0u);
@@ -155,7 +155,7 @@ void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& 
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].center /= counts[i];
 }
 
-/// Along each ring: away from its parent, or from the ground towards its child.
+/// [ring] Its direction: away from its parent, or up for a ring on the ground.
 std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   constexpr glm::dvec3 kUp(0.0, 1.0, 0.0);
   std::vector<glm::dvec3> axes(rings.size(), kUp);
@@ -168,7 +168,7 @@ std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   return axes;
 }
 
-void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::vector<Ring>& rings) {
+void set_radii(const WoodGraph& graph, const Bands& bands, double min_m, std::vector<Ring>& rings) {
   const std::vector<glm::dvec3> axes = ring_axes(rings);
   std::vector<double> sums_m(rings.size(), 0.0), counts(rings.size(), 0.0);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
@@ -176,11 +176,11 @@ void set_radii(const WoodGraph& graph, const Bands& bands, double least_m, std::
     sums_m[ring] += glm::length(glm::cross(glm::dvec3(graph.points[i]) - rings[ring].center, axes[ring]));
     counts[ring] += 1.0;
   }
-  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], least_m);
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], min_m);
 }
 
-/// The middle one of a ring's radius, and those of up to two rings below and two above: rings at forks come out too thick, and those of
-/// stems in pieces too thin.
+/// Replaces each radius by the median of the ring's and those of up to two rings below and two above: rings at forks come out too thick,
+/// those of stems in several pieces too thin.
 void smooth_radii(std::vector<Ring>& rings) {
   std::vector<std::uint32_t> thickest_child(rings.size(), kNone);
   for (std::uint32_t i = 0; i < rings.size(); ++i) {
@@ -207,7 +207,7 @@ void smooth_radii(std::vector<Ring>& rings) {
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
   // Triangles that are split at their longest edges have about three corners for each square of that edge.
-  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMostPoints));
+  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
   const WoodGraph graph = wood_graph(wood, ring_m);
   const Ways ways = ways_from_ground(graph, stand);
   const Bands bands = without_bumps(take_bands(graph, ways, ring_m));

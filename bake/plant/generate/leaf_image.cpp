@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kSamplesPerSide = 4;
 
-/// Distance of the rim from the midrib at a distance z from the stalk. 0 beyond the leaf.
+/// Distance of the rim from the midrib at a distance z from the stalk; 0 beyond the leaf.
 float rim_at(const LeafOutline& outline, float z) {
   if (z <= 0.0f || z >= 1.0f) return 0.0f;
   std::array<float, 2> below{0.0f, 0.0f};

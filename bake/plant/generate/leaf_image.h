@@ -5,11 +5,11 @@
 
 namespace coppice::bake {
 
-/// Widest distance of the rim from the midrib, in leaf lengths.
+/// Largest distance of the rim from the midrib, in leaf lengths.
 float half_width(const LeafOutline& outline);
 
-/// A picture of the leaf that fills the unit square of its texture coordinates: veins on a paler or darker blade around linear 1, to be
-/// multiplied by the leaf colour. Alpha is the outline, grown by about a texel so that the leaf mesh itself is never cut; it gives a leaf
+/// Paints an image of the leaf that fills the unit square of its texture coordinates: veins on a paler or darker blade around linear 1, to
+/// be multiplied by the leaf colour. Alpha is the outline, grown by about a texel so that it never cuts the leaf mesh. It gives a leaf
 /// *quad* the leaf's shape.
 Image paint_leaf(const LeafOutline& outline, const LeafPaint& paint);
 

@@ -88,7 +88,7 @@ float leaf_turn_deg(const LeafHabit& habit, std::uint32_t index) {
   return step_deg * (static_cast<float>(index % habit.whorl_count) + 0.5f * static_cast<float>(node));
 }
 
-/// The upper surface turned to the light as far as the leaf's direction lets it.
+/// Turns the upper surface to the light as far as the leaf's direction allows.
 glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const glm::vec3& along, PlantRandom& random) {
   const LeafHabit& habit = species.habit;
   const glm::vec3 jitter{random.around(habit.jitter), random.around(habit.jitter), random.around(habit.jitter)};
@@ -122,7 +122,7 @@ bool stands_apart(const VertexGrid& grid, const LeafTemplate& leaf, const LeafPo
 
 std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const LeafTemplate& leaf,
                                      PlantRandom& random) {
-  constexpr int kMaxTries = 64;
+  constexpr int kMaxAttempts = 64;
   const std::vector<std::uint32_t> quotas = leaf_quotas(species, stems);
   VertexGrid grid(kLeafGap * box_diagonal(stems));
   std::vector<PlacedLeaf> leaves;
@@ -136,9 +136,9 @@ std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<S
       const float rank = static_cast<float>(node + 1) / static_cast<float>(node_count);
       const float fraction = glm::mix(first_fraction, 1.0f, rank);
       PlacedLeaf placed;
-      int tries = 0;
-      do {  // a clash is rare; the next try draws other numbers
-        COPPICE_ASSERT(tries++ < kMaxTries);
+      int attempts = 0;
+      do {  // a clash is rare; the next attempt draws other numbers
+        COPPICE_ASSERT(attempts++ < kMaxAttempts);
         placed = place_leaf(species, stems[s], fraction, phase_deg + leaf_turn_deg(species.habit, index) + random.around(6.0f), random);
       } while (!stands_apart(grid, leaf, placed.pose));
       for (const glm::vec3& point : leaf.mesh.positions) grid.add(posed(placed.pose, point));

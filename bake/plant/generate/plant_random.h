@@ -6,7 +6,7 @@
 
 namespace coppice::bake {
 
-/// What a plant grows by.
+/// The random numbers that a plant grows by.
 class PlantRandom {
  public:
   explicit PlantRandom(std::uint64_t seed) : random_(seed) {}
@@ -17,7 +17,7 @@ class PlantRandom {
   float unit() { return static_cast<float>(bits() >> 40) * 0x1p-24f; }
   /// Uniform in [-spread, spread).
   float around(float spread) { return (2.0f * unit() - 1.0f) * spread; }
-  /// A value of its own for a part of the plant: drawing more numbers there does not change the parts that follow.
+  /// Makes a generator of its own for a part of the plant: drawing more numbers from it does not change the parts that follow.
   PlantRandom fork() { return PlantRandom(bits()); }
 
  private:

@@ -62,7 +62,7 @@ Stem grow_stem(const Species& species, const StemStart& start, PlantRandom& rand
   for (std::uint32_t segment = 0; segment < level.segment_count; ++segment) {
     const float fraction = static_cast<float>(segment) / static_cast<float>(level.segment_count);
     const float lift = glm::mix(level.lift_first_per_m, level.lift_last_per_m, fraction) * step_m;
-    // Not as arguments, which have no order: compilers differ.
+    // These are no arguments of the call below: compilers evaluate arguments in different orders.
     const float about_deg = 360.0f * random.unit();
     const float wander_deg = random.around(level.wander_deg);
     direction = turned(glm::normalize(direction + lift * kUp), wander_deg, about_deg);
@@ -105,7 +105,7 @@ StemStart child_start(const Species& species, const Stem& parent, float rank, fl
   start.direction = glm::normalize(turned(at.tangent, angle_deg, around_deg) + light);
   start.length_m = level.length_m * profile_at(level.length_profile, rank) * vigour * (1.0f + random.around(level.length_spread));
   start.radius_m = std::min(std::max(level.radius_ratio * at.radius, level.min_radius_m), 0.85f * std::max(at.radius, 0.001f));
-  // Leaves the parent's axis a little below the fork, as a branch does, so that the two barks meet at a shallow angle.
+  // The branch leaves the parent's axis a little below the fork, so that the two barks meet at a shallow angle.
   start.root = at.position - 0.8f * at.radius * at.tangent;
   start.start = at.position + 1.1f * at.radius * start.direction;
   start.collar = 0.35f;

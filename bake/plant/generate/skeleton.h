@@ -21,7 +21,6 @@ struct Stem {
   [[nodiscard]] float length() const { return distances.back(); }
 };
 
-/// A place on a stem.
 struct StemPoint {
   glm::vec3 position{0.0f};
   glm::vec3 tangent{0.0f};  ///< unit
@@ -31,13 +30,13 @@ struct StemPoint {
 /// The point at `fraction` (0: base, 1: tip) of the stem's length.
 StemPoint point_on(const Stem& stem, float fraction);
 
-/// Two unit vectors that make a right-handed frame with the unit `axis`.
+/// Two unit vectors that form a right-handed frame with the unit `axis`.
 struct CrossAxes {
   glm::vec3 first, second;
 };
 CrossAxes cross_axes(const glm::vec3& axis);
 
-/// Unit, from the crown's centre line to a point: the way to the light.
+/// Unit vector from the crown's centre line to a point: the way to the light.
 glm::vec3 out_of_crown(const Species& species, const glm::vec3& position);
 
 /// Degrees between successive leaves or branches on a spiral: the golden angle.

@@ -22,13 +22,13 @@ struct StemLevel {
   std::array<float, 4> length_profile{1.0f, 1.0f, 1.0f, 1.0f};
   float angle_first_deg = 45.0f, angle_last_deg = 45.0f;  ///< from the parent's axis, at the first and the last child position
   float angle_spread_deg = 8.0f;
-  float light = 0.0f;                                     ///< weight of the way up and out of the crown in the first direction
+  float light = 0.0f;                                     ///< weight of the way up and out of the crown in a stem's first direction
   float lift_first_per_m = 0.0f, lift_last_per_m = 0.0f;  ///< pull upwards (negative: weight downwards) at the stem's start and end
   float wander_deg = 4.0f;                                ///< random turn at every segment
   std::uint32_t segment_count = 6;
-  float radius_ratio = 0.6f;  ///< of the parent's radius where the stem starts; level 0: radius in metres
+  float radius_ratio = 0.6f;  ///< relative to the parent's radius where the stem starts; level 0: radius in metres
   float min_radius_m = 0.002f;
-  float tip_radius_fraction = 0.25f;  ///< of the stem's first radius, just before the pointed end
+  float tip_radius_fraction = 0.25f;  ///< relative to the stem's first radius, just before the pointed end
   std::uint32_t side_count = 4;
   float leaves_per_m = 0.0f;         ///< relative density: the total is scaled to the species' exact leaf count
   float leaf_first_fraction = 0.0f;  ///< leaves stand from here to the tip
@@ -46,7 +46,7 @@ struct LeafOutline {
 /// How leaves stand on their twig.
 struct LeafHabit {
   float length_m = 0.1f;
-  float length_spread = 0.2f;  ///< +- this fraction
+  float length_spread = 0.2f;  ///< +- this fraction of the length
   float tip_scale = 0.8f;      ///< length factor at the twig's tip, where leaves are young
   float width_spread = 0.1f;
   std::uint32_t whorl_count = 1;  ///< leaves at one node: 1 gives a golden-angle spiral, k gives k around, turned half a step each node
@@ -54,28 +54,28 @@ struct LeafHabit {
   float angle_spread_deg = 10.0f;
   float gravity = 0.0f;                       ///< pull of the tip downwards
   float up_weight = 1.0f, out_weight = 0.5f;  ///< the direction the upper surface turns to: towards the light
-  float jitter = 0.2f;                        ///< randomness of that
+  float jitter = 0.2f;                        ///< randomness of that direction
   float petiole_m = 0.0f;                     ///< 0: the leaf sits on the twig
   float petiole_radius_m = 0.002f;
 };
 
-/// How the leaf's picture is painted. No picture when it has no texels: a needle of two triangles is its own quad.
+/// How the leaf's image is painted. There is none if it has no texels: a needle of two triangles is its own quad.
 struct LeafPaint {
   std::uint32_t width_px = 0, height_px = 0;
-  std::uint32_t side_vein_count = 0;                             ///< a side
+  std::uint32_t side_vein_count = 0;                             ///< on each side
   float side_vein_slope = 0.0f;                                  ///< way along the leaf per way to the rim
   float vein_width = 0.01f;                                      ///< leaf lengths
   glm::vec3 blade{0.8f, 0.83f, 0.78f}, vein{1.0f, 1.0f, 0.86f};  ///< linear factors of the leaf colour
 };
 
-/// Everything that makes one species. Colours are linear.
+/// All parameters of one species. Colours are linear.
 struct Species {
   std::string_view name;
   std::uint32_t leaf_count = 0;
   float root_depth_m = 0.1f;           ///< how far the stems reach below the ground, for slopes
   float root_flare = 0.5f;             ///< radius gained at the ground, as a fraction
   float min_height_m = 0.1f;           ///< stems end here on their way down
-  float crown_centre_fraction = 0.5f;  ///< of the height: where "out of the crown" points from
+  float crown_centre_fraction = 0.5f;  ///< share of the height where "out of the crown" starts
   float height_m = 1.0f;               ///< nominal
   std::vector<StemLevel> levels;
   LeafOutline outline;
@@ -84,7 +84,7 @@ struct Species {
   glm::vec3 leaf_color{0.1f, 0.2f, 0.05f}, wood_color{0.2f, 0.15f, 0.1f};
 };
 
-/// The species there are, in the order of the paper's Table I.
+/// All species, in the order of the paper's Table I.
 std::span<const Species> all_species();
 
 }  // namespace coppice::bake

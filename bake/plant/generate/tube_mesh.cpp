@@ -28,7 +28,7 @@ glm::vec3 tangent_at(std::span<const glm::vec3> points, std::size_t i) {
   return glm::length(sum) > 1e-3f ? glm::normalize(sum) : out;
 }
 
-/// Carries the cross axes along without twist: what is left of the previous ones in the new plane.
+/// Carries the cross axes along without twist: projects the previous ones into the new plane.
 CrossAxes carried(const CrossAxes& previous, const glm::vec3& tangent) {
   const glm::vec3 first = previous.first - glm::dot(previous.first, tangent) * tangent;
   if (glm::length(first) < 1e-3f) return cross_axes(tangent);
@@ -48,7 +48,7 @@ void append_ring(Mesh& mesh, const Ring& ring, std::uint32_t side_count, float u
   }
 }
 
-/// Between two rings of a tube, by their first vertices.
+/// The band between two rings of a tube, which are named by their first vertices.
 struct Band {
   std::uint32_t lower = 0, upper = 0;
   std::uint32_t side_count = 0;

@@ -316,7 +316,7 @@ void lower_pair(unsigned char& lead, unsigned char& next) {
   if (lead == 0xd0 && next >= 0xa0 && next <= 0xaf) lead = 0xd1, next = static_cast<unsigned char>(next - 0x20);  // Р..Я
 }
 
-/// The name in lower case, words apart by single spaces, a space at either end.
+/// The name in lower case, with single spaces between words and at either end.
 std::string spaced(std::string_view name) {
   std::string words = " ";
   char before = ' ';
@@ -362,7 +362,7 @@ std::span<const MaterialWord> material_words() {
 double name_evidence(std::string_view name) {
   const std::string words = spaced(name);
   const double parts = evidence_of_parts(words);
-  // Part of what else the name says: "plant_pot".
+  // A word for a plant is part of what else the name says: "plant_pot".
   return parts == 0.0 && has(words, plant) ? worth(plant) : parts;
 }
 

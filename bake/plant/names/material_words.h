@@ -7,7 +7,7 @@
 
 namespace coppice::bake {
 
-/// Only so much of a name counts.
+/// How many bytes of a name are read.
 inline constexpr std::size_t kMaxNameBytes = 256;
 
 /// What a word in a material's name speaks for.
@@ -31,13 +31,12 @@ struct MaterialWord {
 /// Greek, Chinese, Japanese and Korean.
 std::span<const MaterialWord> material_words();
 
-/// The sum over the kinds of words that are in the name of what each is worth; a kind counts once, a plant's only
-/// where the others come to nothing. In any case of Latin, Greek and Cyrillic
-/// letters.
-/// returns  0 for a name that says nothing; above 0 speaks for leaves, below for wood; in [-4, 4]
+/// Sums the weights of the kinds of words that the name has. A kind counts once; words for whole plants count only where the others sum to
+/// 0. Ignores the case of Latin, Greek and Cyrillic letters.
+/// returns  in [-4, 4]: above 0 speaks for leaves, below for wood; 0: the name says nothing
 double name_evidence(std::string_view name);
 
-/// The same without the words for all of a plant, which are the names of plants.
+/// name_evidence without the words for whole plants, which are the names of plants too.
 double part_evidence(std::string_view name);
 
 }  // namespace coppice::bake

@@ -30,7 +30,7 @@ Result<NamePattern> NamePattern::compile(std::string_view text, const std::strin
   if (pattern->ok()) return NamePattern(std::move(pattern));
   std::string shown = printable(text.substr(0, kShownChars));
   if (text.size() > kShownChars) shown += "...";
-  // RE2 quotes the part that it did not take, which may be all of the text.
+  // RE2 quotes the part that it rejects, which may be all of the text.
   const std::string& reason = pattern->error();
   return Error{Status::invalid_argument, "not a regular expression", Error::kNoOffset,
                source + ": " + shown + ": " + reason.substr(0, std::min(reason.find(": "), kShownChars))};

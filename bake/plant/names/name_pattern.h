@@ -12,12 +12,12 @@ class RE2;
 
 namespace coppice::bake {
 
-/// A regular expression for names of materials and nodes, in the syntax of RE2: that of ECMAScript without back-references and look-ahead.
-/// Whoever wrote the expression or the name, matching takes time in proportion to the name's length, and no stack.
+/// A regular expression for names of materials and nodes, in RE2's syntax: that of ECMAScript without back-references and look-ahead.
+/// Matching takes time in proportion to the name's length, and no stack, whatever the expression and the name are.
 class NamePattern {
  public:
   /// text    UTF-8
-  /// source  of the text, for messages: "--leaf-material", "oak.json: classes[2]"
+  /// source  says in messages where the text stands: "--leaf-material", "oak.json: classes[2]"
   /// errors  invalid_argument: not a regular expression, or one that takes more than 8 MB; `detail` is source, reason and text
   static Result<NamePattern> compile(std::string_view text, const std::string& source);
 

@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 15> kSizeWords{"small", "medium", "large"
                                                       "tiny",  "huge",   "mid",   "sapling", "mature", "little", "adult"};
 constexpr std::array<std::string_view, 12> kVariantWords{"variant",  "variants", "variation", "var",   "version", "type",
                                                          "variante", "option",   "form",      "style", "model",   "v"};
-// What programs call things by themselves, and words for pieces of anything.
+// Names that programs give by themselves, and words for pieces of anything.
 constexpr std::array<std::string_view, 41> kEmptyWords{
     "object",       "mesh",      "node",     "cube",     "plane",       "circle",  "cylinder",  "sphere",  "cone",
     "curve",        "empty",     "group",    "polygon",  "shape",       "part",    "piece",     "section", "layer",
@@ -54,7 +54,7 @@ void take_level(std::vector<std::string>& words, NodeName& name) {
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     std::string& word = words[i];
     const auto number = level_number(words[i + 1]);
-    // "oaklod1": the letters before are the stem's.
+    // "oaklod1": the letters before "lod" are the stem's.
     if (!number || !word.ends_with("lod")) continue;
     name.level = number;
     word.resize(word.size() - 3);

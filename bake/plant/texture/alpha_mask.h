@@ -15,7 +15,8 @@
 
 namespace coppice::bake {
 
-/// The texel of a row or column that a texture coordinate falls on: nearest, wrapping (repeat). size  > 0
+/// Index of the texel of a row or column at a texture coordinate: nearest, wrapping (repeat).
+/// size  > 0
 [[nodiscard]] inline std::uint32_t wrapped_texel(double coordinate, std::uint32_t size) {
   constexpr double kExact = 4503599627370496.0;  // 2^52: from there on every double is whole
   const bool is_whole = coordinate >= kExact || coordinate <= -kExact;
@@ -23,7 +24,7 @@ namespace coppice::bake {
   return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
 }
 
-/// Where the texel at a texture coordinate begins in the image's bytes. It has texels
+/// First byte of the texel at a texture coordinate. The image must have texels.
 [[nodiscard]] inline const std::uint8_t* texel_at(const Image& image, const glm::dvec2& uv) {
   return &image.rgba[4 * (std::size_t{wrapped_texel(uv.y, image.height)} * image.width + wrapped_texel(uv.x, image.width))];
 }

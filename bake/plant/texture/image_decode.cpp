@@ -28,7 +28,7 @@ Error unsupported(const char* what) {
   return Error{Status::unsupported, what};
 }
 
-/// The first bytes of a file, '?' for any.
+/// Whether a file starts with these bytes; '?' stands for any.
 bool starts_like(std::string_view file, std::string_view start) {
   const auto fits = [](char byte, char wanted) { return byte == wanted || wanted == '?'; };
   return std::equal(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(std::min(file.size(), start.size())), start.begin(), fits);

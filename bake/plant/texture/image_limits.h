@@ -6,8 +6,8 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxSourceSide_px = 16384;
 #ifdef COPPICE_BUILD_FUZZ
-inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1}
-                                                  << 20;  // 2^26 take a minute with sanitizers: the search would count a hang
+// 2^26 pixels take a minute with sanitizers, which the fuzzer would count as a hang.
+inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 20;
 #else
 inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 26;
 #endif

@@ -1,5 +1,5 @@
-// libjpeg has no way to report an error but a jump out of its own frames. Every function below that libjpeg may be left from so has locals
-// without destructors only; what needs one belongs to the function that calls it.
+// libjpeg can report an error only by a jump out of its own frames. Functions below that such a jump leaves have only locals without
+// destructors; what needs a destructor belongs to the function that calls them.
 
 #include "jpeg_decode.h"
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include <jpeglib.h>
-// Uses what jpeglib.h declares.
+// It needs the declarations of jpeglib.h.
 #include <jerror.h>
 
 #include "image_limits.h"
@@ -16,14 +16,14 @@
 namespace coppice::bake {
 namespace {
 
-// A progressive picture has about ten; each goes over all of its coefficients.
+// A progressive image has about ten scans; each visits all of its coefficients.
 constexpr int kMaxScans = 128;
 
 struct JpegReader {
   jpeg_decompress_struct info{};
   jpeg_error_mgr errors{};
   std::jmp_buf failed{};
-  int code = 0;  ///< of libjpeg's message; 0 where it is ours
+  int code = 0;  ///< the number of libjpeg's message; 0 for one of ours
   char message[JMSG_LENGTH_MAX] = "";
 
   JpegReader() = default;
@@ -44,7 +44,7 @@ struct JpegReader {
   std::longjmp(reader.failed, 1);  // NOLINT(cert-err52-cpp)
 }
 
-/// libjpeg warns and goes on with whatever it makes up. Only what leaves the pixels as they were written is no error.
+/// libjpeg warns and goes on with what it makes up. Only messages after which the pixels are as they were written are no errors.
 void on_message(j_common_ptr info, int level) {
   if (level >= 0) return;
   switch (info->err->msg_code) {
@@ -67,7 +67,7 @@ bool read_header(JpegReader& reader, const std::uint8_t* bytes, std::size_t byte
   return true;
 }
 
-/// The components, as bits, of which the scan that starts has the mean of each block.
+/// The components, as bits, whose block means are in the scan that starts.
 unsigned started_components(const jpeg_decompress_struct& info) {
   unsigned components = 0;
   if (info.Ss == 0)
@@ -75,7 +75,7 @@ unsigned started_components(const jpeg_decompress_struct& info) {
   return components;
 }
 
-/// Whether the scans of a progressive picture have brought every bit of every coefficient.
+/// Whether the scans of a progressive image have brought every bit of every coefficient.
 bool is_refined(const jpeg_decompress_struct& info) {
   for (int component = 0; component < info.num_components; ++component)
     for (const int missing_bits : info.coef_bits[component])
@@ -83,7 +83,7 @@ bool is_refined(const jpeg_decompress_struct& info) {
   return true;
 }
 
-/// All scans of a picture that has several. A component without one would come out grey, one without its last coarse.
+/// Reads all scans of an image that has several. A component without a scan would come out grey, one without its last scan coarse.
 void read_scans(JpegReader& reader) {
   unsigned components = started_components(reader.info);
   for (int scan_count = 1;;) {
@@ -97,7 +97,7 @@ void read_scans(JpegReader& reader) {
   if (reader.info.progressive_mode != FALSE && !is_refined(reader.info)) fail_with(reader, "the last scans are missing");
 }
 
-/// rgba  [height][width][4]; with four components they are those
+/// rgba  [height * width * 4]; with four components it gets these
 bool read_pixels(JpegReader& reader, std::uint8_t* rgba) {
   if (setjmp(reader.failed) != 0) return false;  // NOLINT(cert-err52-cpp)
   jpeg_decompress_struct& info = reader.info;
@@ -120,7 +120,7 @@ bool read_pixels(JpegReader& reader, std::uint8_t* rgba) {
   return true;
 }
 
-/// CMYK to opaque RGBA. Adobe's writers store the inks inverted, and mark the file.
+/// Turns CMYK to opaque RGBA. Adobe's writers store the inks inverted, and mark the file.
 void mix_inks(std::vector<std::uint8_t>& pixels, bool is_inverted) {
   const unsigned flip = is_inverted ? 0 : 255;
   for (std::size_t i = 0; i < pixels.size(); i += 4) {
@@ -152,13 +152,13 @@ Error error_of(const JpegReader& reader) {
   }
 }
 
-/// What the header promises.
+/// Checks what the header promises.
 Result<void> check_header(const jpeg_decompress_struct& info, std::size_t byte_count) {
   if (is_too_large(info.image_width, info.image_height)) return Error{Status::unsupported, kImageTooLarge};
   if (info.arith_code != FALSE || info.num_components == 2 || info.num_components > 4)
     return Error{Status::unsupported, "a kind of JPEG that is not read", Error::kNoOffset,
                  info.arith_code != FALSE ? "arithmetic coding" : std::to_string(info.num_components) + " components"};
-  // A block of 8 x 8 takes at least a bit.
+  // A block of 8 x 8 pixels takes at least a bit.
   if (std::uint64_t{info.image_width / 8} * (info.image_height / 8) <= std::uint64_t{8} * byte_count) return {};
   return Error{Status::bad_file, kImageEndsEarly, Error::kNoOffset, "so few bytes cannot hold its pixels"};
 }

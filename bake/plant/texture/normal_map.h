@@ -12,22 +12,22 @@
 
 namespace coppice::bake {
 
-/// RGB 0..255 for -1..1; not normalised.
+/// The vector that a texel holds: 0..255 stand for -1..1; not normalised.
 glm::vec3 normal_of(std::span<const std::uint8_t, 4> texel);
 /// Writes the unit vector along `normal`, (0, 0, 1) where it has no direction or looks into the surface; alpha 255.
 void write_normal(const glm::vec3& normal, std::span<std::uint8_t, 4> texel);
 
-/// The map, or its first mip level that is no wider or higher than max_side_px, at least 1.
+/// Returns the map, or its first mip level that is no wider or higher than max_side_px, at least 1.
 Image normal_map_within(Image map, std::uint32_t max_side_px);
 
-/// An image and its mip levels down to 1 x 1, as mip_levels (texture_mips.h) makes them; each texel the direction of the sum of those it
-/// stands for.
+/// Returns an image and its mip levels down to 1 x 1, with the sizes of mip_levels (texture_mips.h). A texel is the direction of the sum of
+/// the normals that it stands for.
 std::vector<Image> normal_map_levels(const Image& map);
 
-/// As a TEXTURE chunk holds one: x in alpha and y, as an sRGB value, in green, which are the two channels that BC3 codes on their own. A
-/// reader takes (2 alpha - 1, 2 green - 1) of what a GPU samples, and z = sqrt(1 - x^2 - y^2).
+/// Converts a normal map to what a TEXTURE chunk holds: x in alpha and y, as an sRGB value, in green, since BC3 codes these two channels on
+/// their own. A reader takes (2 alpha - 1, 2 green - 1) of what a GPU samples, and z = sqrt(1 - x^2 - y^2).
 Image stored_normal_map(const Image& map);
-/// The reverse, but for rounding.
+/// The inverse of stored_normal_map, but for rounding.
 Image normal_map_from_stored(const Image& stored);
 
 }  // namespace coppice::bake

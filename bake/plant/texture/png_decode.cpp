@@ -1,5 +1,5 @@
-// libpng reports an error by a jump out of its own frames. Every function below that libpng may be left from so has locals without
-// destructors only; what needs one belongs to the function that calls it.
+// libpng reports an error by a jump out of its own frames. Functions below that such a jump leaves have only locals without destructors;
+// what needs a destructor belongs to the function that calls them.
 
 #include "png_decode.h"
 
@@ -15,7 +15,7 @@
 namespace coppice::bake {
 namespace {
 
-// A byte of deflate gives at most so many: what an image claims beyond that cannot be in the file.
+// A byte of deflate gives at most so many bytes: what an image claims beyond that cannot be in the file.
 constexpr std::uint64_t kMaxInflation = 1032;
 
 struct PngReader {
@@ -49,7 +49,7 @@ void read_bytes(png_structp png, png_bytep to, std::size_t count) {
   reader.unread = reader.unread.subspan(count);
 }
 
-/// Up to the pixels. False: see `message`.
+/// Reads up to the pixels. On false see `message`.
 bool read_header(PngReader& reader) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;  // NOLINT(cert-err52-cpp)
   png_set_read_fn(reader.png, &reader, read_bytes);
@@ -62,7 +62,7 @@ bool read_header(PngReader& reader) {
   return true;
 }
 
-/// rgba  [height][width][4], zeros
+/// rgba  [height * width * 4], zeros
 bool read_pixels(PngReader& reader, std::uint8_t* rgba, std::size_t row_bytes) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;  // NOLINT(cert-err52-cpp)
   png_set_strip_16(reader.png);

@@ -8,8 +8,8 @@
 
 namespace coppice::bake {
 
-/// Decodes a PNG of any kind to RGBA of 8 bits. Of 16 bits the high ones are kept; colour profiles and gamma are not applied.
-/// errors  those of decode_image. A wrong checksum, and anything that libpng has to guess, is damage
+/// Decodes a PNG of any kind to RGBA of 8 bits. It keeps the high bytes of 16 bits, and applies no colour profile or gamma.
+/// errors  those of decode_image; bad_file also: a wrong checksum, and anything that libpng has to guess
 Result<Image> decode_png(std::span<const std::uint8_t> bytes);
 
 }  // namespace coppice::bake

@@ -1,5 +1,5 @@
-// Colours are compressed by stb_dxt, alphas here: the nearest of a block's eight alphas may lie on the other side of the alpha test, which
-// stb_dxt does not know of. It moved up to 8 % of the texels of a coarse mip level across.
+// stb_dxt compresses the colours, this file the alphas: the nearest of a block's eight alphas may lie on the other side of the alpha test,
+// which stb_dxt does not know. It moved up to 8 % of the texels of a coarse mip level across.
 
 #include "texture_encode.h"
 
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint32_t kBlockSide = 4;
 constexpr std::size_t kBlockTexels = 16;
-/// Block rows a task takes at least.
+/// Minimum number of block rows a task.
 constexpr std::size_t kRowGrain = 8;
 
 struct Block {
@@ -34,7 +34,7 @@ struct Block {
   std::array<std::uint8_t, kBlockTexels> alpha;
 };
 
-/// Texels from (left, top) on; beyond the image those of its edge.
+/// Texels from (left, top) on; beyond the image they repeat its edge.
 Block block_at(const Image& image, std::uint32_t left, std::uint32_t top) {
   Block block{};
   for (std::uint32_t i = 0; i < kBlockTexels; ++i) {
@@ -54,9 +54,8 @@ std::array<int, 8> alpha_palette(int highest, int lowest) {
   return palette;
 }
 
-/// The index of the nearest alpha on the texel's side of the cutoff. The ends are exact; between them a decoder may round, so what is
-/// nearer to the cutoff than half a step does not count. The block's highest alpha is solid if any is, its lowest a hole if any is: one
-/// always fits.
+/// Finds the nearest alpha on the texel's side of the cutoff. A decoder may round the alphas between the ends, so one within half a step of
+/// the cutoff does not count. One alpha always fits: the highest is solid if any of the block is, the lowest is a hole if any is.
 std::uint64_t alpha_index(std::uint8_t alpha, const std::array<int, 8>& palette, float alpha_cutoff) {
   const bool solid = is_solid(alpha, alpha_cutoff);
   const float cutoff_sevenths = alpha_cutoff * 255.0f * 7.0f;
@@ -75,19 +74,19 @@ std::uint64_t alpha_index(std::uint8_t alpha, const std::array<int, 8>& palette,
   return best;
 }
 
-/// out: 8 bytes
+/// out  8 bytes
 void encode_alphas(const Block& block, float alpha_cutoff, std::uint8_t* out) {
   const auto [lowest, highest] = std::ranges::minmax(block.alpha);
   out[0] = highest;
   out[1] = lowest;
   const std::array<int, 8> palette = alpha_palette(highest, lowest);
   std::uint64_t indices = 0;
-  // Equal ends mean another palette, of which index 0 is the same.
+  // Equal ends mean another palette, whose index 0 is the same alpha.
   for (std::size_t i = 0; i < kBlockTexels && highest > lowest; ++i) indices |= alpha_index(block.alpha[i], palette, alpha_cutoff) << 3 * i;
   for (std::size_t i = 0; i < 6; ++i) out[2 + i] = static_cast<std::uint8_t>(indices >> 8 * i & 0xffu);
 }
 
-/// out: [texture_level_bytes]
+/// out  [texture_level_bytes]
 void encode_level(const Image& level, std::uint32_t format, float alpha_cutoff, std::uint8_t* out) {
   if (format == COPPICE_TEXTURE_RGBA8) {
     std::ranges::copy(level.rgba, out);
@@ -106,7 +105,7 @@ void encode_level(const Image& level, std::uint32_t format, float alpha_cutoff, 
   parallel_for(rows, encode_row, kRowGrain);
 }
 
-/// level  the first: what nothing shows has the alpha beside it
+/// level  the first, in which texels that nothing shows have the alpha of those beside them
 std::uint32_t format_of(const Image& level, bool is_normal_map, float alpha_cutoff, TextureCoding coding) {
   if (coding == TextureCoding::rgba8) return COPPICE_TEXTURE_RGBA8;
   if (is_normal_map) return COPPICE_TEXTURE_BC3;

@@ -14,10 +14,10 @@ enum class TextureCoding : std::uint8_t {
   rgba8,  ///< as they are: four to eight times the bytes
 };
 
-/// A TEXTURE chunk: mip_levels(image, alpha_cutoff), coded; of a normal map normal_map_levels, as stored_normal_map. Same input, same
-/// bytes.
+/// Encodes a TEXTURE chunk: mip_levels(image, alpha_cutoff), coded. A normal map becomes normal_map_levels in the form of
+/// stored_normal_map. Same input, same bytes.
 ///
-/// With BC3 a texel stays on its side of alpha_cutoff, so that coverage is that of the mip levels, to the texel. What is not
+/// With BC3 a texel stays on its side of alpha_cutoff, so that coverage is that of the mip levels, to the texel. An image that is not
 /// alpha-tested loses its alpha, which nothing reads.
 /// errors  invalid_argument: the image is empty or its bytes are not width * height * 4
 Result<std::vector<std::uint8_t>> encode_texture(const Image& image, float alpha_cutoff, TextureCoding coding);

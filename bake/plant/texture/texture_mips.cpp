@@ -16,13 +16,13 @@ std::uint8_t byte_from_unit(float value) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }
 
-/// A texel's colour and alpha are those sums by their weights.
+/// Sums over texels; divided by their weights they are a texel's colour and alpha.
 struct WeighedTexel {
   glm::vec3 color{0.0f};  ///< linear, times color_weight
   float color_weight = 0.0f;
   float alpha = 0.0f;  ///< times shown
   float shown = 0.0f;
-  float count = 1.0f;  ///< of level 0's texels
+  float count = 1.0f;  ///< how many of level 0's texels
 
   void add(const WeighedTexel& other) {
     color += other.color;
@@ -38,7 +38,7 @@ struct WeighedImage {
   std::vector<WeighedTexel> texels;
 };
 
-/// What colours are weighed by besides the area that shows them. An image may have no texel that passes the alpha test, or be all clear.
+/// A weight of colours besides the area that shows them. An image may have no texel that passes the alpha test, or be all clear.
 enum class ColorWeight : std::uint8_t { passes_test, alpha, one };
 
 WeighedImage weighed(const Image& image, float alpha_cutoff, ColorWeight by) {
@@ -78,12 +78,12 @@ std::vector<WeighedImage> weighed_levels(const Image& image, float alpha_cutoff)
   return levels;
 }
 
-/// The texel of a level above which one stands.
+/// The texel of the coarser level above one of this.
 const WeighedTexel& texel_above(const WeighedImage& coarser, std::uint32_t x, std::uint32_t y) {
   return coarser.texels[std::size_t{std::min(y / 2, coarser.height - 1)} * coarser.width + std::min(x / 2, coarser.width - 1)];
 }
 
-/// Divides by the weights; where these are 0, the texel above it, whose own have been found already, is taken.
+/// Divides sums by their weights. Where a weight is 0 it takes the texel above, which has been resolved already.
 void resolve(WeighedImage& image, const WeighedImage* coarser) {
   for (std::uint32_t y = 0; y < image.height; ++y)
     for (std::uint32_t x = 0; x < image.width; ++x) {
@@ -111,7 +111,7 @@ Image quantised(const WeighedImage& image) {
   return result;
 }
 
-/// By alpha, how much is shown.
+/// How much of the image is shown, by alpha.
 using AlphaHistogram = std::array<double, 256>;
 
 AlphaHistogram alpha_histogram(const Image& image) {
@@ -130,9 +130,9 @@ double coverage_scaled(const AlphaHistogram& histogram, float scale, float alpha
   return all > 0.0 ? solid / all : 0.0;
 }
 
-/// Scales alpha so that coverage comes nearest to `target`, but never to nothing: a leaf that thickens a little in its last levels is
-/// better than one that vanishes. Coverage changes only where some alpha value crosses the cutoff, so the
-/// scales that just carry each of the 255 values over it are all there is to try.
+/// Scales alpha so that coverage comes nearest to `target`, but never to 0: a leaf that thickens a little in its last levels is better than
+/// one that vanishes. Coverage changes only where an alpha crosses the cutoff, so it suffices to test the scales that just carry each of
+/// the 255 values over it.
 void preserve_coverage(Image& image, float alpha_cutoff, double target) {
   const AlphaHistogram histogram = alpha_histogram(image);
   float best_scale = 1.0f;

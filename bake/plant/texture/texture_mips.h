@@ -9,12 +9,14 @@ namespace coppice::bake {
 
 /// An image and its mip levels down to 1 x 1, largest first. A side halves and rounds down, as in Vulkan.
 ///
-/// A texel of each level is the mean, in linear light, of what the plant shows of those that it stands for: they weigh as much as
-/// Image::shown says, and where the alpha test discards them nothing. So the plant's mean colour stays. What it does not show takes the
-/// colour (and what nothing shows the alpha too) of the coarser level, which is that of the nearest texels that it does show: filtering at
-/// an edge never fetches the colour of a hole, of paper or of another leaf. With alpha_cutoff > 0 each level's alpha is scaled so that the
-/// share of what is shown that is >= alpha_cutoff is as near to level 0's as whole texels allow, but not 0 (Castano 2010): foliage neither
-/// thins nor swells with distance. With 0 alpha means nothing.
+/// A texel of a level is the mean, in linear light, of the texels that it stands for, weighted by how much of the plant shows each
+/// (Image::shown). Texels that the alpha test discards weigh nothing. So the plant's mean colour stays. A texel that the plant does not
+/// show takes its colour from the coarser level, which is that of the nearest shown texels: filtering at an edge never fetches the colour
+/// of a hole, of paper or of another leaf. A texel that nothing shows takes its alpha from there, too.
+///
+/// With alpha_cutoff > 0 each level's alpha is scaled so that, of what is shown, the share with alpha >= alpha_cutoff is as near to level
+/// 0's as whole texels allow, but not 0 (Castano 2010): foliage neither thins nor swells with distance. With 0 alpha means nothing.
+///
 /// An image wider or higher than COPPICE_MAX_TEXTURE_SIDE starts at its first level that is not. Levels carry their `shown`.
 std::vector<Image> mip_levels(const Image& image, float alpha_cutoff);
 
@@ -24,7 +26,7 @@ struct MipFootprint {
 };
 MipFootprint mip_footprint(std::uint32_t index, std::uint32_t size);
 
-/// Share of what is shown that has alpha >= alpha_cutoff, in [0, 1].
+/// Share of the shown surface that has alpha >= alpha_cutoff, in [0, 1].
 double alpha_coverage(const Image& image, float alpha_cutoff);
 
 /// Whether the alpha test keeps a texel; with alpha_cutoff 0 it keeps all.

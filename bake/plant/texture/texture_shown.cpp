@@ -13,17 +13,17 @@
 namespace coppice::bake {
 namespace {
 
-/// Points to a side of the grid on which a triangle is sampled.
+/// Samples on each side of a triangle's grid.
 constexpr int kGrid = 6;
-/// What the area that shows an image is worth in all: a texel of 2^24 with a millionth of it still counts.
+/// Units of all the area that shows an image: a texel of 2^24 with a millionth of its part still counts.
 constexpr double kUnits = 4503599627370496.0;  // 2^52
-/// Units of a texel's cover, and how much of a texel must be covered: a texel's edge is not hit exactly.
-constexpr double kCoverUnits = 1048576.0;
-constexpr double kLeastCover = 1.0 / 16.0;
-/// A triangle that repeats the image more often than this shows all of it alike.
-constexpr double kMostPeriods = 64.0;
-/// Lines to a row of texels, and to a triangle at most.
-constexpr std::int64_t kLinesPerRow = 4, kMostLines = 4096;
+/// Units of a texel's coverage, and the minimum that counts: sampling lines miss a texel's edge by a little.
+constexpr double kCoverageUnits = 1048576.0;
+constexpr double kMinCoverage = 1.0 / 16.0;
+/// A triangle that repeats the image more often than this counts as showing all texels alike.
+constexpr double kMaxPeriods = 64.0;
+/// Sampling lines to a row of texels, and to a triangle; a row has at least one.
+constexpr std::int64_t kLinesPerRow = 4, kMaxLines = 4096;
 constexpr int kPointsOnLine = 64;
 
 std::int64_t units(double share) {
@@ -46,7 +46,7 @@ std::array<double, 2> crossing(const std::array<glm::dvec2, 3>& points, double y
   return span;
 }
 
-/// Triangles with the same texture coordinates count once, with their areas' sum: leaves are often the same one many times.
+/// Counts triangles with the same texture coordinates once, with the sum of their areas: many leaves are copies.
 struct AreaOfUvs {
   std::array<float, 6> uvs{};
   double area_m2 = 0.0;
@@ -67,12 +67,12 @@ std::vector<AreaOfUvs> merge_equal(std::vector<AreaOfUvs> triangles) {
 }  // namespace
 
 double color_difference(const glm::dvec3& a, const glm::dvec3& b) {
-  double most = 0.0;
+  double largest = 0.0;
   for (int c = 0; c < 3; ++c) {
     const float difference = srgb_from_linear(static_cast<float>(a[c])) - srgb_from_linear(static_cast<float>(b[c]));
-    most = std::max(most, static_cast<double>(std::abs(difference)));
+    largest = std::max(largest, static_cast<double>(std::abs(difference)));
   }
-  return most;
+  return largest;
 }
 
 ColorSum triangle_color(const Material& material, const std::vector<Image>& images, const UvTriangle& uvs, double area_m2) {
@@ -98,13 +98,13 @@ void ShownArea::add(const UvTriangle& uvs, double share) {
   const glm::dvec2 low = glm::min(glm::min(points[0], points[1]), points[2]);
   const glm::dvec2 high = glm::max(glm::max(points[0], points[1]), points[2]);
   const glm::dvec2 periods = (high - low) / glm::dvec2(side_);
-  constexpr double kFar = 1e9;  // texels; beyond, coordinates carry nothing
-  if (!(periods.x < kMostPeriods && periods.y < kMostPeriods && glm::length(low) < kFar && glm::length(high) < kFar))
+  constexpr double kFar = 1e9;  // texels; beyond that floats are too coarse for coordinates
+  if (!(periods.x < kMaxPeriods && periods.y < kMaxPeriods && glm::length(low) < kFar && glm::length(high) < kFar))
     return add_everywhere(share);
   const glm::dvec2 ab = points[1] - points[0], ac = points[2] - points[0];
   const double area = 0.5 * std::abs(ab.x * ac.y - ab.y * ac.x);
   const auto first_row = static_cast<std::int64_t>(std::floor(low.y)), last_row = static_cast<std::int64_t>(std::ceil(high.y));
-  const std::int64_t lines = std::clamp<std::int64_t>(kMostLines / std::max<std::int64_t>(last_row - first_row, 1), 1, kLinesPerRow);
+  const std::int64_t lines = std::clamp<std::int64_t>(kMaxLines / std::max<std::int64_t>(last_row - first_row, 1), 1, kLinesPerRow);
   bool found = false;
   for (std::int64_t row = first_row; row < last_row && area > 1e-6; ++row)
     for (std::int64_t line = 0; line < lines; ++line) {
@@ -126,8 +126,8 @@ std::vector<float> ShownArea::weights() const {
     for (std::size_t x = 0; x < side_.x; ++x) {
       const Step& step = steps_[y * (side_.x + 1) + x];
       sum.area += step.area;
-      sum.cover += step.cover;
-      const bool is_shown = static_cast<double>(sum.cover) >= kLeastCover * kCoverUnits;
+      sum.coverage += step.coverage;
+      const bool is_shown = static_cast<double>(sum.coverage) >= kMinCoverage * kCoverageUnits;
       sums.push_back(is_shown ? sum.area : 0);
       largest = std::max(largest, sums.back());
     }
@@ -143,7 +143,7 @@ void ShownArea::add_everywhere(double share) {
   for (std::size_t y = 0; y < side_.y; ++y) add_within(y, 0.0, side_.x, {density, 1.0});
 }
 
-/// A triangle without area in the image: a palette's colours are often a point or a line.
+/// Adds a triangle without area in the image: a palette's colours are often a point or a line.
 void ShownArea::add_line(const std::array<glm::dvec2, 3>& points, double share) {
   std::size_t longest = 0;
   const auto edge = [&](std::size_t k) { return points[(k + 1) % 3] - points[k]; };
@@ -159,23 +159,23 @@ void ShownArea::add_span(std::int64_t row, double first, double last, const Dens
   const double side = side_.x;
   const auto y = static_cast<std::size_t>(wrapped(row, side_.y));
   const double whole = std::floor((last - first) / side);
-  if (whole > 0.0) add_within(y, 0.0, side, {density.area * whole, density.cover});
+  if (whole > 0.0) add_within(y, 0.0, side, {density.area * whole, density.coverage});
   const double period = std::floor(first / side) * side;
   const double from = first - period, to = last - whole * side - period;
   add_within(y, from, std::min(to, side), density);
   if (to > side) add_within(y, 0.0, to - side, density);
 }
 
-/// 0 <= first, last <= side
+/// Adds a span within the image: 0 <= first, last <= side.
 void ShownArea::add_within(std::size_t row, double first, double last, const Density& density) {
   if (!(first < last)) return;
   Step* steps = steps_.data() + row * (side_.x + 1);
   const auto add_texels = [&](std::size_t from, std::size_t to, double part) {
-    const std::int64_t area = units(density.area * part), cover = std::llround(density.cover * part * kCoverUnits);
+    const std::int64_t area = units(density.area * part), coverage = std::llround(density.coverage * part * kCoverageUnits);
     steps[from].area += area;
-    steps[from].cover += cover;
+    steps[from].coverage += coverage;
     steps[to].area -= area;
-    steps[to].cover -= cover;
+    steps[to].coverage -= coverage;
   };
   const auto left = std::min(static_cast<std::size_t>(first), std::size_t{side_.x} - 1);
   const auto right = std::min(static_cast<std::size_t>(last), std::size_t{side_.x} - 1);

@@ -27,7 +27,7 @@ inline double triangle_area_m2(const Mesh& mesh, std::size_t triangle) {
   return 0.5 * glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
 }
 
-/// The colour of some surface: linear, of what the alpha test keeps, summed over its area.
+/// Sums the linear colour of some surface over the area that the alpha test keeps.
 struct ColorSum {
   glm::dvec3 color_area_m2{0.0};
   double area_m2 = 0.0;
@@ -39,19 +39,19 @@ struct ColorSum {
   [[nodiscard]] glm::dvec3 mean() const { return area_m2 > 0.0 ? color_area_m2 / area_m2 : glm::dvec3(0.0); }
 };
 
-/// The greatest difference of two linear colours in a channel, in sRGB, 0..1.
+/// Largest difference of two linear colours in a channel, in sRGB, 0..1.
 double color_difference(const glm::dvec3& a, const glm::dvec3& b);
 
-/// What a triangle of so much area shows of the material's image, sampled; white without an image.
+/// Samples what a triangle of this area shows of the material's image; white without an image.
 ColorSum triangle_color(const Material& material, const std::vector<Image>& images, const UvTriangle& uvs, double area_m2);
 
-/// Sums over triangles how much of their area shows each texel of an image, which repeats. Sums are whole numbers: the order of triangles
-/// does not matter.
+/// Sums over triangles how much of their area shows each texel of an image, which repeats. Sums are whole numbers, so the order of
+/// triangles does not matter.
 class ShownArea {
  public:
   explicit ShownArea(glm::uvec2 side) : side_(side), steps_(std::size_t{side.x + 1} * side.y) {}
 
-  /// share  of all area that shows the image, in [0, 1]
+  /// share  the triangle's part of all area that shows the image, in [0, 1]
   void add(const UvTriangle& uvs, double share);
   /// [side.x * side.y] row-major, relative; 0 for texels of which nothing, or hardly more than rounding, is shown.
   [[nodiscard]] std::vector<float> weights() const;
@@ -59,22 +59,22 @@ class ShownArea {
  private:
   void add_everywhere(double share);
   void add_line(const std::array<glm::dvec2, 3>& points, double share);
-  /// What a texel gets that is covered: of the area's share, and of the texel itself.
+  /// What a covered texel gets: a part of the share, and its coverage.
   struct Density {
-    double area = 0.0, cover = 0.0;
+    double area = 0.0, coverage = 0.0;
   };
   void add_span(std::int64_t row, double first, double last, const Density& density);
   void add_within(std::size_t row, double first, double last, const Density& density);
 
   glm::uvec2 side_;
-  /// Of a texel against the one to its left, in whole units.
+  /// The difference of a texel to the one on its left, in whole units.
   struct Step {
-    std::int64_t area = 0, cover = 0;
+    std::int64_t area = 0, coverage = 0;
   };
-  std::vector<Step> steps_;  ///< by row and column
+  std::vector<Step> steps_;  ///< [side.y * (side.x + 1)] row-major
 };
 
-/// Sets Image::shown of every image that a material shows in its colour: of each texel, the area of the triangles there.
+/// Sets Image::shown of every image that a material shows in its colour: the area of the triangles at each texel.
 void measure_shown_texels(Plant& plant);
 
 }  // namespace coppice::bake

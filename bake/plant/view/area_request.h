@@ -1,6 +1,6 @@
 #pragma once
 
-// What a collapse asks of whoever measures projected areas in another way than by item buffers.
+// What a collapse asks of a module that measures projected areas in another way than by item buffers.
 
 #include <algorithm>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace coppice::bake {
 
-/// Columns [left, right) and rows [top, bottom) of a view.
+/// A rectangle of a view: columns [left, right), rows [top, bottom).
 struct PixelBox {
   std::int32_t left = 0, top = 0, right = 0, bottom = 0;
 
@@ -23,7 +23,7 @@ struct PixelBox {
   }
 };
 
-/// All pixels that a quad may cover, however a rasteriser rounds. Empty for a quad beside the view.
+/// A box of all pixels that a quad may cover, however a rasteriser rounds. It is empty for a quad beside the view.
 [[nodiscard]] inline PixelBox pixel_box(const ProjectedQuad& quad, std::int32_t resolution_px) {
   constexpr std::int32_t kMarginPx = 1;
   const auto [left, right] = std::minmax({quad[0].x, quad[1].x, quad[2].x, quad[3].x});
@@ -41,13 +41,13 @@ struct PixelBox {
 }
 
 struct AreaRequest {
-  std::span<const Quad> quads;           ///< [leaf_count] all leaves that are there, and they alone
+  std::span<const Quad> quads;           ///< [leaf_count] all leaves that there are now
   std::span<const std::uint32_t> cards;  ///< [leaf_count] index into the foliage's card table
-  std::span<const PixelBox> changed;     ///< [view_count] where views differ from those that `areas_px` is of; empty: everywhere
+  std::span<const PixelBox> changed;  ///< [view_count] where a view differs from that in which `areas_px` was measured; empty: everywhere
 };
 
 /// Measures in how many pixels each leaf is seen. Called from one thread at a time.
-/// areas_px  [(leaf_count + 1) * view_count] row per leaf, the background's last, px. What no change can have touched stays as it is.
+/// areas_px  [(leaf_count + 1) * view_count] row per leaf, the background's last, px. Entries that no change can have touched stay.
 using MeasureAreas = std::function<Result<void>(const AreaRequest& request, std::span<std::uint32_t> areas_px)>;
 
 }  // namespace coppice::bake

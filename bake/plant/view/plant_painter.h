@@ -1,7 +1,7 @@
 #pragma once
 
-// Pictures of plants for people, by the baker's rasteriser: what is nearest at each pixel, alpha masks honoured. Nothing is computed from
-// them.
+// Paints pictures of plants for people with the baker's rasteriser: the nearest surface at each pixel, with alpha masks. Nothing is
+// computed from them.
 
 #include <algorithm>
 #include <array>
@@ -25,21 +25,20 @@ struct PaintedTriangle {
   std::uint32_t material = 0;
 };
 
-/// A triangle of a mesh.
 PaintedTriangle painted_triangle(const Mesh& mesh, std::size_t triangle);
 
-/// Paints a square picture as large as it is drawn; shrunk_picture makes it smaller.
-/// Refers to materials and images, which must be as alpha_masks wants them.
+/// Paints a square picture at its full size; shrunk_picture reduces it. Holds references to materials and images, which must be as
+/// alpha_masks requires.
 class PlantPainter {
  public:
-  /// background  of pixels that show nothing, in whatever space colours are in
+  /// background  colour of pixels that show nothing, in the space of the other colours
   PlantPainter(const std::vector<Material>& materials, const std::vector<Image>& images, const Viewpoint& view, const Sphere& sphere,
                std::uint32_t size_px, const glm::vec3& background);
 
-  /// Paints the triangle where it is nearest, no hole and no gap. is_gap(pixel) says so of a pixel that it covers, color(uv) its RGB
-  /// colour.
-  template <class IsGap, class Color>
-  void paint(const PaintedTriangle& triangle, const IsGap& is_gap, const Color& color) {
+  /// Paints the triangle where it is nearest and no hole. is_transparent(pixel) leaves out pixels by stochastic transparency, color(uv) is
+  /// the RGB colour.
+  template <class IsTransparent, class Color>
+  void paint(const PaintedTriangle& triangle, const IsTransparent& is_transparent, const Color& color) {
     const RasterTriangle raster(project(projection_, triangle.points[0]), project(projection_, triangle.points[1]),
                                 project(projection_, triangle.points[2]));
     const auto size = static_cast<std::int32_t>(size_px_);
@@ -49,7 +48,7 @@ class PlantPainter {
       for (std::int32_t x = span.first; x <= span.last; ++x) {
         const std::size_t pixel = static_cast<std::size_t>(y) * size_px_ + static_cast<std::size_t>(x);
         const std::uint32_t depth = depths.at(x);
-        if (depth >= depths_[pixel] || is_gap(pixel)) continue;
+        if (depth >= depths_[pixel] || is_transparent(pixel)) continue;
         const glm::dvec2 uv = uv_at(triangle, raster.weights(x, y));
         if (is_hole(materials_[triangle.material], uv)) continue;
         depths_[pixel] = depth;
@@ -77,7 +76,7 @@ class PlantPainter {
   std::vector<std::uint32_t> depths_;
 };
 
-/// The means of blocks of factor x factor colours. size_px  of the picture, a multiple of the factor
+/// Averages blocks of factor x factor colours. size_px  the picture's side, a multiple of the factor
 std::vector<glm::vec3> shrunk_picture(const std::vector<glm::vec3>& colors, std::uint32_t size_px, std::uint32_t factor);
 
 }  // namespace coppice::bake

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which pixels a leaf quad covers in a view, how deep it is there and what it shows: the one rasteriser of the baker.
+// The baker's one rasteriser: which pixels a leaf quad covers in a view, how deep it is there and what it shows.
 //
 // Corners are rounded to 1/256 px. A pixel is covered by a triangle when its centre is inside, or on a top or left edge (rows go
 // down; the rule of Direct3D and Vulkan), decided with exact integer edge functions: coverage is the same for either winding and
@@ -163,7 +163,7 @@ class RasterTriangle {
   using Pair = double __attribute__((vector_size(16)));
   using PairMask = std::int64_t __attribute__((vector_size(16)));
 
-  /// Up to two edges of one side.
+  /// Up to two edges of one side of a triangle.
   struct Edges {
     Pair per_row{}, constant{}, denominator{1.0, 1.0}, reciprocal{1.0, 1.0};
 
@@ -195,7 +195,7 @@ class RasterTriangle {
       const std::int64_t dx = to.x - from.x, dy = to.y - from.y;
       // Rows go down and the corners run clockwise on screen: a top edge runs right, a left edge runs up.
       const bool top_left = (dy == 0 && dx > 0) || dy < 0;
-      // A level edge holds out rows, never columns: as a left edge with a denominator that carries what is below 0 past every column.
+      // A level edge excludes rows, never columns: it is a left edge whose denominator carries what is below 0 past every column.
       Edges& side = dy > 0 ? edges_.right : edges_.left;
       const std::size_t slot = (dy > 0 ? right_count : left_count)++;
       side.denominator[slot] = dy == 0 ? kLevel : static_cast<double>((dy < 0 ? -dy : dy) * kSubpixels);
@@ -241,7 +241,7 @@ struct PixelRun {
   bool folded = false;         ///< both do
 };
 
-/// Calls visit(PixelRun) until every pixel that the quad covers has been in one run, row by row. No run is empty.
+/// Calls visit(PixelRun) for runs that hold every pixel of the quad exactly once, row by row. No run is empty.
 template <class Visit>
 void for_each_run(const RasterQuad& quad, std::int32_t resolution_px, Visit&& visit) {
   std::int32_t first_row = resolution_px, last_row = -1;

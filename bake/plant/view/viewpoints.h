@@ -11,8 +11,8 @@ namespace coppice::bake {
 
 inline constexpr std::uint32_t kMaxViewCount = 1024;
 
-/// A camera on the sphere of directions, orthographic unless it says from how far it looks; pixels are square, the image holds the bounding
-/// sphere exactly. right x up = direction: the axes are right-handed and the camera looks along -direction.
+/// A camera on the sphere of directions; pixels are square, and the image holds the bounding sphere exactly. right x up = direction: the
+/// axes are right-handed and the camera looks along -direction.
 struct Viewpoint {
   glm::vec3 direction{0.0f};    ///< unit, from the plant's centre towards the camera
   glm::vec3 right{0.0f};        ///< unit, image +x

@@ -42,7 +42,7 @@ struct PixelFragment {
   LeafFragment fragment = 0;
 };
 
-/// Counting sort by pixel, then by fragment within a pixel.
+/// Sorts by pixel, by counting, then by fragment within a pixel.
 ViewFragments sort_by_pixel(const std::vector<PixelFragment>& unsorted, std::size_t pixel_count) {
   ViewFragments view;
   view.begin.assign(pixel_count + 1, 0);

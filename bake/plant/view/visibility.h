@@ -1,6 +1,6 @@
 #pragma once
 
-// What each viewpoint sees: item buffers, with all the leaves behind the front one kept (the paper's section on visibility).
+// Item buffers: what each viewpoint sees, with all leaves behind the front one (the paper's section on visibility).
 
 #include <cstdint>
 #include <span>
@@ -58,7 +58,7 @@ void rasterise_leaf(const ProjectedQuad& quad, const Card& card, const AlphaMask
   }
 }
 
-/// What render_item_buffers wants of its arguments. errors  its
+/// Checks the arguments of render_item_buffers. errors  those of render_item_buffers
 Result<void> check_shown(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
 
 /// Renders every leaf into every view, over bounding_sphere(shown.foliage). Parallel over views; the result does not depend on it.

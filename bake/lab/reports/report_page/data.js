@@ -7,7 +7,7 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const rmse = data.rmse;
 const sizes = [1, 4, 16].map(factor => `${data.size_px / factor} x ${data.size_px / factor}`);
 
-// better: 'low' marks the least of a row, 'one' the nearest to 1, 'high' the greatest.
+// better: 'low' marks the lowest of a row, 'one' the nearest to 1, 'high' the highest.
 const measures = [
   {key: rmse[0], title: 'Image error close up', digits: 2, better: 'low', note: `${rmse[0]}: difference of pictures ${sizes[0]}. Lower is better.`},
   {key: rmse[1], title: 'Image error farther away', digits: 2, better: 'low', note: `${rmse[1]}: the same pictures shrunk to ${sizes[1]}. Lower is better.`},
@@ -83,8 +83,8 @@ function badness(value, measure) {
 // Indices of the methods that are best as printed; ties are all best.
 function best(level, measure) {
   const scores = methods.map(method => +badness(method.levels[level.index][measure.key], measure).toFixed(measure.digits));
-  const least = Math.min(...scores);
-  return Number.isFinite(least) ? scores.flatMap((score, index) => score === least ? [index] : []) : [];
+  const lowest = Math.min(...scores);
+  return Number.isFinite(lowest) ? scores.flatMap((score, index) => score === lowest ? [index] : []) : [];
 }
 
 // element('p', {className: 'x'}, 'text', child...)

@@ -1,4 +1,4 @@
-#include "live_image.h"
+#include "incremental_image.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,16 +16,16 @@
 namespace coppice::bake {
 namespace {
 
-using Channels = LiveImage::Channels;
+using Channels = IncrementalImage::Channels;
 
-/// The largest block, 32 x 32 pixels, counts once; smaller ones as often as they fit into it.
+/// The largest block has 32 x 32 pixels and counts once; smaller ones count as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
 constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
-/// What a leaf shows besides its shade.
-constexpr Channels kCovered{0.0f, 0.0f, 0.0f, 255.0f};
-/// What shows through less than this is taken for nothing: an eighth of a step of 255.
-constexpr float kLeastShare = 1.0f / 2048.0f;
-/// Pixels ahead of a walk for which memory is asked.
+/// The coverage of a leaf, added to its shade.
+constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
+/// Less transmittance than this counts as none: an eighth of a step of 255.
+constexpr float kMinShare = 1.0f / 2048.0f;
+/// How many pixels ahead of a walk memory is prefetched.
 constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
@@ -33,14 +33,14 @@ Channels channels_of(const Shade& shade) {
   return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
 }
 
-/// Leaves of a pixel, laid over each other from front to back.
+/// Composites the leaves of a pixel front to back.
 struct Layers {
-  Channels light{};    ///< what they show, but for how much they cover
-  float share = 1.0f;  ///< of what is behind, what shows
+  Channels light{};    ///< their shade, without coverage
+  float share = 1.0f;  ///< transmittance: the share of what is behind that shows
 
-  /// color  its fade in place of its coverage
+  /// color  the leaf's shade, with its fade in place of coverage
   void put(const Shade& color) {
-    // All three at once: each keeps its byte's place, and a factor takes that back.
+    // All three channels at once: each keeps its byte's place, and a factor moves it back.
     static_assert(std::endian::native == std::endian::little);
     using Words = std::int32_t __attribute__((vector_size(16)));
     constexpr Words kBytes{0xff, 0xff00, 0xff0000, 0};
@@ -51,8 +51,8 @@ struct Layers {
              __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
     share *= 1.0f - opacity;
   }
-  [[nodiscard]] bool is_closed() const { return share < kLeastShare; }
-  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kCovered; }
+  [[nodiscard]] bool is_closed() const { return share < kMinShare; }
+  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kFullCoverage; }
 };
 
 float dot(const Channels& a, const Channels& b) {
@@ -60,7 +60,7 @@ float dot(const Channels& a, const Channels& b) {
   return (products[0] + products[1]) + (products[2] + products[3]);
 }
 
-/// Of squares of rest + opacity * covered + light * share * own shade, channel by channel: the own shade is a factor of the sums.
+/// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
 struct SquareSums {
   Channels rest_covered{}, covered2{}, rest_light{}, covered_light{};
   float light2 = 0.0f;
@@ -96,7 +96,7 @@ Channels unfixed(const Fixed& channels, float unit) {
 }  // namespace
 
 LeafShades leaf_shades(const Quad& quad, float albedo) {
-  // Between them the lights tell normals apart whichever way a viewer's light comes from.
+  // Three lights distinguish normals, whichever way a viewer's light comes from.
   static const std::array lights = {glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)),
                                     glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f))};
   const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
@@ -111,8 +111,8 @@ LeafShades leaf_shades(const Quad& quad, float albedo) {
   return shades;
 }
 
-LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
-                     const ItemBuffers& buffers, const ImageErrorOptions& options)
+IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
+                                   const ItemBuffers& buffers, const ImageErrorOptions& options)
     : id_count_(2 * shown.foliage.leaf_count() - 1),
       options_(options),
       card_table_(shown.foliage.card_table),
@@ -148,7 +148,7 @@ LiveImage::LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, co
   });
 }
 
-void LiveImage::set_resolution(std::uint32_t resolution_px) {
+void IncrementalImage::set_resolution(std::uint32_t resolution_px) {
   resolution_px_ = resolution_px;
   rows_per_pixel_ = 1.0 / resolution_px;
   tiles_per_row_ = (resolution_px + (1u << kTileShift) - 1) >> kTileShift;
@@ -160,8 +160,8 @@ void LiveImage::set_resolution(std::uint32_t resolution_px) {
   }
 }
 
-/// The present picture from fragments and colours.
-void LiveImage::draw(View& view) const {
+/// Draws the present image from fragments and colours.
+void IncrementalImage::draw(View& view) const {
   view.shown.resize(pixels_per_view());
   view.last.resize(pixels_per_view());
   for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) draw_pixel(view, pixel);
@@ -169,8 +169,8 @@ void LiveImage::draw(View& view) const {
   for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
 }
 
-/// How the present picture differs from the first one.
-void LiveImage::measure(View& view) const {
+/// Measures how the present image differs from the first one.
+void IncrementalImage::measure(View& view) const {
   view.covered = view.excess = 0;
   view.differences.clear();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
@@ -181,17 +181,17 @@ void LiveImage::measure(View& view) const {
   }
 }
 
-void LiveImage::add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const {
+void IncrementalImage::add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const {
   view.excess += change[3];
   const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
     view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
 }
 
-/// What a pixel shows without two leaves, which may be kNone: its fragments laid over each other, the nearest first.
+/// Composites a pixel's fragments, nearest first, without two leaves, which may be kNone.
 /// last  the fragment that nothing shows through, or kNothing
-inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
-                                                     LeafFragment& last) const {
+inline IncrementalImage::FixedChannels IncrementalImage::composite(const View& view, std::uint32_t pixel,
+                                                                   const std::array<std::uint32_t, 2>& without, LeafFragment& last) const {
   Layers layers;
   last = kNothing;
   for (const auto& [fragment, color] : view.fragments.at(pixel)) {
@@ -206,51 +206,51 @@ inline LiveImage::FixedChannels LiveImage::composite(const View& view, std::uint
   return fixed<FixedChannels>(layers.channels() + layers.share * kBackground, kFixedUnit);
 }
 
-void LiveImage::draw_pixel(View& view, std::uint32_t pixel) const {
+void IncrementalImage::draw_pixel(View& view, std::uint32_t pixel) const {
   view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
 }
 
-double LiveImage::lost_cover() const {
+double IncrementalImage::lost_coverage() const {
   std::int64_t covered = 0, excess = 0;
   for (const View& view : views_) covered += view.covered, excess += view.excess;
   return covered > 0 ? -static_cast<double>(excess) / static_cast<double>(covered) : 0.0;
 }
 
-void LiveImage::set_coverage_weight(double weight) {
+void IncrementalImage::set_coverage_weight(double weight) {
   constexpr double kScale = 1u << (2 * kLargestShift);
   coverage_unit_ = weight * kScale / (pixels_per_view() * pixel_area_);
 }
 
-Shade LiveImage::color_of(const View& view, const LiveLeaf& leaf) const {
+Shade IncrementalImage::color_of(const View& view, const LiveLeaf& leaf) const {
   Shade color = shades_of(leaf).seen_from(view.direction);
   color[3] = leaf.fade;
   return color;
 }
 
-LiveLeaf LiveImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
+LiveLeaf IncrementalImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
   const LiveLeaf &a = leaves_[first], &b = leaves_[second];
   return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), fade};
 }
 
-std::uint8_t LiveImage::brightest(const LiveLeaf& leaf) const {
+std::uint8_t IncrementalImage::brightest(const LiveLeaf& leaf) const {
   const LeafShades shades = shades_of(leaf);
-  std::uint8_t most = 1;
-  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) most = std::max({most, shades.front[light], shades.back[light]});
-  return static_cast<std::uint8_t>(std::clamp(255 * 16 / most - 8, 8, int{kBrightest}));
+  std::uint8_t largest = 1;
+  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) largest = std::max({largest, shades.front[light], shades.back[light]});
+  return static_cast<std::uint8_t>(std::clamp(255 * 16 / largest - 8, 8, int{kBrightest}));
 }
 
-/// Of a pixel's squared difference.
-double LiveImage::pixel_weight() const {
+/// Weight of a pixel's squared difference.
+double IncrementalImage::pixel_weight() const {
   return static_cast<double>(options_.pixel_weight << (2 * kLargestShift)) * pixel_area_;
 }
 
-/// Of a block's, summed over its pixels.
-double LiveImage::block_weight(std::size_t scale) const {
+/// Weight of a block's squared difference, which is summed over its pixels.
+double IncrementalImage::block_weight(std::size_t scale) const {
   const BlockScale& blocks = options_.scales[scale];
   return static_cast<double>(blocks.weight << (2 * (kLargestShift - blocks.shift))) * pixel_area_ * pixel_area_;
 }
 
-void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
+void IncrementalImage::find_farthest(View& view, std::uint32_t tile) const {
   const std::uint32_t top = (tile / tiles_per_row_) << kTileShift, left = (tile % tiles_per_row_) << kTileShift;
   LeafFragment farthest = 0;
   for (std::uint32_t y = top; y < std::min(top + (1u << kTileShift), resolution_px_); ++y)
@@ -259,8 +259,8 @@ void LiveImage::find_farthest(View& view, std::uint32_t tile) const {
   view.farthest[tile] = farthest;
 }
 
-/// Whether every quad of the pair's vertices is behind what nothing shows through. False if unsure.
-bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
+/// Whether every quad of the pair's vertices is behind opaque fragments. False if unsure.
+bool IncrementalImage::is_hidden(const View& view, const ProjectedPair& pair) const {
   std::int32_t left = pair[0].x, right = left, top = pair[0].y, bottom = top;
   double depth = pair[0].depth;
   for (const ProjectedPoint& point : pair) {
@@ -279,7 +279,7 @@ bool LiveImage::is_hidden(const View& view, const ProjectedPair& pair) const {
   return true;
 }
 
-LiveImage::LeafPixels LiveImage::pixels_of(const LiveLeaf& leaf) const {
+IncrementalImage::LeafPixels IncrementalImage::pixels_of(const LiveLeaf& leaf) const {
   LeafPixels result;
   result.view_begin.reserve(view_count() + 1);
   result.view_begin.push_back(0);
@@ -293,7 +293,7 @@ LiveImage::LeafPixels LiveImage::pixels_of(const LiveLeaf& leaf) const {
   return result;
 }
 
-void LiveImage::prepare(Scratch& scratch) const {
+void IncrementalImage::prepare(Scratch& scratch) const {
   if (scratch.stamp.size() == pixels_per_view()) return;
   scratch = {};
   scratch.stamp.resize(pixels_per_view(), 0);
@@ -309,7 +309,7 @@ void LiveImage::prepare(Scratch& scratch) const {
   }
 }
 
-inline void LiveImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const {
+inline void IncrementalImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const {
   if (sums.is_touched[scale][block] == 0) {
     sums.is_touched[scale][block] = 1;
     sums.touched[scale].push_back(block);
@@ -318,7 +318,7 @@ inline void LiveImage::add(BlockSums& sums, std::size_t scale, std::uint32_t blo
   sums.light[scale][block] += change.light;
 }
 
-void LiveImage::add_coarser(BlockSums& sums) const {
+void IncrementalImage::add_coarser(BlockSums& sums) const {
   for (std::size_t scale = 1; scale < options_.scales.size(); ++scale) {
     const std::uint32_t step = options_.scales[scale].shift - options_.scales[scale - 1].shift;
     const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
@@ -328,7 +328,7 @@ void LiveImage::add_coarser(BlockSums& sums) const {
   }
 }
 
-void LiveImage::clear(BlockSums& sums) const {
+void IncrementalImage::clear(BlockSums& sums) const {
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
     for (const std::uint32_t block : sums.touched[scale]) {
       sums.sums[scale][block] = Channels{};
@@ -339,7 +339,7 @@ void LiveImage::clear(BlockSums& sums) const {
   }
 }
 
-inline void LiveImage::prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const {
+inline void IncrementalImage::prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const {
   view.fragments.prefetch_list(pixel);
   __builtin_prefetch(&view.last[pixel]);
   __builtin_prefetch(&view.shown[pixel]);
@@ -348,8 +348,8 @@ inline void LiveImage::prefetch(const View& view, const Scratch& scratch, std::u
   __builtin_prefetch(&scratch.rest[pixel]);
 }
 
-/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  what that adds to the error
-double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
+/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  how that changes the error
+double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
   const std::uint32_t now = ++scratch.now;
@@ -390,7 +390,8 @@ double LiveImage::release(std::uint32_t v, Weighing& weighing) const {
 }
 
 /// rest  what the pixel shows without the pair
-inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const {
+inline IncrementalImage::Gain IncrementalImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged,
+                                                       const Channels& rest) const {
   Layers in_front;
   for (const auto& [fragment, color] : weighing.view.fragments.at(pixel)) {
     if (fragment > merged) break;
@@ -399,15 +400,15 @@ inline LiveImage::Gain LiveImage::gained(const Weighing& weighing, std::uint32_t
     in_front.put(color);
     if (in_front.is_closed()) return {};
   }
-  return {in_front.share * kCovered - (rest - in_front.channels()), in_front.share};
+  return {in_front.share * kFullCoverage - (rest - in_front.channels()), in_front.share};
 }
 
-/// What the merged leaf adds to the error after release(), in terms of its opacity and light. At equal depths it is behind: its id is
+/// How the merged leaf changes the error after release(), as a function of its opacity and light. At equal depths it is behind: its id is
 /// larger than every live one.
-MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
+MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
-  const Channels own_shade = channels_of(shade) - kCovered;
+  const Channels own_shade = channels_of(shade) - kFullCoverage;
   double covered = 0.0;
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
   const AlphaMask& mask = masks_[card.material];
@@ -448,12 +449,12 @@ MergeCost LiveImage::gain(const Weighing& weighing, const PairCorners& corners, 
   return cost;
 }
 
-void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const {
+void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const {
   const auto& [first, second, shapes, subset] = trial;
-  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMost);
+  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMax);
   prepare(scratch);
   std::fill(costs.begin(), costs.end(), MergeCost{});
-  std::array<LeafShades, PairShapes::kMost> shades;
+  std::array<LeafShades, PairShapes::kMax> shades;
   for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
   const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
   for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
@@ -473,7 +474,7 @@ void LiveImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<Me
   }
 }
 
-void LiveImage::apply(const LeafMerge& merge) {
+void IncrementalImage::apply(const LeafMerge& merge) {
   leaves_[merge.result] = merge.leaf;
   pixels_[merge.result] = pixels_of(merge.leaf);
   parallel_for(view_count(), [&](std::uint32_t v) {
@@ -494,7 +495,7 @@ void LiveImage::apply(const LeafMerge& merge) {
         else
           view.fragments.remove(pixel, fragment);
         ++area(pixel);
-        // Where the pair gave the last fragment, the pixel is in the list already.
+        // If the pair was the last fragment, its own walk has listed the pixel.
         if (fragment <= view.last[pixel]) pixels.push_back(pixel);
       }
     }
@@ -513,7 +514,7 @@ void LiveImage::apply(const LeafMerge& merge) {
   pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};
 }
 
-void LiveImage::halve(std::span<const std::uint32_t> live) {
+void IncrementalImage::halve(std::span<const std::uint32_t> live) {
   COPPICE_ASSERT(can_halve());
   const std::uint32_t row = resolution_px_;
   ++halvings_;
@@ -549,7 +550,7 @@ void LiveImage::halve(std::span<const std::uint32_t> live) {
   });
 }
 
-double LiveImage::error() const {
+double IncrementalImage::error() const {
   double total = 0.0;
   const auto square = [](const FixedChannels& channels) {
     double sum = 0.0;

@@ -1,15 +1,15 @@
 #pragma once
 
-// The shaded picture of a plant in every view while leaves are merged, and its squared error against the plant's first picture.
+// Incremental image error: the shaded image of a plant in every view while leaves are merged, and its squared error against the plant's
+// first image.
 //
-// A view is a picture of four channels: the shade of what shows under three lights, over white, and coverage, all 0..255. A leaf has two
-// sides: lights behind the side that is seen do not reach it. A merged leaf has an opacity: a pixel is what its leaves show from front to
-// back, each through what those before it let pass. Errors are summed over pixels and over square blocks of pixels: blocks are what a
-// viewer sees from far away, and forgive a leaf that moved by a pixel. Pictures differ from the first one only where a merged leaf shows
-// or a removed leaf did, so a merge is weighed by walking the pixels of its three leaves.
-// One walk finds the best opacity and brightness of a merged leaf together with its cost (merge_cost.h).
+// An image has four channels, 0..255: the shade under three lights, over white, and coverage. A leaf has two sides: lights behind the
+// visible side do not reach it. A merged leaf has an opacity: a pixel composites its leaves front to back. Errors are summed over pixels
+// and over square blocks of pixels: blocks are what a viewer sees from far away, and forgive a leaf that moved by a pixel. The image
+// differs from the first one only where a merged leaf shows or a removed leaf did, so the cost of a merge takes a walk over the pixels of
+// its three leaves. One walk finds the best opacity and brightness of a merged leaf together with its cost (merge_cost.h).
 //
-// As leaves grow, pixels can: halve() goes over to pictures of half the side, in which all errors keep their meaning.
+// As leaves grow, pixels can: halve() changes to images of half the side, in which all errors keep their meaning.
 
 #include <array>
 #include <cstdint>
@@ -31,7 +31,7 @@ namespace coppice::bake {
 inline constexpr std::size_t kImageChannels = 4;
 using Shade = std::array<std::uint8_t, kImageChannels>;
 
-/// What each side of a leaf looks like in the four channels. The front is where its corners run counter-clockwise.
+/// What each side of a leaf shows in the four channels. The front is where its corners run counter-clockwise.
 struct LeafShades {
   glm::vec3 normal{0.0f};
   Shade front{}, back{};
@@ -42,7 +42,7 @@ struct LeafShades {
   }
 };
 
-/// A fragment, and what its leaf shows; its fade in place of its coverage.
+/// A fragment and what its leaf shows, with the leaf's fade in place of the coverage.
 struct ShownFragment {
   LeafFragment fragment = kNothing;
   Shade color{};
@@ -54,44 +54,44 @@ struct ShownFragment {
 /// albedo  linear luminance
 LeafShades leaf_shades(const Quad& quad, float albedo);
 
-/// Blocks of 2^shift pixels a side whose squared difference counts `weight` times, per pixel that the block holds.
+/// Blocks with sides of 2^shift pixels. Their squared difference counts `weight` times for each pixel that the block holds.
 struct BlockScale {
   std::uint32_t shift = 3;
   std::int64_t weight = 1;
 };
 
-/// What the error is made of. Weights were chosen on ten plants, see DECISIONS.md.
+/// The terms of the error. The weights were chosen on ten plants, see DECISIONS.md.
 struct ImageErrorOptions {
-  std::int64_t pixel_weight = 3;                        ///< of the squared differences of single pixels; 0 .. 1024
+  std::int64_t pixel_weight = 3;                        ///< weight of squared differences of single pixels; 0 .. 1024
   std::vector<BlockScale> scales = {{3, 8}, {5, 192}};  ///< finest first; shifts 1 .. 5, weights 1 .. 1024
-  std::int64_t coverage_weight = 672;                   ///< of a view's covered area as one block, of the first merge; 0 .. 1024
-  /// What no view shows, but some viewer may. Used by the collapse, not part of the picture's error.
-  double mismatch_weight = 0.008;  ///< share of the views that are taken to show the pair, or its merged leaf, with nothing in front
-  double color_weight = 6.0;       ///< of the area seen of a leaf that a merged one shows in another colour, by that difference squared
-  double reach_weight = 1.2e-5;    ///< times sqrt(leaf count) times reach^4: area that is taken to be wrong in every view, px at 256 px
+  std::int64_t coverage_weight = 672;                   ///< at the first merge: weight of a view's covered area as one block; 0 .. 1024
+  /// These priors are for what no view shows, but some viewer may. The collapse uses them; they are no part of the image's error.
+  double mismatch_weight = 0.008;  ///< share of views that are assumed to show the pair, or its merged leaf, with nothing in front
+  double color_weight = 6.0;  ///< for the visible area of a leaf that its merged leaf shows in another colour, times the squared difference
+  double reach_weight = 1.2e-5;  ///< times sqrt(leaf count) times reach^4: area that is assumed to be wrong in every view, px at 256 px
 };
 
-/// Views first, first + stride, ...
+/// Selects views first, first + stride, ...
 struct ViewSubset {
   std::uint32_t first = 0, stride = 1;
 };
 
-/// Two leaves that may be merged, the shapes that their merged leaf may have, and the views that judge them.
+/// Two leaves that may be merged, the shapes that their merged leaf may have, and the views that judge.
 struct MergeTrial {
   std::uint32_t first = 0, second = 0;
   std::span<const PairCorners> shapes;
   ViewSubset views = {};
 };
 
-class LiveImage {
+class IncrementalImage {
  public:
   /// Four channels at once.
   using Channels = float __attribute__((vector_size(16)));
 
-  /// Differences of one view being added up, scale by scale.
+  /// Sums of one view's differences, scale by scale.
   struct BlockSums {
     std::vector<std::vector<Channels>> sums;          ///< [scale][block] 0 between calls
-    std::vector<std::vector<float>> light;            ///< [scale][block] of the merged leaf's own shade; 0 between calls
+    std::vector<std::vector<float>> light;            ///< [scale][block] the merged leaf's own shade; 0 between calls
     std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
     std::vector<std::vector<std::uint8_t>> is_touched;
   };
@@ -104,55 +104,55 @@ class LiveImage {
     std::vector<std::uint32_t> stamp;  ///< [pixel] == now: `rest` holds what the pixel shows without the pair
     std::vector<Channels> rest;        ///< [pixel]
     std::uint32_t now = 0;
-    std::vector<PixelDepth> walk;  ///< of the merged leaf that is being weighed
+    std::vector<PixelDepth> walk;  ///< the pixels of the merged leaf that is being evaluated
   };
 
-  /// buffers  of `shown` with the same views; see render_item_buffers for what must hold (checked there)
-  LiveImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
-            const ImageErrorOptions& options);
+  /// buffers  render_item_buffers of `shown` with the same views; the conditions are checked there
+  IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
+                   const ImageErrorOptions& options);
 
   [[nodiscard]] std::uint32_t view_count() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }
   [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
   [[nodiscard]] std::uint32_t background() const { return id_count_; }
   [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// Pixels in which an outcome (leaf id or background) is in front, whatever its opacity. [view_count] px; 0 for ids that are not live
+  /// Pixels in which an outcome (leaf id or background) is in front, whatever its opacity. [view_count] px; 0 for ids that are not live.
   [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
     return std::span(areas_px_).subspan(std::size_t{outcome} * view_count(), view_count());
   }
-  /// The area of a pixel in the view's first pixels: 1, 4, 16, ...
+  /// The area of a pixel in first-resolution pixels: 1, 4, 16, ...
   [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
-  /// The brightest that a merged leaf may be: nothing is whiter than white.
+  /// Maximum brightness of a merged leaf: nothing is whiter than white.
   [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
-  /// The leaf that a pair becomes: its quad by `corners`, its card the larger leaf's.
+  /// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
   [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const;
 
-  /// What merging a pair would add to the error of some views, once for each shape that the merged leaf might have. May run on several
+  /// Computes how merging a pair would change the error of some views, for each shape that the merged leaf might have. May run on several
   /// threads, each with its own scratch.
   /// costs  [trial.shapes.size()]
   void costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const;
 
-  /// Of ImageErrorOptions, from now on.
+  /// Replaces ImageErrorOptions::coverage_weight from now on.
   void set_coverage_weight(double weight);
 
-  /// The share of what the first picture covers that the present one does not, all views together; below 0 if it covers more.
-  [[nodiscard]] double lost_cover() const;
+  /// The share of the first image's coverage that the present image lacks, over all views; below 0 if it covers more.
+  [[nodiscard]] double lost_coverage() const;
 
-  /// Merges. result  id; not live. Parallel over views.
+  /// Merges two leaves. The result's id must not be live. Parallel over views.
   void apply(const LeafMerge& merge);
 
-  /// Whether the pictures have a half.
+  /// Whether the images can be halved.
   [[nodiscard]] bool can_halve() const { return resolution_px_ % 2 == 0 && options_.scales.front().shift > halvings_; }
-  /// Goes over to pictures of half the side, in which the present picture is drawn anew and differs from the first one as it did before,
-  /// box-filtered: what drawing larger pixels changes is not taken for an error. live: all live ids, ascending
+  /// Changes to images of half the side. The present image is drawn again, and its differences from the first one are box-filtered, so that
+  /// drawing larger pixels does not count as an error. live  all live ids, ascending
   void halve(std::span<const std::uint32_t> live);
 
-  /// Squared error of the present picture against the first one, all views, in units of 1/1024 px^2 (a block of 32 x 32 px counts once).
+  /// Squared error of the present image against the first one, over all views, in units of 1/1024 px^2 (a block of 32 x 32 px counts once).
   [[nodiscard]] double error() const;
 
  private:
-  /// What a pixel shows is kept in whole sixteenths, so that sums of changes are what drawing anew gives, to the bit.
+  /// Pixels are kept in whole sixteenths, so that sums of changes equal drawing again, to the bit.
   using FixedChannels = std::int32_t __attribute__((vector_size(16)));
   using FixedPixel = std::int16_t __attribute__((vector_size(8)));
   static constexpr float kFixedUnit = 16.0f;
@@ -161,34 +161,33 @@ class LiveImage {
     Projection projection;
     glm::vec3 direction{0.0f};  ///< towards the viewer
     PixelLists<ShownFragment> fragments;
-    std::vector<FixedPixel> source;                       ///< [pixel] the first picture
-    std::vector<FixedChannels> shown;                     ///< [pixel] the present picture
+    std::vector<FixedPixel> source;                       ///< [pixel] the first image
+    std::vector<FixedChannels> shown;                     ///< [pixel] the present image
     std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
-    std::vector<std::vector<FixedChannels>> differences;  ///< [scale][block] present picture less the first one
-    std::int64_t covered = 0;                             ///< by the first picture, all pixels: sixteenths of 1/255 px
-    std::int64_t excess = 0;                              ///< of the present picture over that
-    std::vector<LeafFragment> farthest;                   ///< [tile] of `last`
+    std::vector<std::vector<FixedChannels>> differences;  ///< [scale][block] present image minus the first one
+    std::int64_t covered = 0;                             ///< coverage of the first image, summed over pixels: sixteenths of 1/255 px
+    std::int64_t excess = 0;                              ///< by how much the present image's coverage exceeds that
+    std::vector<LeafFragment> farthest;                   ///< [tile] the farthest of `last`
   };
-  /// Pixels of a leaf, shown or not, view by view.
+  /// Pixels of a leaf, visible or not, view by view.
   struct LeafPixels {
     std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
     std::vector<std::uint32_t> pixels;
     std::vector<std::uint32_t> depths;
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
-  /// By how much a pixel changes with an opaque merged leaf in it: it covers, and hides what is behind; and the share of its own shade
-  /// that shows.
+  /// How an opaque merged leaf changes a pixel: it covers, and hides what is behind; and the share of its own shade that shows.
   struct Gain {
     Channels covered{};
     float light = 0.0f;
   };
-  /// A pair that is being weighed in one view.
+  /// The evaluation of a pair in one view.
   struct Weighing {
     const View& view;
     std::uint32_t first, second;
     ProjectedPair corners;
     Scratch& scratch;
-    double uncovered = 0.0;  ///< coverage that goes with the pair, negative
+    double uncovered = 0.0;  ///< coverage that goes away with the pair, negative
   };
 
   [[nodiscard]] std::uint32_t shift_of(std::size_t scale) const { return options_.scales[scale].shift - halvings_; }
@@ -240,7 +239,7 @@ class LiveImage {
   std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
   double rows_per_pixel_ = 0.0;  ///< for a multiplication in place of a division
   double pixel_area_ = 1.0;
-  double coverage_unit_ = 0.0;  ///< error of one px^2 of excess, squared, over 255^2
+  double coverage_unit_ = 0.0;  ///< error of a squared excess of one px^2, over 255^2
   std::uint32_t finest_shift_ = 0, finest_blocks_per_row_ = 0;
   ImageErrorOptions options_;
   std::vector<Card> card_table_;

@@ -1,4 +1,4 @@
-#include "wood_stand_ins.h"
+#include "wood_proxies.h"
 
 #include <algorithm>
 #include <array>
@@ -15,11 +15,11 @@ namespace {
 
 struct Knot {
   glm::dvec3 at{0.0};
-  double area_m2 = 0.0;  ///< of the surface nearer to it than to others
-  double width_m = 0.0;  ///< surface for each metre of the line
+  double area_m2 = 0.0;  ///< area of the surface nearest to it
+  double width_m = 0.0;  ///< surface per metre of the line
 };
 
-/// Which knot a place along a line is next above, and how near to that one.
+/// The knot below a place on a line, and the place's share of the way to the next.
 struct Between {
   std::size_t lower = 0;
   double share = 0.0;
@@ -35,11 +35,11 @@ std::vector<AreaSample> line_samples(const WoodPiece& piece, std::uint32_t secti
   return area_samples(piece, piece.length_m() / (2.0 * sections));
 }
 
-/// Widths that vary evenly from knot to knot, as near as they can to the piece's own (least squares): a bough that ends in a tip does so as
-/// a line of one section too, and its tip does not stand out of the crown as a stub.
+/// Fits widths that vary linearly from knot to knot to the piece's own (least squares). So even a line of one section narrows towards the
+/// tip of its bough, and the tip does not stand out of the crown as a stub.
 void fit_widths(std::vector<Knot>& knots) {
-  constexpr double kLeastShare = 0.1;  // of the mean width: what is thinner has no side to be lit
-  // The mass matrix of a line's hat functions, without its common factor of a sixth: the row of each knot, eliminated downwards.
+  constexpr double kMinShare = 0.1;  // relative to the mean width: anything thinner has no side to be lit
+  // The mass matrix of a line's hat functions, without its common factor of a sixth: each knot's row, eliminated downwards.
   std::vector<double> diagonal(knots.size(), 0.0), upper(knots.size(), 0.0), right(knots.size(), 0.0);
   double area_m2 = 0.0, length_m = 0.0;
   for (std::size_t i = 0; i < knots.size(); ++i) {
@@ -58,10 +58,10 @@ void fit_widths(std::vector<Knot>& knots) {
   }
   for (std::size_t i = knots.size(); i-- > 0;)
     knots[i].width_m = (right[i] - (i + 1 < knots.size() ? upper[i] * knots[i + 1].width_m : 0.0)) / diagonal[i];
-  for (Knot& knot : knots) knot.width_m = std::max(knot.width_m, kLeastShare * area_m2 / length_m);
+  for (Knot& knot : knots) knot.width_m = std::max(knot.width_m, kMinShare * area_m2 / length_m);
 }
 
-/// The line through the middle of the piece's surface. Knots are evenly spaced along axes[0].
+/// The line through the middle of the piece's surface. Its knots are evenly spaced along axes[0].
 std::vector<Knot> line_of(const WoodPiece& piece, const std::vector<AreaSample>& samples, std::uint32_t sections) {
   std::vector<Knot> knots(std::size_t{sections} + 1);
   std::vector<glm::dvec3> aside(knots.size(), glm::dvec3(0.0));
@@ -86,11 +86,11 @@ std::vector<Knot> line_of(const WoodPiece& piece, const std::vector<AreaSample>&
 /// A ring of corners round a place on the piece.
 struct Ring {
   glm::dvec3 center{0.0};
-  std::array<glm::dvec3, 2> radii{};  ///< of its ellipse
+  std::array<glm::dvec3, 2> radii{};  ///< the ellipse's
 };
 
-/// Radii that give a line's rings the widths of their knots, but for a common factor. side  where the first corner points; other_side  is
-/// not along it
+/// Gives a line's rings the widths of their knots, but for a common factor. side  direction of the first corner; other_side  replaces it
+/// where it is along the line
 std::vector<Ring> line_rings(const std::vector<Knot>& knots, const glm::dvec3& side, const glm::dvec3& other_side) {
   std::vector<Ring> rings;
   for (std::size_t i = 0; i < knots.size(); ++i) {
@@ -104,9 +104,9 @@ std::vector<Ring> line_rings(const std::vector<Knot>& knots, const glm::dvec3& s
   return rings;
 }
 
-/// Corners and normals of a body that is not yet as large as it is to be.
+/// Corners and normals of a body before its final size.
 struct Body {
-  std::vector<glm::dvec3> centers;  ///< of each corner's ring: what the body grows from
+  std::vector<glm::dvec3> centers;  ///< [corner] the centre of its ring, from which the body grows
   std::vector<glm::vec3> positions;
   std::vector<glm::dvec3> outward;
   std::vector<std::uint32_t> indices;
@@ -135,10 +135,10 @@ Body line_body(const std::vector<Ring>& rings, std::uint32_t sides) {
 
 Body spindle_body(const WoodPiece& piece, std::uint32_t sides) {
   Body body;
-  // Of a thin shell, something of a third axis, so that it has two sides.
-  constexpr double kLeastSpread = 0.02;
+  // A thin shell gets something of a third axis, so that it has two sides.
+  constexpr double kMinSpread = 0.02;
   std::array<glm::dvec3, 3> axes{};
-  for (std::size_t k = 0; k < 3; ++k) axes[k] = std::max(piece.spread_m[k], kLeastSpread * piece.spread_m[0]) * piece.axes[k];
+  for (std::size_t k = 0; k < 3; ++k) axes[k] = std::max(piece.spread_m[k], kMinSpread * piece.spread_m[0]) * piece.axes[k];
   for (std::uint32_t side = 0; side < sides; ++side) {
     const double angle = 2.0 * std::numbers::pi * side / sides;
     add_corner(body, piece.center, std::cos(angle) * axes[1] + std::sin(angle) * axes[2]);
@@ -152,7 +152,8 @@ Body spindle_body(const WoodPiece& piece, std::uint32_t sides) {
   return body;
 }
 
-/// A spindle's area grows as the square of its size, a line's nearly as its width: after a third time it is all but exact.
+/// Scales a body to a projected area. A spindle's area grows as the square of its size, a line's nearly as its width: after three passes it
+/// is almost exact.
 void resize(Body& body, double projected_m2, bool is_line) {
   constexpr int kTimes = 3;
   for (int time = 0; time < kTimes; ++time) {
@@ -164,7 +165,7 @@ void resize(Body& body, double projected_m2, bool is_line) {
   }
 }
 
-/// What is flat keeps its plane; what is round is turned.
+/// The direction of the first side. A flat piece keeps its plane, a round one is turned.
 glm::dvec3 first_side(const WoodPiece& piece, double turn) {
   constexpr double kFlat = 0.3;
   if (piece.spread_m[2] < kFlat * piece.spread_m[1]) return piece.axes[1];
@@ -201,7 +202,7 @@ double line_misfit_m2(const WoodPiece& piece, std::uint32_t sections) {
   return area_m2 > 0.0 ? std::max(excess / area_m2, 0.0) : 0.0;
 }
 
-void append_stand_in(const Mesh& source, const WoodPiece& piece, const StandInDesc& desc, Mesh& mesh) {
+void append_proxy(const Mesh& source, const WoodPiece& piece, const ProxyDesc& desc, Mesh& mesh) {
   if (!(piece.length_m() > 0.0) || !(piece.projected_m2 > 0.0)) return;
   const bool is_line = desc.form.sections > 0;
   Body body;

@@ -912,7 +912,7 @@ typedef struct coppice_streamed_stats {
   uint64_t cancelled; /* reads whose chunk was no longer in demand when they returned */
   uint32_t in_flight; /* being read or decoded */
   uint32_t wanted;    /* in demand by a view at its threshold_px, and not resident */
-  uint32_t queued;    /* of those, not requested yet */
+  uint32_t queued;    /* in demand, not requested yet */
 } coppice_streamed_stats;
 
 typedef struct coppice_stats {
@@ -929,7 +929,7 @@ typedef struct coppice_stats {
   uint64_t bytes_read;                                   /* since creation, after opening */
   double decode_ms;                                      /* since creation; CPU time of decoding, summed over all threads */
   uint32_t pipelines_wanted;                             /* since creation; see coppice_pipelines_ready */
-  uint32_t pipelines_built;                              /* how many of those are built; the others' draws are missing */
+  uint32_t pipelines_built;                              /* number of those that are built; the others' draws are missing */
 
   /* Sums over the open scenes; all zero without one. */
   uint64_t scene_instance_count; /* in the files; instance_count counts those that are loaded */

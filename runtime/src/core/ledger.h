@@ -1,24 +1,25 @@
 #pragma once
 
-// One budget of memory that all modules take from: nobody keeps sums of another's.
+// One memory budget that all modules reserve from, so that none keeps sums of another's.
 
 #include <algorithm>
 #include <cstdint>
 
 namespace coppice {
 
-/// All in bytes. Of the budget a part is taken: it is there, or promised to what is on its way. The rest is free. What was refused lately
-/// is wanted: whoever can give back does, and takes nothing that would leave less than that free.
+/// Counts bytes. One part of the budget is reserved: in use, or promised to work in progress. The rest is free. The largest request that
+/// was refused in the last frames is *wanted*: whoever can free memory does, and nobody reserves bytes that would leave less than that
+/// free.
 /// Thread: externally serialised.
 class Ledger {
  public:
   static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
-  /// How long a refusal is remembered, frames.
+  /// Number of frames for which a refusal is remembered.
   static constexpr std::uint64_t kWantedFrames = 60;
 
   explicit Ledger(std::uint64_t budget_bytes = kUnlimited) : budget_(budget_bytes) {}
 
-  /// What is taken stays, also where it is more.
+  /// Reserved bytes stay reserved, even beyond the budget.
   void set_budget(std::uint64_t bytes) { budget_ = bytes; }
   [[nodiscard]] std::uint64_t budget() const { return budget_; }
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
@@ -26,7 +27,7 @@ class Ledger {
   [[nodiscard]] std::uint64_t free() const { return budget_ - std::min(budget_, taken_); }
   [[nodiscard]] std::uint64_t wanted() const { return wanted_; }
 
-  /// Whether so many are free. If not, that is a refusal.
+  /// True if this many bytes are free. Otherwise the request is noted as a refusal.
   [[nodiscard]] bool fits(std::uint64_t bytes) {
     const bool fits = bytes <= free();
     if (!fits) {
@@ -37,7 +38,7 @@ class Ledger {
     }
     return fits;
   }
-  /// Of what fits, or is there already whatever the budget says.
+  /// Reserves bytes. Call it after fits(), or for memory that exists already; the sum may exceed the budget.
   void take(std::uint64_t bytes) {
     taken_ += bytes;
     most_taken_ = std::max(most_taken_, taken_);

@@ -1,6 +1,6 @@
 #pragma once
 
-// A host that draws itself as a context's backend.
+// The backend of a host that draws itself.
 
 #include <deque>
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace coppice {
 
-/// What a host hears of but for chunks that were added.
+/// An event for the host, other than an added chunk.
 struct HostEvent {
   coppice_change_kind kind = COPPICE_CHANGE_NONE;
   coppice_plant plant = 0;
@@ -46,7 +46,7 @@ class HostBackend final : public Backend {
   [[nodiscard]] ViewCounts view_counts(std::uint32_t) const override { return {}; }
   [[nodiscard]] HostBackend* host() override { return this; }
 
-  /// What the host has not heard of yet. No more than plants that were opened or closed, and chunks that were dropped.
+  /// Events that the host has not taken yet: at most one for each plant opened or closed and each chunk dropped.
   [[nodiscard]] std::deque<HostEvent>& events() { return events_; }
 
  private:

@@ -10,7 +10,7 @@
 
 namespace coppice {
 
-/// What coppice_vulkan_context_create is given, checked. The desc's own pointer to a hook is not used.
+/// The checked arguments of coppice_vulkan_context_create. The desc's own pointer to a hook is not used.
 struct VulkanOptions {
   coppice_vulkan_desc desc{};
   coppice_device_memory device_memory{};

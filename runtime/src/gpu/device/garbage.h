@@ -9,17 +9,17 @@
 
 namespace coppice::gpu {
 
-/// Destroys things once the GPU has finished the frame that used them last. They are few: larger buffers' predecessors, sets, and copies
-/// that found no room in the staging ring.
+/// Defers the deletion of objects until the GPU has finished the last frame that used them. They are few: predecessors of buffers that
+/// grew, sets, and copies that did not fit into the staging ring.
 class Garbage {
  public:
   explicit Garbage(Device& device) : device_(device) {}
-  /// The GPU must be done with everything.
+  /// Before: the GPU is done with everything.
   ~Garbage() { begin_frame(frame_, ~std::uint64_t{0}); }
   Garbage(const Garbage&) = delete;
   Garbage& operator=(const Garbage&) = delete;
 
-  /// What is retired from now on may be used by this frame. Destroys what completed frames used.
+  /// Deletes what completed frames used. Objects that are added from now on may be in use by this frame.
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
   void retire(Buffer& buffer) { items_.push_back({frame_, std::exchange(buffer, {}), {}}); }
   void retire(DescriptorSet& set) { items_.push_back({frame_, {}, std::exchange(set, {})}); }

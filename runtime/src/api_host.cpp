@@ -1,4 +1,4 @@
-// The functions of coppice.h for hosts that draw themselves: checks what they pass, translates, forwards. No logic.
+// The functions of coppice.h for hosts that draw themselves: checks arguments, translates, forwards. No logic.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace {
 
 using coppice::ContextOptions;
 
-/// Of a context that has a renderer.
+/// Refuses a context with a renderer.
 std::string host_problem(const coppice_context& context) {
   return context.context->renderer() != nullptr ? "the context has a renderer: coppice_context_create makes one for a host that draws" : "";
 }
@@ -27,7 +27,7 @@ std::string index_problem(std::uint32_t index, std::size_t count) {
   return index < count ? "" : "index is " + std::to_string(index) + ": there are " + std::to_string(count);
 }
 
-/// Of one that the counts fit into.
+/// Checks an output that is large enough for the counts.
 std::string output_problem(const coppice_leaf_layout& layout, const coppice_leaf_output& output) {
   if (output.vertices == nullptr || output.indices == nullptr)
     return output.vertices == nullptr ? "output.vertices is null" : "output.indices is null";

@@ -15,11 +15,11 @@
 namespace coppice {
 namespace {
 
-/// Plants that may be reloaded at a time.
+/// Maximum number of plants that are being reloaded.
 constexpr std::uint32_t kReloadSlots = 4;
-/// How long a reload waits for as much of the new file as is wanted.
+/// Maximum frames that a reload waits for the new file to become as fine as is in demand.
 constexpr std::uint64_t kReloadFrames = 120;
-/// That the host has room for once there is one.
+/// Capacity of the host once there is a plant.
 constexpr std::uint32_t kFirstHostPlants = 16;
 
 std::uint64_t nanoseconds(float ms) {
@@ -30,7 +30,7 @@ std::uint32_t index_of(coppice_plant plant) {
   return unpack_handle(plant).index;
 }
 
-/// The only thing that contexts of a process share: without it their handles could not be told apart.
+/// The contexts of a process share only this counter, which tells their handles apart.
 std::uint32_t next_tag() {
   static std::atomic<std::uint32_t> created{0};
   return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
@@ -245,7 +245,7 @@ Result<void> Context::reload_plant(coppice_plant plant, const std::optional<Plan
   return {};
 }
 
-// What is pinned of the new file has to be there in any case: from then on it can be drawn.
+// The pinned chunks of the new file must be resident in any case: from then on it can be drawn.
 void Context::finish_reloads() {
   for (PlantEntry& plant : plants_.span()) {
     if (!plant.open || plant.next_slot == kNoSlot) continue;
@@ -345,7 +345,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
 }
 
 Result<void> Context::grow_plants() {
-  // What has failed has an entry and no slot.
+  // A failed plant has an entry and no slot.
   const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), limits().max_plants);
   const std::uint32_t capacity = backend_->plant_capacity();
   COPPICE_CHECK(reserve_host(needed));
@@ -389,7 +389,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   wind.before.wind.time_s = blows.time_before_s;
   for (LodView& lod : lods_) lod.reach_share = gpu::kMostWindReach * most_wind_load(wind.now);
   wind_ = wind.now;
-  wind_.wind.map = nullptr;  // the engine's, within this call
+  wind_.wind.map = nullptr;  // the engine's, valid only within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
@@ -422,7 +422,7 @@ Result<void> Context::upload_decoded() {
   const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
   for (const DecodedChunk& chunk : streamer_->take_decoded(backend_->staging_bytes())) {
-    // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
+    // The rest is handed out again. Chunks without which a plant cannot be drawn come first, whatever the time.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
     if (chunk.bytes <= limits().sizes.most_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;

@@ -1,4 +1,4 @@
-// What a context gives to hosts that draw themselves: changes, draws, and what plants look like.
+// A context's functions for hosts that draw themselves: changes, draws, and the appearance of plants.
 
 #include <algorithm>
 #include <cstddef>
@@ -26,7 +26,7 @@ std::uint32_t texture_or_none(std::uint32_t texture) {
   return texture == COPPICE_NO_TEXTURE ? COPPICE_NONE : texture;
 }
 
-/// Fills what of the change depends on the kind of chunk. file: its plant's
+/// Fills the fields that depend on the kind of chunk. file: its plant's
 void describe_bytes(const DecodedChunk& chunk, const PlantFile& file, coppice_change& change) {
   const std::uint32_t index = chunk.id.index;
   const auto describe = [&change](std::span<const std::uint8_t> bytes) {
@@ -174,7 +174,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     }
     const std::uint32_t index = counts.visible_instances++;
     if (index >= out.capacity) return;
-    // Straight to where it goes: a copy of what has just been written waits for it.
+    // Writes directly to the program's memory: a copy would wait for data that was just written.
     unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
     coppice_draw shorter;
     coppice_draw& draw = in_place ? *reinterpret_cast<coppice_draw*>(theirs) : shorter;

@@ -1,4 +1,4 @@
-// The views of a context: what they ask of streaming, and what is known of them.
+// The views of a context: their demand, and their statistics.
 
 #include <algorithm>
 #include <utility>
@@ -9,10 +9,10 @@
 namespace coppice {
 namespace {
 
-/// Views of depth alone share the last lens, the others have the rest.
+/// Views of only depth share the last view group, the others have the rest.
 constexpr std::size_t kDepthLens = kMostLenses - 1;
 
-/// Of two views that streaming takes as one: what is enough for both.
+/// Lowers the threshold so that it suffices for two views of a group.
 void merge_threshold(LodView& of, const LodView& other) {
   of.error_px = std::min(of.error_px, other.error_px);
   of.full = of.full || other.full;
@@ -32,7 +32,7 @@ Result<coppice_view> Context::create_view(const coppice_view_desc& desc, std::ui
   return pack_handle({HandleKind::view, tag_, view.generation, index});
 }
 
-/// That the fewest lit views share.
+/// The group with the fewest views with colours.
 std::size_t Context::free_lens() const {
   std::array<std::size_t, kDepthLens> shares{};
   for (const ViewEntry& view : views_)
@@ -79,7 +79,7 @@ void Context::show_view(const coppice_camera& camera, LodView& lod) {
   backend_->show_view(view.backend_view, camera, lod);
   view.shown = lod;
   view.shown_frame = frame_number_;
-  // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
+  // A discrete level has up to four times the leaves of the cut, and the error falls about with the square root of their number.
   if (lod.discrete) lod.error_px *= 0.5f;
 }
 

@@ -4,7 +4,7 @@
 // Leaf quads: gaps, texture, alpha test; with COPPICE_DEPTH, for shadow maps, no colour.
 // reads     view, instances; base_color
 // writes    what surface.glsl says
-// draws     of leaf.vert, in coppice::gpu::ViewRecorder::record_draw. What has neither texture nor gaps keeps early depth tests.
+// draws     of leaf.vert, in coppice::gpu::ViewRecorder::record_draw. Quads with neither texture nor gaps keep early depth tests.
 
 #define COPPICE_QUADS
 #include "bindings.glsl"

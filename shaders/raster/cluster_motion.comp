@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Where the clusters of a frame were in the frame before, by wind and by their instances: for raster_resolve.frag, which so knows of each
-// pixel without a look at the plant's field.
+// Computes the places of a frame's clusters in the frame before, after wind and motion of instances, so that raster_resolve.frag need not
+// read the plant's field for each pixel.
 // reads     view, instances, moved instances, plants, rounds, work_items; lists and clusters by address
 // writes    ClusterMotion[] by address
-// dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record where the view wants velocity
+// dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record if the view has velocity
 
 #include "bindings.glsl"
 #include "raster.glsl"

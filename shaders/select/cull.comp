@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Frustum culling and cut selection where the hardware draws everything: an invocation an instance slot.
+// Frustum culling and cut selection where the hardware draws everything: one invocation per instance slot.
 // reads     view, instances, plants, table_words; lists, clusters and lives by address
-// writes    cuts of all instances; of those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
+// writes    cuts of all instances; for those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
 //           address (draw_counts, instance counts of wood_commands and counters start at zero)
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::ViewRecorder::record_cull
 
@@ -16,7 +16,8 @@
 
 layout(local_size_x = kCullGroupSize) in;
 
-// Commands [first, end): for the first cluster_count clusters of the pages, which may show some of the cut; the others draw nothing.
+// Writes commands [first, end) for the first cluster_count clusters of the pages, which may show some of the cut; the other commands draw
+// nothing.
 void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint first, uint end) {
   Plant plant = candidate.plant;
   Instance instance = candidate.instance;
@@ -34,8 +35,8 @@ void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint f
   }
 }
 
-// Where commands are short the cut becomes coarser: the finest, of fewer and fewer leaves, whose commands fit. For a ready cut there is one
-// in any case. How many leaves are drawn.
+// If commands are short the cut becomes coarser: the finest one, of fewer and fewer leaves, whose commands fit. A ready cut always has one.
+// Returns the number of leaves that are drawn.
 uint draw_leaves(Candidate candidate, uint leaf_count) {
   Plant plant = candidate.plant;
   uint slot = candidate.slot;
@@ -58,7 +59,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
   return count;
 }
 
-// Whether an instance is in view.
+// True if the instance is in view.
 bool cull(uint slot) {
   Instance instance = instance_at(slot);
   if (!is_wanted(instance)) return false;

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Blocks of instances that a round has to look at: those of its size on screen, in view, not hidden.
-// reads     view, blocks, in rounds but the first tiles
-// writes    visible_blocks and the round's blocks stage; counters
+// Finds the blocks of instances of a culling pass: those of its size on screen, in view, not hidden.
+// reads     view, blocks, in all passes but the first tiles
+// writes    visible_blocks and the pass's blocks stage; counters
 // dispatch  an invocation a block, kCullGroupSize a group; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
@@ -14,7 +14,7 @@
 
 layout(local_size_x = kCullGroupSize) in;
 
-// The round of a size on screen, as a share of the picture's height.
+// The culling pass for a size on screen, as a share of the picture's height.
 uint round_of(float share) {
   if (share > 0.55) return 0;
   if (share > 0.22) return 1;

@@ -1,24 +1,24 @@
-// What an instance is drawn with, by its error table. Nothing here writes but show_debug_color.
+// Selects what an instance is drawn with, by its error table. Only show_debug_color writes anything.
 // After bindings.glsl with COPPICE_CULL_ACCESS.
 
 #include "coppice_light.h"
 #include "wind.glsl"
 #include "debug_view.glsl"
 
-layout(constant_id = 0) const uint kDebugged = 0;  // 1: with colours for view.debug_view
+layout(constant_id = 0) const uint kDebugged = 0;  // 1: also computes colours for view.debug_view
 
-// An instance as the view has it.
+// An instance as seen in the view.
 struct Candidate {
   uint slot;
   Instance instance;
   Plant plant;
   CoppiceTable table;
-  vec3 center;  // of its sphere, world space
+  vec3 center;  // centre of its sphere, world space
   float radius_m;
-  float reach_m;     // with what the wind can move
+  float reach_m;     // maximum motion by wind
   float distance_m;  // size_distance_m of the centre
   float size_px;
-  float error_px;  // the view's, by the instance's bias
+  float error_px;  // the view's, with the instance's bias
   float threshold_px;
 };
 
@@ -26,7 +26,7 @@ bool is_wanted(Instance instance) { return instance.plant != kNoPlant && (instan
 
 Candidate candidate_of(uint slot, Instance instance) {
   Plant plant = plants[instance.plant];
-  // Loops go through the table: no count from memory is taken as it is.
+  // Loops run through the table, so counts from memory are limited.
   CoppiceTable table = CoppiceTable(instance.plant * kTableStride, min(plant.error_level_count, kMostErrorLevels),
                                     min(plant.error_size_count, kMostErrorSizes), min(plant.wood_lod_count, kMaxWoodLods));
   vec3 center = world_from_object(instance, plant.sphere_center);
@@ -41,7 +41,7 @@ Candidate candidate_of(uint slot, Instance instance) {
 
 bool has_leaves(Plant plant) { return plant.resident_leaf_count > 0; }
 bool shows_leaves(Candidate candidate) { return has_leaves(candidate.plant) && leaf_share_of(candidate.instance) > 0.0; }
-// What casts a shadow is drawn with quads.
+// Shadow casters are drawn with quads.
 bool has_leaf_meshes(Plant plant) { return view.is_shadow == 0 && plant.leaf_mesh_count > 0; }
 
 float finest_cut(Plant plant) { return max(float(plant.resident_leaf_count), 1.0); }
@@ -51,7 +51,7 @@ struct Wanted {
   bool meshes;  // leaf meshes instead of the cut
 };
 
-// cut: coppice_drawn_leaf_count of the threshold; meshes: whether leaf meshes may be drawn
+// cut: coppice_drawn_leaf_count of the threshold; meshes: leaf meshes may be drawn
 Wanted wanted_of(Candidate candidate, CoppiceColumn column, float cut, bool meshes) {
   CoppiceTable table = candidate.table;
   float threshold_px = candidate.threshold_px, finest = finest_cut(candidate.plant);
@@ -61,7 +61,7 @@ Wanted wanted_of(Candidate candidate, CoppiceColumn column, float cut, bool mesh
   return Wanted(view.lod_full != 0 ? finest : min(cut, finest), wants_meshes);
 }
 
-// kMaxWoodLods where there is none to draw.
+// kMaxWoodLods if there is none to draw.
 uint wood_lod_of(Candidate candidate, CoppiceColumn column) {
   if (candidate.plant.wood_resident_mask == 0) return kMaxWoodLods;
   uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(candidate.table, column, candidate.threshold_px);
@@ -72,7 +72,7 @@ uint wood_lod_of(Candidate candidate, CoppiceColumn column) {
 struct Shown {
   bool rasterised, meshes;
   float leaf_count;
-  float round_share;  // of what is rasterised: 0 the first, 1 the last
+  float round_share;  // share of the rasterised instances: 0 in the first culling pass, 1 in the last
 };
 
 void show_debug_color(Candidate candidate, CoppiceColumn column, Shown shown) {

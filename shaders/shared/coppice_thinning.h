@@ -1,10 +1,11 @@
-// Which pixels of a leaf with gaps are drawn, once: this text compiles as GLSL and as C++ (namespace coppice::gpu).
+// Stochastic transparency: decides which pixels of a leaf with gaps are drawn. This text compiles as GLSL and as C++ (namespace
+// coppice::gpu).
 //
-// A merged leaf stands for several with gaps between them. Each pixel of it has a threshold, in sixteenths, and is drawn where that is not
-// below the leaf's gaps: the mean over a few pixels, or over the frames that temporal antialiasing averages, is a leaf that lets through
-// its gaps' share. Thresholds are a lattice over the picture that fills [0, 1) evenly with any few neighbours (R2: Roberts, The
-// Unreasonable Effectiveness of Quasirandom Sequences), and go on by an irrational step from frame to frame. Leaves differ in phase, in
-// one of four lattices and in one of eight steps: what lies behind a leaf is not seen through the same pixels as the leaf itself.
+// A merged leaf stands for several leaves with gaps between them. Each of its pixels has a threshold, in sixteenths, and is drawn if that
+// is not below the leaf's gaps. The mean over a few pixels, or over the frames that temporal antialiasing averages, is a leaf that lets
+// through its gaps' share. Thresholds form a lattice over the picture that fills [0, 1) evenly with any few neighbours (R2: Roberts, The
+// Unreasonable Effectiveness of Quasirandom Sequences), and advance by an irrational step from frame to frame. Leaves differ in phase, in
+// one of four lattices and in one of eight steps, so that a leaf and the leaves behind it leave out different pixels.
 //
 // In a shader after bindings.glsl.
 
@@ -19,43 +20,44 @@ namespace coppice::gpu {
 using lod::coppice_hash;
 #endif
 
-// Of Leaf::card:
-/// Which of the plant's cards, or CardLooks.
+// These unpack Leaf::card:
+/// Index of the plant's cards, or CardLooks.
 COPPICE_FN uint card_of_leaf(uint card) {
   return card & ((1u << kGapShift) - 1u);
 }
 COPPICE_FN uint gaps_of_leaf(uint card) {
   return card >> kGapShift & kMaxGaps;
 }
-/// What its light is multiplied by; linear_brightness of core/tree.h.
+/// The factor of its light; linear_brightness of core/tree.h.
 COPPICE_FN float brightness_of_leaf(uint card) {
   float displayed = float((card >> kBrightnessShift & 15u) + 8u) * (1.0f / 16.0f);
   return displayed * displayed;
 }
 
-/// Share of a leaf that is no gap.
+/// Share of a leaf that is not gaps.
 COPPICE_FN float opacity_of(uint gaps) {
   return 1.0f - float(gaps) * (1.0f / 16.0f);
 }
 
-// A leaf's thinning is a word: its gaps, kMaxGaps at most; which lattice; and its threshold at pixel (0, 0), of which the upper bits count.
+// A leaf's thinning is a word: its gaps, kMaxGaps at most; its lattice; and its threshold at pixel (0, 0), of which only the upper bits
+// count.
 const uint kLatticeBits = 0x30u;
 const uint kThinningBits = kLatticeBits | kMaxGaps;
 
-/// What a lattice adds to the threshold at a pixel.
+/// The lattice's contribution to the threshold at a pixel.
 COPPICE_FN uint lattice_at(uint thinning, uint x, uint y) {
   bool swapped = (thinning & 0x10u) != 0u, mirrored = (thinning & 0x20u) != 0u;
   uint p = swapped ? y : x, q = swapped ? x : y;
   return p * 3242174889u + (mirrored ? 0u - q : q) * 2447445414u;  // 2^32 times 1 / g and 1 / g^2, where g^3 = g + 1
 }
 
-/// Of some words of a Leaf's corners and of an instance's slot: alike in every cut that shows the leaf.
+/// Made of some words of a Leaf's corners and of an instance's slot, which are the same in every cut that shows the leaf.
 COPPICE_FN uint leaf_name(uint first_word, uint middle_word, uint last_word, uint slot) {
   return coppice_hash(first_word ^ middle_word * 2654435769u ^ last_word * 2246822519u ^ slot * 3266489917u);
 }
 
-/// frame: View::temporal_frame; x, y: the pixel of the leaf's middle. The fixed pattern moves with the leaf, so that a camera on its way
-/// does not slide it over the leaf.
+/// frame: View::temporal_frame; x, y: the pixel of the leaf's middle. The fixed pattern moves with the leaf, so that it does not slide over
+/// the leaf when the camera moves.
 COPPICE_FN uint leaf_thinning(uint gaps, uint name, uint frame, uint x, uint y) {
   uint which = name >> 6u & 3u;
   // 2^32 times the fractions of the golden ratio and of the roots of 2, 3 and 7.
@@ -65,7 +67,7 @@ COPPICE_FN uint leaf_thinning(uint gaps, uint name, uint frame, uint x, uint y) 
   return gaps == 0u ? 0u : (threshold & ~kThinningBits) | (name & kLatticeBits) | gaps;
 }
 
-/// Always, of a leaf without gaps: its thinning is 0.
+/// True for every pixel of a leaf without gaps: its thinning is 0.
 COPPICE_FN bool shows_pixel(uint thinning, uint x, uint y) {
   return (thinning + lattice_at(thinning, x, y)) >> 28u >= (thinning & kMaxGaps);
 }

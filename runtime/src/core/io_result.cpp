@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kFirstPause_ns = 50'000'000;
 constexpr std::uint64_t kLongestSleep_ns = 5'000'000;
 
-/// -1 is EPERM, and what a hook returns that knows no reason.
+/// -1 is EPERM, but also the result of a hook that knows no reason.
 std::string reason_of(std::int64_t result) {
   return result < -1 && result > -4096 ? std::generic_category().message(static_cast<int>(-result)) : std::string();
 }

@@ -13,7 +13,7 @@ namespace {
 using Node = coppice_file_wind_node;
 using Cell = std::array<std::uint32_t, 3>;
 
-/// Of a sway or a difference of two, -1..1.
+/// Length of a sway, or of a difference of two, -1..1.
 double length(int sway_cos, int sway_sin) {
   return std::sqrt(double(sway_cos * sway_cos + sway_sin * sway_sin)) / 127.0;
 }
@@ -22,13 +22,13 @@ std::size_t node_index(std::uint32_t side, const Cell& at) {
   return at[0] + std::size_t{side} * (at[1] + std::size_t{side} * at[2]);
 }
 
-/// How steeply a cell's lean and sway change at most.
+/// Maximum slopes of lean and sway in a cell.
 struct Slopes {
   double lean_per_m = 0.0, sway_per_m = 0.0;
 };
 
-/// Along one axis: of the cell's four edges the largest difference over the length. Inside, a trilinear field's derivative is a mean of
-/// these four.
+/// Slopes along one axis: the largest difference along the cell's four edges over the length. Inside the cell the derivative of a trilinear
+/// field is a mean of these four.
 Slopes axis_slopes(const WindField& field, const Cell& cell, std::size_t axis, double edge_m) {
   Slopes most;
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
@@ -116,8 +116,8 @@ double most_wind_growth(const WindField& field) {
 }
 
 Result<void> check_wind_head(const coppice_file_wind& head, std::uint64_t at) {
-  constexpr float kMost = 3.402823466e38f;  // what is finite
-  constexpr float kLeastExtent_m = 1e-30f;  // shaders have its inverse
+  constexpr float kMost = 3.402823466e38f;  // bounds finite values
+  constexpr float kLeastExtent_m = 1e-30f;  // shaders divide by it
   const NamedField fields[] = {
       {"wind base_y_m", head.base_y_m, -kMost, kMost, offsetof(coppice_file_wind, base_y_m)},
       {"wind height_m", head.height_m, 0.0f, kMost, offsetof(coppice_file_wind, height_m)},

@@ -9,11 +9,11 @@
 namespace coppice::gpu {
 namespace {
 
-/// Kept free in the staging ring for what is no chunk: instances, tables, lists.
+/// Bytes of the staging ring kept free for instances, tables and lists.
 constexpr std::uint64_t kFrameStagingBytes = 1ull << 19;
-/// A block of device memory is one part in this many of the budget: of 4,096 allocations that devices promise, few are taken.
+/// A block of device memory is the budget divided by this. So few of the 4,096 allocations that devices guarantee are needed.
 constexpr std::uint64_t kBlockShare = 32;
-/// That there is room for from the beginning.
+/// Capacity at the beginning.
 constexpr std::uint32_t kFirstPlants = 16;
 
 constexpr VkPipelineStageFlags2 kReadStages = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
@@ -60,7 +60,7 @@ Result<void> Renderer::create() {
   COPPICE_CHECK(views_.create(desc_.views, texture_sets_));
   if (desc_.views.pass_times) COPPICE_CHECK(timer_.create(device_));
   COPPICE_CHECK(create_buffers());
-  // Until here blocks are small, whatever the budget: what is taken before any plant does not depend on it.
+  // Blocks are small up to here, so the memory before any plant does not depend on the budget.
   set_memory_budget(desc_.memory_budget_bytes);
   return device_state();
 }
@@ -72,7 +72,7 @@ Renderer::~Renderer() {
     destroy_buffer(device_, *buffer);
 }
 
-// What the device binds, and what it culls in one dispatch and draws in one call.
+// Lowers limits to what the device binds, culls in one dispatch and draws in one call.
 void Renderer::lower_limits() {
   const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
     limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
@@ -241,7 +241,7 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
 
 Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
   COPPICE_TRY(view, views_.add(attachments, capacity_));
-  // The first of its kind may ask for lists that views share.
+  // The first view of its kind may need lists that views share.
   if (auto shared = growing_.reserve(sizes({})); !shared) {
     remove_view(view);
     return shared.error();
@@ -251,7 +251,7 @@ Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
 
 void Renderer::remove_view(std::uint32_t view) {
   BufferSizes sizes;
-  views_.view(view).add_sizes({.slots = 1}, sizes);  // all that it may have
+  views_.view(view).add_sizes({.slots = 1}, sizes);  // all buffers that it may have
   growing_.forget(sizes);
   views_.remove(view);
 }

@@ -14,28 +14,28 @@
 namespace coppice {
 namespace {
 
-/// Tiles that are there stay until they are this much smaller than what is wanted: a camera that comes and goes reads nothing.
+/// Resident tiles stay until they are this much smaller than those in demand, so a camera that moves back and forth reads nothing.
 constexpr float kKeepShare = 0.8f;
-/// After the allocator hook had nothing, frames until the next try.
+/// Frames until the next attempt after the allocator hook had no memory.
 constexpr std::uint64_t kRetryFrames = 60;
 
 enum class TileState : std::uint8_t {
   absent,
-  reading,   ///< the I/O hook or a job has it
+  reading,   ///< the I/O hook or a job works on it
   decoded,   ///< waits for its species, or for its turn
   resident,  ///< its instances are placed
-  failed,    ///< reported once, never asked for again
+  failed,    ///< logged once, never requested again
 };
 
 enum class ReadStage : std::uint8_t {
   idle,
   reading,
-  paused,  ///< the read failed and is tried again
+  paused,  ///< the read failed and is tried again later
   decoding,
   done,
 };
 
-/// A tile on its way. While a hook owns it, the frame's thread leaves it alone.
+/// A tile that is being loaded. While a hook owns it, the frame's thread leaves it alone.
 struct Read {
   ReadStage stage = ReadStage::idle;
   CompletionQueue<Read>* queue = nullptr;
@@ -62,7 +62,7 @@ void run_decode(void* argument) {
   read->queue->push(read);
 }
 
-/// Reads the start of the file through the hook and waits, also for further tries.
+/// Reads the start of the file through the hook and waits, also for retries.
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)()) {
   CompletionQueue<Read> queue;
   Read read;
@@ -85,7 +85,7 @@ std::string_view folder_of(std::string_view path) {
 
 struct SpeciesEntry {
   SpeciesState state = SpeciesState::unknown;
-  const char* path = nullptr;  ///< with the scene's folder, into species_paths
+  const char* path = nullptr;  ///< points into species_paths, with the scene's folder
 };
 
 }  // namespace
@@ -95,13 +95,13 @@ struct SceneStream::State {
 
   Hooks hooks;
   Ledger& ledger;
-  std::uint64_t taken_bytes = 0;  ///< but for reads
+  std::uint64_t taken_bytes = 0;  ///< without those of reads
   SceneStreamOptions options;
   HookArray<char> path;
   std::int64_t io_file = -1;
   SceneFile file;
   HookArray<TileState> tiles;
-  HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame that wanted it
+  HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame in which it was in demand
   HookArray<std::uint32_t> resident;      ///< [resident_count] in any order
   std::uint32_t resident_count = 0;
   HookArray<SpeciesEntry> species;
@@ -110,14 +110,14 @@ struct SceneStream::State {
   CompletionQueue<Read> queue;
   std::uint64_t frame = 0, retry_frame = 0;
 
-  // At their largest from the start, so that what the scene takes does not grow with the view.
+  // They have their maximum size from the start, so that the scene's memory does not grow with the view.
   BoundedList<TileSize> sizes;            ///< scratch: tiles near the threshold, in this frame
-  BoundedList<TileSize> requests;         ///< scratch: those to ask for
-  BoundedList<TileSize> small;            ///< scratch: those to drop, by place in `resident`
+  BoundedList<TileSize> requests;         ///< scratch: tiles to request
+  BoundedList<TileSize> small;            ///< scratch: tiles to drop, by place in `resident`
   HookArray<std::uint32_t> tile_scratch;  ///< [tile]
   BoundedList<std::uint32_t> dropped;
-  std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
-  std::vector<SceneEye> eyes;     ///< of the frame's views
+  std::uint32_t used_blocks = 0;  ///< blocks of tiles that are being loaded or resident
+  std::vector<SceneEye> eyes;     ///< those of the frame's views
   float threshold_px = 0.0f;
   SceneStats counters;
 
@@ -223,7 +223,7 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
   return stream;
 }
 
-// Of what there is from the start.
+// Counts the memory that exists from the start.
 Result<void> SceneStream::State::take_memory() {
   const std::uint64_t bytes = sizeof(State) + path.bytes() + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() +
                               file.tiles.bytes() + file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() +
@@ -247,7 +247,7 @@ void SceneStream::begin_frame(std::span<const SceneEye> eyes, std::uint32_t bloc
   s.collect();
   s.retry_reads();
   s.choose(block_count);
-  s.collect();  // hooks that answer inline
+  s.collect();  // hooks that answered inline
 }
 
 Read* SceneStream::State::idle_read() {
@@ -292,7 +292,7 @@ void SceneStream::State::retry_reads() {
   }
 }
 
-// A lack of memory passes; anything else is tried a few times.
+// A lack of memory is temporary; other failures have a few attempts.
 void SceneStream::State::fail_read(Read& read) {
   const Error error = read_error(read.bytes_read, read.bytes.size(), file.tiles[read.tile].offset);
   if (error.status == Status::out_of_memory) {
@@ -337,7 +337,7 @@ void SceneStream::State::finish(Read& read) {
     fail(read.tile, read.outcome.error());
     return free_read(read);
   }
-  // No longer wanted by far: decoded for nothing.
+  // By now it is far too small: it was decoded in vain.
   if (tile_size_px(tile, eyes) < kKeepShare * threshold_px) {
     give_up_tile(read.tile);
     return free_read(read);
@@ -349,7 +349,7 @@ void SceneStream::State::finish(Read& read) {
     if (SpeciesEntry& entry = species[instance.species]; entry.state == SpeciesState::unknown) entry.state = SpeciesState::wanted;
 }
 
-// What is largest, as much as fits, largest first until reads run out.
+// Chooses the largest tiles that fit, and requests them by size until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
   sizes.count = gather_tiles(file, eyes, options.least_px, tile_scratch.span(), sizes.items.span());
   for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
@@ -376,7 +376,7 @@ void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
     dropped.push_back(tile);
     ++counters.tiles_dropped;
   }
-  // From the back, so that what moves up to fill a hole is none of the dropped.
+  // From the back, so that the tile that fills a hole is none of the dropped.
   std::ranges::sort(leaving.first(count), std::greater{}, &TileSize::tile);
   for (std::size_t i = 0; i < count; ++i) resident[leaving[i].tile] = resident[--resident_count];
 }
@@ -396,7 +396,7 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
   }
   const std::span<TileSize> wanted = requests.span();
   if (wanted.empty() || frame < retry_frame) return;
-  // What is kept beyond the threshold makes way for what is wanted.
+  // Tiles that are kept beyond the threshold make way for those in demand.
   if (used_blocks + missing_blocks > block_count) drop_small(INFINITY, block_count - std::min(missing_blocks, block_count));
   const std::size_t count = std::min<std::size_t>(wanted.size(), reads.size());
   std::ranges::partial_sort(wanted, wanted.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);

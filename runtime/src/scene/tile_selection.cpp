@@ -17,7 +17,7 @@ float size_px(float radius_m, float distance_m, const SceneEye& eye) {
   return 2.0f * radius_m * eye.focal_px / std::max(distance_m, eye.near_m);
 }
 
-/// What counts as the distance of a box from the eye.
+/// The distance of a box from the eye that sizes use.
 float distance_m(const vec3& low, const vec3& high, const SceneEye& eye) {
   if (!eye.parallel) return length(max(max(low - eye.position_m, eye.position_m - high), vec3(0.0f)));
   const vec3 off = 0.5f * (low + high) - eye.position_m;
@@ -25,16 +25,16 @@ float distance_m(const vec3& low, const vec3& high, const SceneEye& eye) {
   return 1.0f + std::max(aside_m, 0.0f) / eye.half_diagonal_m;
 }
 
-/// No descendant of the tile is larger: they stand in its square and have no larger plants.
+/// Maximum size in the tile and below it: its descendants stand in its square and have no larger plants.
 float most_size_px(const SceneTile& tile, const SceneEye& eye) {
-  // Of any height.
+  // The square at any height.
   if (eye.parallel) return size_px(tile.entry.max_radius, 1.0f, eye);
   const float x = gap(eye.position_m.x, tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
   const float z = gap(eye.position_m.z, tile.square_min_m[1], tile.square_min_m[1] + tile.square_side_m);
   return size_px(tile.entry.max_radius, std::sqrt(x * x + z * z), eye);
 }
 
-// Sizes by the upper bits of a float: exponent and four bits of the mantissa.
+// Sizes are binned by the upper bits of a float: exponent and four bits of the mantissa.
 constexpr std::uint32_t kStepBits = 4, kMantissaBits = 23, kShift = kMantissaBits - kStepBits;
 constexpr std::uint32_t kBinCount = 64u << kStepBits;  // 64 octaves
 constexpr std::uint32_t kFirstBin = (127u - 32u) << kStepBits;
@@ -59,7 +59,7 @@ float tile_size_px(const SceneTile& tile, std::span<const SceneEye> eyes) {
 std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes, float floor_px, std::span<std::uint32_t> scratch,
                          std::span<TileSize> out) {
   std::size_t found = 0, visit_count = 1;
-  // Breadth first, as the tiles are: scratch holds those whose parents may have children large enough.
+  // Breadth first, as the tiles are: scratch holds tiles whose parents may have large enough children.
   scratch[0] = 0;
   for (std::size_t i = 0; i < visit_count; ++i) {
     const SceneTile& tile = scene.tiles[scratch[i]];
@@ -82,7 +82,7 @@ float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_p
   while (bin > 0 && blocks[bin - 1] <= room) room -= blocks[--bin];
   for (TileSize& tile : tiles) tile.wanted = tile.size_px >= least_px && bin_of(tile.size_px) >= bin;
   if (bin == 0) return least_px;
-  // The step that fits in part. Where the eye is in many tiles at once, they are all of one size.
+  // The step that fits in part. If the eye is in many tiles at once, they all have the same size.
   const std::uint32_t last = bin - 1;
   std::size_t partial_count = 0;
   for (std::uint32_t i = 0; i < tiles.size(); ++i)

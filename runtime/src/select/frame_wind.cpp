@@ -10,7 +10,7 @@
 namespace coppice {
 namespace {
 
-/// Of a gust's waves: how they turn from the wind's direction, how long they are, and their share of it.
+/// A gust's wave: its direction relative to the wind, its length, and its share.
 struct Wave {
   double turn_rad, length_m;
   float share;
@@ -19,7 +19,7 @@ constexpr std::array<Wave, gpu::kWindWaves> kWaves{{{0.0, 80.0, 0.5f}, {0.5, 37.
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// So that a plant's motion is the same again after kWindPeriod_s.
+/// Rounds a frequency so that a plant's motion repeats after kWindPeriod_s.
 float whole_hz(float period_s) {
   return std::max(std::round(gpu::kWindPeriod_s / period_s), 1.0f) / gpu::kWindPeriod_s;
 }
@@ -49,7 +49,7 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
   }
   std::ranges::transform(numbers, words.begin(), [](float number) { return std::bit_cast<std::uint32_t>(number); });
   words[7] = head.node_side;
-  // Rounded up: it is a bound.
+  // Rounded up, because it is a bound.
   words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(most_wind_move_m(field)), HUGE_VALF));
   static_assert(sizeof(coppice_file_wind_node) == sizeof(std::uint32_t));
   std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
@@ -57,7 +57,7 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
 
 namespace {
 
-/// Straight up or down it blows nowhere.
+/// Wind straight up or down has no horizontal speed.
 float level_speed_mps(const coppice_wind& wind) {
   return std::hypot(wind.direction[0], wind.direction[2]) > 1e-6f ? wind.speed : 0.0f;
 }
@@ -83,7 +83,7 @@ float most_wind_load(const PlacedWind& wind) {
 float most_wind_mps(std::span<const float> map) {
   float most = 0.0f;
   for (std::size_t i = 0; i + 1 < map.size(); i += 2) most = std::max(most, map[i] * map[i] + map[i + 1] * map[i + 1]);
-  // Rounded up: it is a bound.
+  // Rounded up, because it is a bound.
   return std::nextafter(std::sqrt(most), HUGE_VALF);
 }
 

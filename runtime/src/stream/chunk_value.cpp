@@ -6,11 +6,12 @@ namespace coppice {
 
 namespace {
 
-/// Worth of a wanted chunk where the table sees no gain, px an instance: small beside any measured gain, so that it comes last.
+/// Value of a chunk in demand whose gain in the table is 0, px an instance: small beside any measured gain, so that it comes last.
 constexpr float kLeastGainPx = 1e-4f;
 /// Share of a plant's size that counts as wrong while a texture is missing.
 constexpr float kMissingTextureError = 0.25f;
-/// Leaf meshes are asked for where their quads' error is at this share of the threshold: they are there when it gets to all of it.
+/// Leaf meshes are requested when their quads' error is at this share of the threshold, so that they have arrived when it reaches the
+/// threshold.
 constexpr float kLeafMeshHeadStart = 0.5f;
 
 /// The smallest threshold any instance may have.
@@ -18,12 +19,12 @@ float least_threshold_px(const LodView& view) {
   return view.full ? 0.0f : view.error_px * (1.0f - lod::kCoppiceThresholdSpread);
 }
 
-/// The size, px, that stands for a bin's instances.
+/// The size, px, that represents a bin's instances.
 float bin_size_px(const PlantDemand& demand, std::uint32_t bin) {
   return bin + 1 < kSizeBinCount ? std::min(size_bin_px(bin), demand.max_size_px) : demand.max_size_px;
 }
 
-/// Sum over instances of how much the visible error falls. error_before/after: px, of a size in px.
+/// Sums over instances how much the visible error falls. error_before/after: px, as a function of size in px
 template <class Before, class After>
 float summed_gain_px(const PlantDemand& demand, float threshold_px, Before error_before, After error_after) {
   float gain = 0.0f;
@@ -45,7 +46,7 @@ lod::CoppiceColumn column_of(const ValuedPlant& plant, float size_px) {
   return lod::coppice_column(plant.table, size_px);
 }
 
-/// Leaves of the finest cut that any instance asks for. Those drawn with leaf meshes ask for what they would show without.
+/// Number of leaves in the finest cut that any instance demands. Instances drawn with leaf meshes demand what they would show without.
 std::uint32_t wanted_leaf_count(const ValuedPlant& plant, const PlantDemand& demand, float threshold_px, bool leaf_meshes) {
   float finest = lod::coppice_leaf_count(plant.table, column_of(plant, demand.max_size_px), threshold_px);
   for (std::uint32_t bin = 0; leaf_meshes && bin < kSizeBinCount; ++bin) {

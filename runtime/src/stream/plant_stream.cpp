@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kWantWindowFrames = 8;
 
-/// Which chunk of ours a chunk of the file is; false: one the streamer does not load by itself.
+/// Maps a chunk of the file to one of ours; false if the streamer does not load it by itself.
 bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
   if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
   if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
@@ -40,7 +40,7 @@ Result<void> allocate_arrays(PlantStream& plant) {
   return allocate_into(plant.texture_uploads, allocator, counts.texture_count);
 }
 
-/// Finds every chunk in the file's table, which the reader has checked: each is there once.
+/// Finds every chunk in the file's table. The reader has checked that each is there once.
 void index_chunks(PlantStream& plant) {
   const coppice_file_plant& counts = plant.file.plant;
   std::size_t found = 0;
@@ -115,7 +115,7 @@ std::uint64_t host_mesh_bytes(std::uint64_t vertex_count, std::uint64_t triangle
   return vertex_count * sizeof(coppice_mesh_vertex) + 3 * triangle_count * sizeof(std::uint32_t);
 }
 
-/// coppice_mesh_vertex[], then indices. errors  out_of_memory
+/// Makes coppice_mesh_vertex[], then indices. errors  out_of_memory
 Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& allocator) {
   gpu::MeshBlock block;
   COPPICE_CHECK(allocate_into(block.bytes, allocator, host_mesh_bytes(mesh.vertices.size(), mesh.indices.size() / 3)));
@@ -137,7 +137,7 @@ Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& 
   return block;
 }
 
-/// Where in a block of wood what is. A vertex begins with its position.
+/// Layout of a wood block. A vertex begins with its position.
 struct MeshLayout {
   std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
 };
@@ -171,7 +171,7 @@ std::span<const std::uint8_t>& memory_of(void* user) {
   return *static_cast<std::span<const std::uint8_t>*>(user);
 }
 
-/// Answers inline out of `bytes`, which outlive it.
+/// A hook that answers inline from `bytes`, which outlive it.
 coppice_io memory_io(std::span<const std::uint8_t>& bytes) {
   const auto open = [](void* user, const char*, std::uint64_t* file_bytes) -> std::int64_t {
     *file_bytes = memory_of(user).size();
@@ -277,7 +277,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     bytes.gpu = bytes.upload = upload.bytes;
   }
   const bool stored = chunk.id.kind == ChunkKind::texture && !plant.texture_uploads[chunk.id.index].decoded;
-  if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // else they are what is uploaded
+  if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // stored ones are uploaded as they are
   if (bytes.gpu > plant.gpu.most_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
@@ -404,7 +404,7 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
     if (chunk.residency == Residency::resident) continue;
     const std::uint64_t passing = bytes.upload + bytes.work;
     if (in_leaf_mesh_set(plant, chunk))
-      set_passing += passing;  // they are asked for together
+      set_passing += passing;  // they are requested together
     else
       planned.passing = std::max(planned.passing, passing);
   }
@@ -412,13 +412,13 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   return planned;
 }
 
-// What is damaged will never be complete: the other leaf meshes are not worth their memory.
+// A damaged set never becomes complete: the other leaf meshes are not worth their memory.
 void give_up(PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) plant.loadable_page_count = std::min(plant.loadable_page_count, chunk.id.index);
   if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes = 0;
 }
 
-// What is pinned is absent only where the device had no memory for it.
+// A pinned chunk is only absent if the device had no memory for it.
 bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
   return (chunk.pinned && !plant.closing) || wanted_by(plant, wants, chunk);
 }
@@ -463,7 +463,7 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const std::span<const PageNode> nodes = data.nodes.span();
   gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
   if (page == 0) {
-    // Once, while the plant is opened: other jobs read it from then on.
+    // Measured once, while the plant is opened, because other jobs read it afterwards.
     if (plant.leaves.light == nullptr) {
       plant.light = gpu::measure_crown({plant.leaves.root, nodes, plant.looks.cards(), plant.leaves.box});
       plant.leaves.light = &plant.light;

@@ -13,16 +13,16 @@ namespace coppice {
 
 namespace {
 
-constexpr std::size_t kMaxListed = 4096;    ///< evictions and releases a frame; what is over waits for the next
-constexpr std::size_t kMaxUploads = 256;    ///< chunks a take_decoded
-constexpr std::uint32_t kFirstPlants = 64;  ///< that there is room for from the beginning
+constexpr std::size_t kMaxListed = 4096;    ///< maximum of evictions and releases a frame; the rest waits for the next
+constexpr std::size_t kMaxUploads = 256;    ///< maximum of chunks in a take_decoded
+constexpr std::uint32_t kFirstPlants = 64;  ///< capacity at the beginning
 
-/// Places in the scratch lists.
+/// Number of places in the scratch lists.
 std::size_t most_requests(const PlantStream& plant) {
   return plant.chunks.size() - plant.file.plant.page_count + 1;
 }
 
-/// Of those; the lists grow by half.
+/// Bytes of those lists, which grow by half.
 std::uint64_t list_bytes(const PlantStream& plant) {
   return most_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
 }
@@ -48,7 +48,7 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   return streamer;
 }
 
-// Reads that return may not start anything: only waiting is left to do.
+// Reads that return must not start anything: only waiting is left.
 Streamer::~Streamer() {
   if (!state_) return;
   state_->completions.wait_for_all();
@@ -60,7 +60,8 @@ PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
   return *plants[plant];
 }
 
-// Room is found before anything is read or decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
+// Memory is reserved before anything is read or decoded. If there is none, begin_frame frees some: the GPU may still read what is evicted
+// now.
 Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t bytes) {
   const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
   release(opening);
@@ -316,7 +317,7 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.collect_in_time(0);
 }
 
-// Pinned chunks go too, last page first.
+// Pinned chunks are evicted too, last page first.
 void Streamer::State::advance_closing(PlantStream& plant) {
   if (plant.close_frame == 0) {
     plant.close_frame = frame_number;
@@ -449,7 +450,7 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
       COPPICE_ASSERT(advance(plant.chunk(ChunkKind::page, page), Residency::absent));
     plant.decoded_page_count = id.index;
     plant.trim_needed = true;
-    return;  // their memory goes in the next begin_frame: spans that were handed out stay valid until then
+    return;  // the next begin_frame frees their memory: spans that were handed out stay valid until then
   }
   free_decoded(plant, id);
   state_->set_bytes(chunk, 0);
@@ -506,7 +507,7 @@ namespace {
 
 using CountsByKind = std::array<ChunkCounts, kChunkKindCount>;
 
-/// Adds to `wanted` and `queued` what of `wants` is not there.
+/// Adds the chunks of `wants` that are not resident to `wanted` and `queued`.
 void count_missing(const PlantStream& plant, const PlantWants& wants, CountsByKind& counts) {
   const auto count = [&](const Chunk& chunk) {
     if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_wanted(plant, wants, chunk)) return;

@@ -1,5 +1,5 @@
-// Memory and evicting. A request takes all that its chunk will ever hold at once, and gives parts back as it moves on; what is uploaded is
-// device memory's. What an eviction frees stays taken until the GPU has finished the frames that may read it.
+// Memory and eviction. A request reserves the peak memory of its chunk, and releases parts as the chunk moves on; uploaded data is counted
+// by device memory. An evicted chunk stays reserved until the GPU has finished the frames that may read it.
 
 #include <algorithm>
 #include <array>
@@ -66,7 +66,7 @@ bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victi
          (victims == Victims::any || !wanted_recently(plant, chunk));
 }
 
-// Of a plant's pages only the last that is not chosen yet may go.
+// Among a plant's pages only the last one that is not chosen yet is a candidate.
 Chunk* Streamer::State::least_valuable_victim(Victims victims) {
   Chunk* least = nullptr;
   float least_value = std::numeric_limits<float>::infinity();
@@ -121,7 +121,7 @@ Room Streamer::State::make_room(std::uint64_t bytes) {
     coming += victim->bytes;
     if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
   }
-  // Nothing goes for a newcomer that could not come in even then. Where it takes more victims than are chosen at once, the rest follows.
+  // Nothing is evicted for a request that would not fit even then. If it needs more candidates than are chosen at once, the rest follows.
   const std::uint64_t later = count == victims.size() ? idle_bytes() : 0;
   const bool enough = less(ledger.taken(), coming + later) + bytes <= limit;
   for (std::size_t i = 0; i < count; ++i) {
@@ -142,7 +142,7 @@ void Streamer::State::enforce_budget() {
       continue;
     }
     transfer.cancelled = true;
-    set_bytes(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
+    set_bytes(*transfer.chunk, transfer.bytes.size());  // the hook still writes to it
     cancelled_bytes += transfer.bytes.size();
   }
   for (const auto& plant : used_plants())
@@ -181,7 +181,7 @@ void Streamer::State::evict(Chunk& chunk) {
   evicted.add(chunk.id);
 }
 
-// In order of eviction, but for what a host has not freed yet.
+// Releases in order of eviction, except chunks that a host has not freed yet.
 void Streamer::State::release_evicted() {
   Chunk** link = &first_evicting;
   Chunk* last_kept = nullptr;

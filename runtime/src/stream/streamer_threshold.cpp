@@ -1,12 +1,13 @@
-// How coarse the view has to be for what it wants to fit the budget. Where everything fits, the threshold is the view's own. Where it does
-// not, the threshold rises for all plants alike until it does, so that the same error shows everywhere and what is asked for can be had:
-// no plant waits for room that another holds, and under a view that stands still nothing is loaded that would have to go again.
+// Computes how coarse the views must be for their demand to fit the budget. If everything fits, the threshold is each view's own. Otherwise
+// the threshold rises for all plants alike until it does. So the same error shows everywhere, every request can be granted, no plant waits
+// for memory that another holds, and under a still view nothing is loaded that would be evicted again.
 //
-// The threshold moves in steps of 2 %: up in one frame as far as it must, down by a few steps a frame, and only while some room stays free.
+// The threshold moves in steps of 2 %: up in one frame as far as necessary; down by a few steps a frame, and only while some memory stays
+// free.
 //
-// Textures and sets of leaf meshes come whole or not at all, and one of them may be larger than all the rest: no threshold that still shows
-// anything could make room for it. Where not everything fits they share three quarters of the room, what is worth most per byte first; the
-// threshold is for the rest.
+// Textures and sets of leaf meshes are loaded all or not at all, and one of them may be larger than everything else: no threshold that
+// still shows anything could make them fit. If not everything fits they share three quarters of the memory, highest value per byte first;
+// the threshold governs the rest.
 
 #include <algorithm>
 #include <cmath>
@@ -20,12 +21,12 @@ namespace {
 
 constexpr float kStepsPerDoubling = 32.0f;
 constexpr std::uint32_t kMaxSteps = 32 * 24;
-constexpr std::uint32_t kMaxStepsDown = 4;  ///< in a frame
-/// Step 1 of a view that asks for every leaf, whose own threshold is 0.
+constexpr std::uint32_t kMaxStepsDown = 4;  ///< maximum in a frame
+/// Step 1 of a view that shows every leaf, whose own threshold is 0.
 constexpr float kFirstStepOfFullPx = 1.0f / 16.0f;
-/// Share of the room that must stay free where the threshold falls: the figures change a little from frame to frame.
+/// Share of the memory that must stay free when the threshold falls, because demand changes a little from frame to frame.
 constexpr std::uint64_t kFreeShare = 16;
-/// What is there counts this much more than what might take its place: small changes of the view must not swap them back and forth.
+/// A resident set counts this much more than its replacement: small changes of the view must not swap them back and forth.
 constexpr float kExchangeMargin = 1.5f;
 
 std::uint64_t comfortable_bytes(std::uint64_t room) {

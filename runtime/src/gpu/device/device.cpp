@@ -83,7 +83,7 @@ Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer)
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
     buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
-    // WorkItem keeps something else in the upper bits. No device is known that has as many.
+    // WorkItem uses the upper bits. No known device has addresses as long.
     if (buffer.address >> kAddressBits != 0) return Error{Status::unsupported, "device addresses of more than 57 bits"};
   }
   if (desc.kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
@@ -138,7 +138,7 @@ Result<void> check_alive(const Device& device) {
 
 void go_on_without(Device& device, const Error& error, const char* instead) {
   if (error.status == Status::device_lost) return;
-  static std::mutex mutex;  // views are recorded side by side
+  static std::mutex mutex;  // views are recorded at the same time
   const std::lock_guard lock(mutex);
   if (std::ranges::find(device.warned_calls, std::string_view(error.what)) != device.warned_calls.end()) return;
   device.warned_calls.emplace_back(error.what);
@@ -211,7 +211,7 @@ void destroy_buffer(Device& device, Buffer& buffer) {
 }
 
 bool fits_buffer(Device& device, std::uint64_t bytes) {
-  // A buffer takes a little more than it asks for.
+  // A buffer takes a little more memory than its size.
   constexpr std::uint64_t kRounding = 4096;
   return bytes == 0 || device.memory.ledger->fits(bytes + kRounding);
 }
@@ -251,7 +251,7 @@ VkSharingMode sharing_mode(const Device& device) {
 }
 
 VkPipelineStageFlags2 stages_of_queue(const Device& device, VkPipelineStageFlags2 stages) {
-  // A queue for compute has no stages of graphics, one for transfers neither. The host is a stage of none.
+  // A compute queue has no graphics stages, and a transfer queue has neither. The host's stage belongs to no queue.
   if (device.queue_families.empty() || stages == VK_PIPELINE_STAGE_2_NONE || stages == VK_PIPELINE_STAGE_2_HOST_BIT) return stages;
   return VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
 }

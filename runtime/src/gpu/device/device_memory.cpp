@@ -11,14 +11,14 @@
 namespace coppice::gpu {
 namespace {
 
-/// Where a request goes.
+/// The place for a request.
 struct Plan {
-  std::uint32_t block = MemoryRange::kNone;  ///< none: into a new one
-  std::size_t run = 0;                       ///< of the block's
+  std::uint32_t block = MemoryRange::kNone;  ///< kNone: in a new one
+  std::size_t run = 0;                       ///< index of the free run
   std::uint64_t offset = 0;
   std::uint64_t bytes = 0;
-  std::uint64_t block_bytes = 0;        ///< of the new one
-  MemoryKind kind = MemoryKind::alone;  ///< likewise
+  std::uint64_t block_bytes = 0;        ///< size of the new block
+  MemoryKind kind = MemoryKind::alone;  ///< kind of the new block
 };
 
 std::uint64_t round_up(std::uint64_t value, std::uint64_t step) {
@@ -37,7 +37,7 @@ bool is_empty(const MemoryBlock& block) {
   return block.free.size() == 1 && block.free[0].bytes == block.bytes;
 }
 
-/// What free bytes of a block count for.
+/// Free bytes of a block as free_bytes counts them.
 std::uint64_t counted(const DeviceMemory& memory, MemoryKind kind, std::uint64_t bytes) {
   return kind == MemoryKind::device ? in_units(memory, bytes) : 0;
 }
@@ -57,7 +57,7 @@ std::uint64_t free_bytes_of(const MemoryBlock& block) {
   return sum;
 }
 
-/// The fullest block that has room, so that others empty; in it the smallest run.
+/// Finds the fullest block with enough space, so that others empty; in it the smallest run.
 void find_run(const DeviceMemory& memory, const MemoryRequest& request, Plan& plan) {
   const std::uint64_t alignment = std::max<std::uint64_t>(request.requirements.alignment, memory.granule);
   std::uint64_t least_free = ~std::uint64_t{0};
@@ -92,14 +92,14 @@ std::uint64_t committed_after(const DeviceMemory& memory, const Plan& plan) {
                        counted(memory, block.kind, after));
 }
 
-/// As much as the ledger has it.
+/// The ledger's limit.
 std::uint64_t limit_bytes(const DeviceMemory& memory) {
   if (memory.ledger == nullptr) return Ledger::kUnlimited;
   const std::uint64_t now = committed_bytes(memory);
   return now + std::min(memory.ledger->free(), Ledger::kUnlimited - now);
 }
 
-/// After every change.
+/// Call it after every change.
 void settle(DeviceMemory& memory, std::uint64_t bytes) {
   const std::uint64_t before = std::exchange(memory.taken_bytes, bytes);
   if (memory.ledger == nullptr) return;
@@ -107,7 +107,7 @@ void settle(DeviceMemory& memory, std::uint64_t bytes) {
   memory.ledger->take(bytes);
 }
 
-/// Into a run that is free, or else a new block for this and others; or one for it alone where that is what the limit allows.
+/// Plans a free run, or else a new block that is shared; or a block of its own if the limit allows only that.
 Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   const std::uint64_t bytes = round_up(request.requirements.size, memory.granule);
   const Plan alone{.bytes = bytes, .block_bytes = bytes};
@@ -116,12 +116,12 @@ Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   Plan plan{.bytes = bytes};
   find_run(memory, request, plan);
   if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= most ? plan : alone;
-  // What is larger than half a block would leave too much of one to others.
+  // A request above half a block would leave too much of one unused.
   if (bytes > memory.block_bytes / 2) return alone;
   plan.kind = request.kind;
   plan.block_bytes = memory.block_bytes;
   const std::uint64_t after = committed_after(memory, plan);
-  // Where less than a block is left beside it, a chunk that was promised its bytes must find them.
+  // If less than a block is left beside it, a chunk with reserved bytes must still find them.
   return after <= committed_after(memory, alone) || after + memory.block_bytes <= most ? plan : alone;
 }
 
@@ -281,7 +281,7 @@ std::uint64_t committed_bytes(const DeviceMemory& memory) {
 Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request) {
   DeviceMemory& memory = device.memory;
   Plan plan = plan_for(memory, request);
-  // A block that is kept for others may be what is missing.
+  // A block that is kept for others may be what exceeds the limit.
   if (committed_after(memory, plan) > limit_bytes(memory) && plan.block == MemoryRange::kNone) {
     free_empty_blocks(device, 0);
     settle(memory, committed_bytes(memory));
@@ -304,7 +304,7 @@ void give_memory(Device& device, MemoryRange& range) {
   const MemoryRange given = std::exchange(range, {});
   MemoryBlock& block = memory.blocks[given.block];
   if (block.kind != MemoryKind::alone) give_run(memory, block, {given.offset, given.bytes});
-  // One that is empty is kept, as what is committed holds it in any case.
+  // One empty block is kept, because committed bytes include it in any case.
   const bool spare = block.kind == MemoryKind::device && block.bytes == memory.block_bytes;
   const auto is_other = [&](const MemoryBlock& other) { return &other != &block && is_empty(other); };
   if (block.kind == MemoryKind::alone || (is_empty(block) && (!spare || std::ranges::any_of(memory.blocks, is_other))))

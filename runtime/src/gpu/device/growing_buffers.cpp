@@ -14,7 +14,7 @@ bool GrowingBuffers::grows(const BufferSize& size) const {
 }
 
 std::uint64_t GrowingBuffers::reserve_bytes(const BufferSizes& wanted) const {
-  constexpr std::uint64_t kRounding = 1024;  // of a request, at most
+  constexpr std::uint64_t kRounding = 1024;  // maximum rounding of a request
   std::uint64_t bytes = 0;
   for (const BufferSize& size : wanted.span())
     if (grows(size)) bytes += size.bytes + kRounding;
@@ -32,7 +32,7 @@ Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
     }
     made.push_back({size, *buffer});
   }
-  // What was to take over has not been seen by the GPU.
+  // The GPU has not seen the larger buffers yet.
   for (const Larger& next : made) {
     std::erase_if(larger_, [&](Larger& before) {
       if (before.size.buffer != next.size.buffer) return false;

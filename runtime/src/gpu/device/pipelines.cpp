@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t kReadsTexelsId = 8;  // kReadsTexels of bindings.glsl
 
-/// Lives while its pipeline is created.
+/// Destroyed once its pipeline is created.
 class ShaderModule {
  public:
   explicit ShaderModule(const Device& device) : device_(device) {}
@@ -151,7 +151,7 @@ bool PipelineSet::want(Pipeline& pipeline) {
   return pipeline.handle() != VK_NULL_HANDLE;
 }
 
-// Of the device it reads only what never changes. Notifies under the lock: the waiter may destroy the set as soon as it can take it.
+// Reads only constant properties of the device. Notifies under the lock: the waiter may destroy the set as soon as it can take it.
 void PipelineSet::build(void* argument) {
   auto& pipeline = *static_cast<Pipeline*>(argument);
   PipelineSet& set = *pipeline.set;

@@ -10,7 +10,7 @@
 namespace coppice::gpu {
 namespace {
 
-/// As WindNow::map has it: never 0.
+/// The value for WindNow::map: never 0.
 std::uint64_t address_of(std::uint32_t place) {
   return std::uint64_t{1} << 32 | place * kMostMapPlaces;
 }
@@ -23,7 +23,7 @@ void WindMaps::give_copy() {
 }
 
 Result<void> WindMaps::begin_frame(FrameWind& wind) {
-  // A frame may end without an upload.
+  // The frame before may have ended without an upload.
   give_copy();
   wind.before.map_address = std::exchange(is_uploaded_, false) ? address_of(place_) : 0;
   wind.now.map_address = 0;

@@ -7,15 +7,15 @@
 namespace coppice::gpu {
 namespace {
 
-/// Draw commands of clusters and parts take at most one part in this many of the memory budget.
+/// Draw commands of clusters and parts take at most the memory budget divided by this.
 constexpr std::uint64_t kCommandShare = 64;
 
-/// Clusters that a cut may be drawn from.
+/// Number of clusters that a cut may be drawn from.
 std::uint64_t cluster_count_of(std::uint32_t leaf_count) {
   return (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters;
 }
 
-/// The most that each of these may have so that all have no more than `share`: those that want less leave theirs to the others.
+/// The largest limit for each element at which their sum is at most `share`. Elements that want less leave the rest to the others.
 std::uint64_t fair_share(std::span<std::uint64_t> wanted, std::uint64_t share) {
   std::ranges::sort(wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -77,7 +77,7 @@ void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
   record = plant != nullptr ? plant->record : Plant{};
   if (plant == nullptr) return;
   record.instance_count = input.instances.plant_count(index);
-  if (record.instance_count == 0) return;  // also one that is closing, of which chunks have gone
+  if (record.instance_count == 0) return;  // true also for a closing plant, some of whose chunks are gone
   record.resident_leaf_count = plant->has_cuts ? std::clamp(input.residency[index].leaf_count, 1u, kMaxDrawnLeaves) : 0;
   fill_meshes(index, input);
 }
@@ -93,7 +93,7 @@ std::uint64_t DrawLists::wanted_parts(std::uint32_t plant) const {
   return record.instance_count > 0 ? (record.wood_lod_count + record.leaf_mesh_count) * std::uint64_t{kPartCommands} : 0;
 }
 
-/// An instance has a command for a cut of one cluster in any case. What finds none for its clusters is drawn coarser, or rasterised.
+/// An instance always has a command for a cut of one cluster. If it finds none for its clusters, it is drawn coarser, or rasterised.
 /// most_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
 void DrawLists::place(std::uint64_t most_clusters, bool parts) {
   std::uint64_t command_count = 0, list_count = 0;
@@ -126,7 +126,7 @@ DrawLists::Wanted DrawLists::add_up(const Device& device) {
   return wanted;
 }
 
-/// Takes the place of a smaller one where there is room. True: it did
+/// Replaces a smaller buffer if memory is free. True if it did
 bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands) {
   if (wanted_bytes <= commands.size_bytes || !fits_buffer(device, wanted_bytes)) return false;
   const std::uint64_t roomy = std::min(wanted_bytes + wanted_bytes / 4, std::max(wanted_bytes, device.max_storage_bytes));
@@ -143,7 +143,7 @@ bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_byte
   return true;
 }
 
-// There are commands for single clusters for all slots; for clusters and parts as far as the share of the budget goes and there is room.
+// All slots have commands for single clusters. Commands for clusters and parts are limited by their share of the budget and by free memory.
 bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands) {
   count_ = input.plants.count();
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);

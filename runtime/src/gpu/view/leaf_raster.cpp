@@ -1,9 +1,10 @@
-// A frame in rounds, large instances first; what the engine has drawn before them hides as much as a round does. In each round:
+// A frame has several culling passes, large instances first. Depth that the engine has drawn before hides as much as a pass does. Each pass
+// runs:
 //
 //     blocks of instances -> instances: cut, path -> clusters of their lists -> leaves to pixels -> leaves of many pixels
 //
-// and then the smallest depth of every 8, 32 and 128 px tile, by which the next round drops what cannot be seen. All counts stay on the
-// device: every pass but the first is dispatched indirectly.
+// and then computes the smallest depth of every 8, 32 and 128 px tile, with which the next pass drops hidden instances and clusters. All
+// counts stay on the device: every dispatch but the first is indirect.
 
 #include "leaf_raster.h"
 
@@ -49,13 +50,13 @@ constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
     bindings[kStorageCount + i] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
   return bindings;
 }();
-/// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
+/// The hardware draws instances whose leaves are larger on average, px, because their texture is visible and a leaf costs no more there.
 constexpr float kSplit_px = 12.0f;
 
-/// Leaves no longer than this are drawn as splats.
+/// Leaves up to this length are drawn as splats.
 constexpr float kSplat_px = 4.0f;
 
-/// Slots that the lists of clusters are made for at least.
+/// Minimum number of slots in the size of cluster lists.
 constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
 
 /// Constants 0 to 7 of the rasteriser's shaders.
@@ -70,8 +71,8 @@ struct Constants {
   std::uint32_t contents = 0;
 };
 
-/// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
-/// of invocations hide each other's loads, work is spread as far as it goes. (DECISIONS: what a real GPU showed)
+/// A software driver pays for each group, and for each load of an invocation: it gets few groups, and shared data is loaded once. On a GPU
+/// hundreds of invocations hide each other's loads, so work is spread as far as it goes. (DECISIONS: what a real GPU showed)
 constexpr RasterShape kFewLanes{.expand_together = false,
                                 .leaf_lanes = 8,
                                 .leaf_clusters = 4,
@@ -100,8 +101,8 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   return count;
 }
 
-/// What depth attachments round at most, in both directions of depth: normalised formats to their next number; 1 - key to what is left of
-/// it near 1, with some for the interpolation of triangles.
+/// Maximum rounding of depth attachments, in both directions of depth. Normalised formats round to their next number; 1 - key is rounded
+/// near 1, plus some for the interpolation of triangles.
 float depth_step(const AttachmentDesc& attachments) {
   float step = is_reversed(attachments.depth_compare) ? 0.0f : 0x1p-20f;
   const VkFormat format = attachments.depth_format;
@@ -110,7 +111,7 @@ float depth_step(const AttachmentDesc& attachments) {
   return step;
 }
 
-/// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
+/// Most of it does not depend on the slots. It grows in few steps, because each step takes all of it twice for some frames.
 std::uint64_t work_capacity(std::uint32_t slots) {
   return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
 }
@@ -120,7 +121,7 @@ BufferSize work_size(Buffer& work, std::uint32_t slots) {
           false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
-/// As many of motion, for a view that wants it.
+/// As many elements of motion, for a view with velocity.
 BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
   return {&motion,
           "coppice cluster motion",
@@ -130,7 +131,7 @@ BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
           VK_FORMAT_R32G32B32A32_UINT};
 }
 
-/// Whether the rasteriser draws such a view.
+/// True if the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
   return view.lod == COPPICE_LOD_CUT;
 }
@@ -266,7 +267,7 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
   sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
   sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
-  // Leaves and wood of each, by the rasteriser or the hardware.
+  // Leaves and wood of each instance, drawn by the rasteriser or the hardware.
   sizes.add({&buffers_.items, "coppice items", std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
   sizes.add({&buffers_.big, "coppice big leaves", std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
   if (depth_views) sizes.add(work_size(buffers_.work, slots));
@@ -326,7 +327,7 @@ Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& want
 
 bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count) {
   if (!is_drawn(camera)) return false;
-  // What is larger already stays.
+  // A picture that is larger already stays.
   const std::uint64_t picture_bytes = std::uint64_t{eye_count} * camera.width_px * camera.height_px * 2 * sizeof(std::uint32_t);
   const std::uint64_t tile_bytes = eye_count * tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
   const ViewBytes wanted{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
@@ -335,7 +336,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
     if (!fits_buffer(device_, wanted.picture + wanted.tiles)) return false;
     reserved = reserve_picture(view, wanted);
   }
-  // Also after a picture whose set could not be made in an earlier frame.
+  // It also retries after an earlier frame in which the picture's set could not be made.
   if (reserved && view.set_stale) reserved = rebuild_set(view);
   if (!reserved) {
     go_on_without(device_, reserved.error(), "what the compute shaders would draw is drawn by the hardware");

@@ -22,8 +22,8 @@ namespace {
 
 constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// The view is a uniform buffer, instances and tables are texels, all else storage buffers. From leaf commands on only the passes that cull
-/// see them: few devices promise ten storage buffers to each stage.
+/// The view is a uniform buffer, instances and tables are texels, all others are storage buffers. Only the culling shaders see the buffers
+/// from leaf commands on, because few devices guarantee ten storage buffers for each stage.
 constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kWind = kOccluders + 1, kMoved = kWind + 1,
                         kFrameBindings = kMoved + 1;
 constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
@@ -98,7 +98,7 @@ DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& att
   const Drawn leaf = depth ? Drawn{"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}
                            : Drawn{"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1};
   add(DrawKind::leaf_plain, leaf, 0, 0);
-  add(DrawKind::leaf_textured, leaf, 1, 1);  // a texture's holes are discarded in any case
+  add(DrawKind::leaf_textured, leaf, 1, 1);  // holes of a texture are discarded in any case
   add(DrawKind::leaf_plain_with_gaps, leaf, 0, 1);
   const Drawn wood = depth ? Drawn{"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}
                            : Drawn{"wood.vert", wood_vert_spirv, plant_frag_spirv, 0};

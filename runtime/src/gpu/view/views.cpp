@@ -65,7 +65,7 @@ std::size_t Views::pipelines_for(const AttachmentDesc& attachments) {
   return draws_.size() - 1;
 }
 
-// What nearly every plant needs, and what the plants that are there do; the rest when it is first met.
+// Wants the pipelines that nearly every plant needs, and those of resident plants; others when they are first needed.
 void Views::want_first(const DrawPipelines& pipelines) {
   pipelines_.want(*passes_.cull.plain.of(1));
   pipelines_.want(*pipelines.of(DrawKind::leaf_textured));
@@ -96,7 +96,7 @@ void Views::want_leaves(std::uint32_t plant) {
 void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   for (const auto& view : views_)
     if (view) view->add_sizes(capacity, sizes);
-  // The rasteriser's lists are large: before the first instance nothing needs them.
+  // The rasteriser's lists are large, and nothing needs them before the first instance.
   const bool depth_views = std::ranges::any_of(views_, [](const auto& view) { return view && is_depth_alone(view->attachments()); });
   if (raster_) raster_->add_sizes(capacity.slots, depth_views, sizes);
 }

@@ -328,7 +328,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
   const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = limits().max_plants});
-  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMostLenses * sizeof(PlantDemand) +
+  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) +
                                        sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();

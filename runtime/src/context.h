@@ -184,7 +184,7 @@ class Context {
     std::uint32_t generation = 0;
     bool open = false;
     std::uint32_t backend_view = 0;
-    std::size_t lens = 0;           ///< its view group
+    std::size_t group = 0;          ///< its view group
     std::uint64_t shown_frame = 0;  ///< the last frame with a camera for it
     LodView shown;                  ///< as in that frame
     ViewCounts counts;              ///< a host's: of its last get_draws
@@ -239,7 +239,7 @@ class Context {
   [[nodiscard]] coppice_change change_of(const DecodedChunk& chunk) const;
   [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
   [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
-  [[nodiscard]] std::size_t free_lens() const;
+  [[nodiscard]] std::size_t smallest_group() const;
   /// The counts of draws() for a host.
   [[nodiscard]] ViewCounts counts_of(const ViewEntry& view) const;
   /// lod: with its own threshold; afterwards with that of streaming
@@ -260,8 +260,8 @@ class Context {
   BoundedList<PlantEntry> plants_;  ///< at most [max_plants_]
   BoundedList<PlantSlot> slots_;    ///< at most [max_plants_ + kReloadSlots]
   std::uint32_t max_plants_ = 0;
-  std::array<BoundedList<PlantDemand>, kMostLenses> demands_;  ///< by view group
-  LensViews lenses_;                                           ///< those of the frame
+  std::array<BoundedList<PlantDemand>, kMaxViewGroups> demands_;  ///< by view group
+  GroupViews group_views_;                                        ///< those of the frame
   std::vector<ViewEntry> views_;
   std::vector<LodView> lods_;  ///< those of the frame's views
   BoundedList<gpu::PlantResidency> residency_;

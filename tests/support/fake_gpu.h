@@ -51,7 +51,7 @@ class FakeGpu {
       closed.push_back(plant);
       plants.erase(plant);
     }
-    streamer_.begin_frame({.frame_number = frame_number, .lenses = {StreamLens{view, demands}}});
+    streamer_.begin_frame({.frame_number = frame_number, .view_groups = {ViewGroup{view, demands}}});
     for (const ChunkId& id : streamer_.take_evicted()) evict(id);
     if (!uploads) return;
     for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) upload(chunk);

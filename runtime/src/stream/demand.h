@@ -22,10 +22,10 @@ struct PlantDemand {
   std::array<float, kSizeBinCount> instances{};  ///< weight per bin: 1 for an instance in view, kOutsideWeight for one outside
 };
 
-/// Maximum number of view groups; each has one threshold: see StreamLens.
-inline constexpr std::size_t kMostLenses = 4;
+/// Maximum number of view groups; each has one threshold: see ViewGroup.
+inline constexpr std::size_t kMaxViewGroups = 4;
 /// Indexed by view group; none if the group has no view.
-using LensViews = std::array<std::optional<LodView>, kMostLenses>;
+using GroupViews = std::array<std::optional<LodView>, kMaxViewGroups>;
 
 /// Weight of an instance outside the view, which counts at half its size. Its plant is then half loaded when the head turns.
 inline constexpr float kOutsideWeight = 0.1f;

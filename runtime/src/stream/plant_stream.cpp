@@ -320,16 +320,17 @@ float value_to(const PlantStream& plant, const Chunk& chunk, const PlantDemand& 
 
 }  // namespace
 
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views) {
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views) {
   if (plant.closing) return 0.0f;
   if (chunk.pinned) return std::numeric_limits<float>::infinity();
   float value = 0.0f;
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
-    if (views[lens] && plant.demands[lens].now.max_size_px > 0.0f) value += value_to(plant, chunk, plant.demands[lens].now, *views[lens]);
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
+    if (views[group] && plant.demands[group].now.max_size_px > 0.0f)
+      value += value_to(plant, chunk, plant.demands[group].now, *views[group]);
   return value;
 }
 
-void update_demand(LensDemand& of, const PlantDemand& demand) {
+void update_demand(GroupDemand& of, const PlantDemand& demand) {
   of.now = demand;
   RecentSize& recent = of.recent;
   if (++recent.frames_in_window > kWantWindowFrames) {
@@ -343,28 +344,28 @@ PlantWants no_wants(const PlantStream& plant) {
   return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
-float max_size_px(const LensDemand& demand, DemandSize size) {
+float max_size_px(const GroupDemand& demand, DemandSize size) {
   return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
 }
 
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views) {
+PlantWants wants_at(const PlantStream& plant, DemandSize size, const GroupViews& views) {
   PlantWants wants = no_wants(plant);
   if (plant.closing) return wants;
   ValuedPlant valued = plant.valued;
   if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
-  const auto for_each_lens = [&](const auto& ask) {
-    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
-      const float size_px = max_size_px(plant.demands[lens], size);
-      if (!views[lens] || size_px == 0.0f) continue;
-      PlantDemand demand = plant.demands[lens].now;
+  const auto for_each_group = [&](const auto& ask) {
+    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+      const float size_px = max_size_px(plant.demands[group], size);
+      if (!views[group] || size_px == 0.0f) continue;
+      PlantDemand demand = plant.demands[group].now;
       demand.max_size_px = size_px;
-      ask(demand, *views[lens]);
+      ask(demand, *views[group]);
     }
   };
   bool leaf_meshes = false;
-  for_each_lens(
+  for_each_group(
       [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || wants_leaf_meshes(valued, demand, view); });
-  for_each_lens(
+  for_each_group(
       [&](const PlantDemand& demand, const LodView& view) { wants = merged(wants, plant_wants(valued, demand, view, leaf_meshes)); });
   wants.page_count = std::min(wants.page_count, plant.loadable_page_count);
   return wants;

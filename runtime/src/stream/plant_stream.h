@@ -52,7 +52,7 @@ struct RecentSize {
 };
 
 /// A view group's demand for a plant.
-struct LensDemand {
+struct GroupDemand {
   PlantDemand now;
   RecentSize recent;
 };
@@ -106,7 +106,7 @@ struct PlantStream {
   std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
   bool trim_needed = false;           ///< pages past decoded_page_count hold memory
 
-  std::array<LensDemand, kMostLenses> demands;
+  std::array<GroupDemand, kMaxViewGroups> demands;
   FrameWants wants;
   std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
   bool leaf_meshes_affordable = true;     ///< false if the budget goes to chunks of higher value
@@ -152,15 +152,15 @@ bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
 /// Value of a chunk under plant.demands and plant.wants.unlimited, over all view groups; infinite for pinned chunks.
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views);
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views);
 
 /// Updates with a new frame's demand.
-void update_demand(LensDemand& of, const PlantDemand& demand);
+void update_demand(GroupDemand& of, const PlantDemand& demand);
 /// Which size of a plant counts.
 enum class DemandSize : std::uint8_t { now, recent };
-float max_size_px(const LensDemand& demand, DemandSize size);
+float max_size_px(const GroupDemand& demand, DemandSize size);
 /// The demand of all view groups for the plant; none for one that is closing.
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views);
+PlantWants wants_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
 PlantWants no_wants(const PlantStream& plant);
 /// Counts all chunks that are not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);

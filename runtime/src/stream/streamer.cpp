@@ -293,16 +293,16 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   COPPICE_ASSERT(frame.frame_number > s.frame_number && s.completed_number < frame.frame_number);
   s.last_frame_number = s.frame_number;
   s.frame_number = frame.frame_number;
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
-    s.views[lens] = frame.lenses[lens] ? std::optional(frame.lenses[lens]->view) : std::nullopt;
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
+    s.views[group] = frame.view_groups[group] ? std::optional(frame.view_groups[group]->view) : std::nullopt;
   s.evicted.begin();
   for (const auto& opening : s.used_openings())
     if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
   for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
-    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
-      const auto demands = frame.lenses[lens] ? frame.lenses[lens]->demands : std::span<const PlantDemand>();
-      update_demand(plant->demands[lens], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
+    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+      const auto demands = frame.view_groups[group] ? frame.view_groups[group]->demands : std::span<const PlantDemand>();
+      update_demand(plant->demands[group], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
     }
     s.trim(*plant);
   }
@@ -533,17 +533,17 @@ bool Streamer::is_settled(std::uint32_t plant) const {
   return is_there(of, of.wants.now);
 }
 
-bool Streamer::is_lens_settled(std::size_t lens) const {
+bool Streamer::is_group_settled(std::size_t group) const {
   if (state_->threshold_falls) return false;
-  LensViews alone;
-  alone[lens] = state_->views_at(state_->threshold_step)[lens];
+  GroupViews alone;
+  alone[group] = state_->views_at(state_->threshold_step)[group];
   return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {
     return !plant || plant->closing || is_there(*plant, wants_at(*plant, DemandSize::now, alone));
   });
 }
 
-float Streamer::threshold_px(std::size_t lens) const {
-  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[lens];
+float Streamer::threshold_px(std::size_t group) const {
+  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[group];
   return view && !view->full ? view->error_px : 0.0f;
 }
 

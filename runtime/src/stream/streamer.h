@@ -96,7 +96,7 @@ struct PlantState {
 };
 
 /// A view group: its demand for each plant at one threshold.
-struct StreamLens {
+struct ViewGroup {
   LodView view;                          ///< threshold and mode
   std::span<const PlantDemand> demands;  ///< by plant index; plants beyond its end have no demand
 };
@@ -105,7 +105,7 @@ struct StreamFrame {
   std::uint64_t frame_number = 1;  ///< number of the frame that begins; grows
   /// A view group keeps its index from frame to frame. The demand is the maximum over all groups; without a group nothing more is in demand
   /// than what is resident.
-  std::array<std::optional<StreamLens>, kMostLenses> lenses;
+  std::array<std::optional<ViewGroup>, kMaxViewGroups> view_groups;
 };
 
 struct ChunkCounts {
@@ -177,11 +177,11 @@ class Streamer {
   [[nodiscard]] std::span<const PageNode> page_nodes(std::uint32_t plant, std::uint32_t page) const;
   /// True if everything of the plant that was in demand in the last begin_frame, and can be had, is resident.
   [[nodiscard]] bool is_settled(std::uint32_t plant) const;
-  /// The same for the demand of a view group for every plant. lens: < kMostLenses
-  [[nodiscard]] bool is_lens_settled(std::size_t lens) const;
+  /// The same for the demand of a view group for every plant. group: < kMaxViewGroups
+  [[nodiscard]] bool is_group_settled(std::size_t group) const;
   /// The threshold in use: the group's own, or higher if the demand of all groups does not fit the budget; 0: every leaf, or the group had
   /// no view in the last frame.
-  [[nodiscard]] float threshold_px(std::size_t lens) const;
+  [[nodiscard]] float threshold_px(std::size_t group) const;
   /// The plant's file, or its name.
   [[nodiscard]] const char* path(std::uint32_t plant) const;
   /// The name is valid as long as the plant is open.

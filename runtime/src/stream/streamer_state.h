@@ -78,7 +78,7 @@ struct Streamer::State {
   BoundedList<Request> requests;  ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
   BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
-  LensViews views;           ///< with their own thresholds
+  GroupViews views;          ///< with their own thresholds
   bool device_lost = false;  ///< true once it has been logged
   bool all_affordable = true;
   std::uint32_t threshold_step = 0;  ///< number of steps by which the thresholds in use are above the views' own
@@ -132,7 +132,7 @@ struct Streamer::State {
 
   // In streamer_threshold.cpp:
   [[nodiscard]] bool has_view() const;
-  [[nodiscard]] LensViews views_at(std::uint32_t step) const;
+  [[nodiscard]] GroupViews views_at(std::uint32_t step) const;
   /// Memory that the demand at a step needs.
   [[nodiscard]] std::uint64_t planned_bytes_at(std::uint32_t step) const;
   /// Memory that is available for it.

@@ -39,8 +39,8 @@ bool Streamer::State::has_view() const {
   return std::ranges::any_of(views, [](const auto& view) { return view.has_value(); });
 }
 
-LensViews Streamer::State::views_at(std::uint32_t step) const {
-  LensViews raised = views;
+GroupViews Streamer::State::views_at(std::uint32_t step) const {
+  GroupViews raised = views;
   for (std::optional<LodView>& view : raised) {
     if (!view || step == 0) continue;
     const float first_px = view->full ? kFirstStepOfFullPx : view->error_px;
@@ -53,14 +53,14 @@ LensViews Streamer::State::views_at(std::uint32_t step) const {
 namespace {
 
 bool is_seen(const PlantStream& plant, DemandSize size) {
-  return std::ranges::any_of(plant.demands, [&](const LensDemand& demand) { return max_size_px(demand, size) > 0.0f; });
+  return std::ranges::any_of(plant.demands, [&](const GroupDemand& demand) { return max_size_px(demand, size) > 0.0f; });
 }
 
 }  // namespace
 
 std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   PlannedBytes sum;
-  const LensViews raised = views_at(step);
+  const GroupViews raised = views_at(step);
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || !is_seen(*plant, DemandSize::recent)) continue;
     const PlannedBytes planned = planned_bytes(*plant, wants_at(*plant, DemandSize::recent, raised));
@@ -149,7 +149,7 @@ void Streamer::State::update_wants() {
     choose_threshold(room);
   }
   threshold_falls = threshold_step < step_before;
-  const LensViews raised = views_at(threshold_step);
+  const GroupViews raised = views_at(threshold_step);
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->wants.now = wants_at(*plant, DemandSize::now, raised);

@@ -352,10 +352,10 @@ Result<void> Context::grow_plants() {
   for (ViewEntry& view : views_)
     if (view.open) COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
   if (needed <= capacity) return {};
-  SceneSize wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = limits().max_plants})};
-  if (backend_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
-  COPPICE_CHECK(check_fits(backend_->reserve_bytes(wanted)));
-  return backend_->reserve(wanted);
+  SceneSize size{.plants = roomy_count({.now = capacity, .needed = needed, .most = limits().max_plants})};
+  if (backend_->reserve_bytes(size) > ledger_.free()) size.plants = needed;
+  COPPICE_CHECK(check_fits(backend_->reserve_bytes(size)));
+  return backend_->reserve(size);
 }
 
 Result<void> Context::check_numbers(const coppice_frame& frame) const {

@@ -41,7 +41,7 @@ vec3 textured_albedo() {
 
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
-  uint user = wants(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
+  uint user = has_content(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
   return SurfacePlace(in_world_sun.xyz, user, pixel, in_before, (in_ids.w & kHasCome) != 0);
 }
 

@@ -44,7 +44,7 @@ void put_place(Instance instance, vec3 world, vec3 object_before, Material mater
   out_uv_occlusion_roughness.xy = uv;
   out_uv_occlusion_roughness.w = material.roughness;
   out_ids = uvec4(slot_material_thinning, (instance.before == kCame ? kHasCome : 0) | (instance.rotation.w < 0.0 ? kIsMirrored : 0));
-  if (wants(kContentVelocity))
+  if (has_content(kContentVelocity))
     out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
 }
 

@@ -32,8 +32,8 @@ void resolve(uint name, float key, vec2 pixel) {
   uint slot = slot_of(work.item), list = list_of(work.item);
   bool wood = list >= kWoodLists && list < kMeshLists;
   // Loads only the parts of the instance that are needed: light needs two of its four texels.
-  bool moves = wants(kContentVelocity);
-  uvec4 names = moves || wants(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
+  bool moves = has_content(kContentVelocity);
+  uvec4 names = moves || has_content(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
   Instance instance = unpacked_instance(uvec4(0), instance_texel(slot, 1), instance_texel(slot, 2), names);
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);

@@ -62,19 +62,19 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
 // True if the instance is in view.
 bool cull(uint slot) {
   Instance instance = instance_at(slot);
-  if (!is_wanted(instance)) return false;
+  if (!is_candidate(instance)) return false;
   Candidate candidate = candidate_of(slot, instance);
   Plant plant = candidate.plant;
   CoppiceColumn column = coppice_column(candidate.table, candidate.size_px);
   float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
-  Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant) && shows_leaves(candidate));
-  cuts[slot] = wanted.cut;
+  Selection selection = selection_of(candidate, column, cut, has_leaf_meshes(plant) && shows_leaves(candidate));
+  cuts[slot] = selection.cut;
   if (!sphere_in_view(candidate.center, candidate.reach_m)) return false;
 
-  uint leaf_count = whole_leaf_count(wanted.cut, plant);
-  show_debug_color(candidate, column, Shown(false, wanted.meshes, float(leaf_count), 0.0));
-  uint triangles = draw_meshes(MeshDraws(slot, wanted.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
-  if (!wanted.meshes && shows_leaves(candidate)) {
+  uint leaf_count = whole_leaf_count(selection.cut, plant);
+  show_debug_color(candidate, column, Shown(false, selection.meshes, float(leaf_count), 0.0));
+  uint triangles = draw_meshes(MeshDraws(slot, selection.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
+  if (!selection.meshes && shows_leaves(candidate)) {
     uint leaves = draw_leaves(candidate, leaf_count);
     COPPICE_COUNT(leaves, leaves)
     triangles += 2 * leaves;

@@ -114,7 +114,7 @@ void leave_to_hardware(MeshDraws draws) {
 
 void cull(uint slot, inout Appended appended, inout Tally tally) {
   Instance instance = instance_at(slot);
-  if (!is_wanted(instance)) return;
+  if (!is_candidate(instance)) return;
   Candidate candidate = candidate_of(slot, instance);
   if (!sphere_in_view(candidate.center, candidate.reach_m)) return;
   if (occluded(candidate.center, candidate.reach_m)) {
@@ -130,12 +130,12 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
   bool small = plant.leaf_mesh_count > 0 && leaves &&
                has_small_leaves(candidate, coppice_whole_leaf_count(min(cut, finest_cut(plant))));
   // Small leaves are drawn as modelled only if lists of that exist.
-  Wanted wanted = wanted_of(candidate, column, cut, leaves && has_leaf_meshes(plant) && (!small || has_mesh_lists(plant)));
-  cuts[slot] = wanted.cut;
-  uint leaf_count = whole_leaf_count(wanted.cut, plant);
+  Selection selection = selection_of(candidate, column, cut, leaves && has_leaf_meshes(plant) && (!small || has_mesh_lists(plant)));
+  cuts[slot] = selection.cut;
+  uint leaf_count = whole_leaf_count(selection.cut, plant);
 
-  bool meshes_rasterised = wanted.meshes && small && append_meshes(candidate, appended, tally);
-  bool meshes = wanted.meshes && (!small || meshes_rasterised);
+  bool meshes_rasterised = selection.meshes && small && append_meshes(candidate, appended, tally);
+  bool meshes = selection.meshes && (!small || meshes_rasterised);
   bool quads = !meshes && leaves;
   if (quads) leaf_count = append_quads(candidate, leaf_count, appended, tally);
   uint wood_lod = wood_lod_of(candidate, column);

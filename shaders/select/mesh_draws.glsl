@@ -52,7 +52,7 @@ uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
 // Smaller meshes are drawn whole, as are meshes that are entirely in view.
 const float kPartsFrom_px = 200.0;
 
-bool wants_parts(Plant plant, uint slot) {
+bool draws_in_parts(Plant plant, uint slot) {
   Instance instance = instance_at(slot);
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
@@ -62,7 +62,7 @@ bool wants_parts(Plant plant, uint slot) {
 
 // A place among the commands for parts that a count is of; plant.part_capacity if none is left.
 uint part_place(Plant plant, uint plant_index, uint slot, uint count) {
-  if (!wants_parts(plant, slot)) return plant.part_capacity;
+  if (!draws_in_parts(plant, slot)) return plant.part_capacity;
   return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts, plant.part_capacity), plant.part_capacity);
 }
 

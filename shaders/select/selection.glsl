@@ -22,7 +22,7 @@ struct Candidate {
   float threshold_px;
 };
 
-bool is_wanted(Instance instance) { return instance.plant != kNoPlant && (instance.layer_mask & view.layer_mask) != 0; }
+bool is_candidate(Instance instance) { return instance.plant != kNoPlant && (instance.layer_mask & view.layer_mask) != 0; }
 
 Candidate candidate_of(uint slot, Instance instance) {
   Plant plant = plants[instance.plant];
@@ -46,26 +46,26 @@ bool has_leaf_meshes(Plant plant) { return view.is_shadow == 0 && plant.leaf_mes
 
 float finest_cut(Plant plant) { return max(float(plant.resident_leaf_count), 1.0); }
 
-struct Wanted {
+struct Selection {
   float cut;
   bool meshes;  // leaf meshes instead of the cut
 };
 
 // cut: coppice_drawn_leaf_count of the threshold; meshes: leaf meshes may be drawn
-Wanted wanted_of(Candidate candidate, CoppiceColumn column, float cut, bool meshes) {
+Selection selection_of(Candidate candidate, CoppiceColumn column, float cut, bool meshes) {
   CoppiceTable table = candidate.table;
   float threshold_px = candidate.threshold_px, finest = finest_cut(candidate.plant);
-  bool wants_meshes = meshes && (view.lod_full != 0 || coppice_wants_leaf_meshes(table, column, threshold_px));
-  if (meshes && !wants_meshes) cut = coppice_drawn_leaf_count(table, column, coppice_cut_threshold_px(table, column, threshold_px));
+  bool needs_meshes = meshes && (view.lod_full != 0 || coppice_needs_leaf_meshes(table, column, threshold_px));
+  if (meshes && !needs_meshes) cut = coppice_drawn_leaf_count(table, column, coppice_cut_threshold_px(table, column, threshold_px));
   if (view.lod_discrete != 0) cut = coppice_discrete_leaf_count(cut, candidate.plant.leaf_count);
-  return Wanted(view.lod_full != 0 ? finest : min(cut, finest), wants_meshes);
+  return Selection(view.lod_full != 0 ? finest : min(cut, finest), needs_meshes);
 }
 
 // kMaxWoodLods if there is none to draw.
 uint wood_lod_of(Candidate candidate, CoppiceColumn column) {
   if (candidate.plant.wood_resident_mask == 0) return kMaxWoodLods;
-  uint wanted = view.lod_full != 0 ? 0 : coppice_wood_lod(candidate.table, column, candidate.threshold_px);
-  return coppice_resident_wood_lod(candidate.plant.wood_resident_mask, wanted, candidate.plant.wood_lod_count);
+  uint chosen = view.lod_full != 0 ? 0 : coppice_wood_lod(candidate.table, column, candidate.threshold_px);
+  return coppice_resident_wood_lod(candidate.plant.wood_resident_mask, chosen, candidate.plant.wood_lod_count);
 }
 
 // How an instance's leaves are drawn.

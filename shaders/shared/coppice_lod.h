@@ -177,7 +177,7 @@ COPPICE_FN float coppice_leaf_mesh_error_px(CoppiceTable table, CoppiceColumn co
 }
 
 /// True if the error of quads is above the threshold: the instance is drawn with its leaf meshes if they are resident.
-COPPICE_FN bool coppice_wants_leaf_meshes(CoppiceTable table, CoppiceColumn column, float threshold_px) {
+COPPICE_FN bool coppice_needs_leaf_meshes(CoppiceTable table, CoppiceColumn column, float threshold_px) {
   return coppice_leaf_mesh_error_px(table, column) > threshold_px;
 }
 
@@ -232,12 +232,12 @@ COPPICE_FN uint coppice_wood_lod(CoppiceTable table, CoppiceColumn column, float
   return lod;
 }
 
-/// The LoD to draw: the wanted one, else the nearest coarser one that is resident (the coarsest always is once uploaded), else the nearest
+/// The LoD to draw: the chosen one, else the nearest coarser one that is resident (the coarsest always is once uploaded), else the nearest
 /// finer one. Bit i of the mask: LoD i is resident. wood_lod_count if the mask is empty.
-COPPICE_FN uint coppice_resident_wood_lod(uint resident_mask, uint wanted, uint wood_lod_count) {
-  for (uint lod = wanted; lod < wood_lod_count; lod = lod + 1u)
+COPPICE_FN uint coppice_resident_wood_lod(uint resident_mask, uint chosen, uint wood_lod_count) {
+  for (uint lod = chosen; lod < wood_lod_count; lod = lod + 1u)
     if ((resident_mask & (1u << lod)) != 0u) return lod;
-  for (uint lod = wanted; lod > 0u; lod = lod - 1u)
+  for (uint lod = chosen; lod > 0u; lod = lod - 1u)
     if ((resident_mask & (1u << (lod - 1u))) != 0u) return lod - 1u;
   return wood_lod_count;
 }

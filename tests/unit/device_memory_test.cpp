@@ -180,7 +180,7 @@ TEST_F(DeviceMemoryTest, TheBudgetHoldsAndWhatIsLackingIsWanted) {
   const auto refused = take_memory(device_, of(3 * kUnit));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().status, Status::out_of_memory);
-  EXPECT_EQ(ledger_.wanted(), 3 * kUnit);
+  EXPECT_EQ(ledger_.refused(), 3 * kUnit);
   give(0);
   take(of(kUnit));
   EXPECT_LE(device_.memory.allocated_bytes, ledger_.budget());

@@ -131,20 +131,21 @@ TEST_F(LeafMeshStream, AreWorthTheErrorTheyRemoveByAllTheirBytes) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand demand = demand_of(800.0f, 3.0f);  // 4 px of error, of which the threshold hides 2 less its spread
-  const PlantWants wants = plant_wants(valued, demand, view);
-  EXPECT_TRUE(wants.leaf_meshes);
+  const DemandedDetail demanded = demanded_detail(valued, demand, view);
+  EXPECT_TRUE(demanded.leaf_meshes);
   const float least_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
-  EXPECT_NEAR(leaf_mesh_value(valued, wants, demand, view), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
+  EXPECT_NEAR(leaf_mesh_value(valued, demanded, demand, view), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
   valued.leaf_mesh_bytes = 0;
-  EXPECT_FALSE(plant_wants(valued, demand, view).leaf_meshes) << "a plant without";
+  EXPECT_FALSE(demanded_detail(valued, demand, view).leaf_meshes) << "a plant without";
 }
 
 TEST_F(LeafMeshStream, PagesForAllQuadsAreWantedWhereMeshesAreAboutToGo) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand near_switch = demand_of(370.0f);
-  EXPECT_GT(plant_wants(valued, near_switch, view).page_count, plant_wants({valued.table, 3000, 61440}, near_switch, view).page_count);
-  EXPECT_EQ(plant_wants(valued, demand_of(100.0f), view).page_count, 1u);
+  EXPECT_GT(demanded_detail(valued, near_switch, view).page_count,
+            demanded_detail({valued.table, 3000, 61440}, near_switch, view).page_count);
+  EXPECT_EQ(demanded_detail(valued, demand_of(100.0f), view).page_count, 1u);
 }
 
 TEST_F(LeafMeshStream, ClosingGivesThemBack) {

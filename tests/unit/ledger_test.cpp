@@ -35,12 +35,12 @@ TEST(Ledger, WantsTheMostThatItRefusedUntilThatIsGranted) {
   ledger.take(90);
   EXPECT_FALSE(ledger.fits(30));
   EXPECT_FALSE(ledger.fits(20));
-  EXPECT_EQ(ledger.wanted(), 30u);
+  EXPECT_EQ(ledger.refused(), 30u);
   ledger.give(60);
   EXPECT_TRUE(ledger.fits(20));
-  EXPECT_EQ(ledger.wanted(), 30u) << "somebody else's";
+  EXPECT_EQ(ledger.refused(), 30u) << "somebody else's";
   EXPECT_TRUE(ledger.fits(30));
-  EXPECT_EQ(ledger.wanted(), 0u);
+  EXPECT_EQ(ledger.refused(), 0u);
 }
 
 TEST(Ledger, ForgetsARefusalThatIsNotRepeated) {
@@ -49,10 +49,10 @@ TEST(Ledger, ForgetsARefusalThatIsNotRepeated) {
   EXPECT_FALSE(ledger.fits(30));
   for (std::uint64_t frame = 2; frame <= 40; ++frame) ledger.begin_frame(frame);
   EXPECT_FALSE(ledger.fits(30));
-  ledger.begin_frame(40 + Ledger::kWantedFrames);
-  EXPECT_EQ(ledger.wanted(), 30u);
-  ledger.begin_frame(41 + Ledger::kWantedFrames);
-  EXPECT_EQ(ledger.wanted(), 0u);
+  ledger.begin_frame(40 + Ledger::kRefusalFrames);
+  EXPECT_EQ(ledger.refused(), 30u);
+  ledger.begin_frame(41 + Ledger::kRefusalFrames);
+  EXPECT_EQ(ledger.refused(), 0u);
 }
 
 }  // namespace ledger_test

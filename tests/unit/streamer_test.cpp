@@ -27,7 +27,7 @@ namespace streamer_test {
 
 using test::demand_of;
 
-/// Six pages, two wood LoDs, a texture. Its table wants m = (size / 20)^2 leaves at the default threshold.
+/// Six pages, two wood LoDs, a texture. Its table asks for m = (size / 20)^2 leaves at the default threshold.
 const std::vector<std::uint8_t>& plant_file() {
   static const std::vector<std::uint8_t> file = [] {
     bake::PackSizes sizes;
@@ -174,19 +174,19 @@ TEST_F(StreamerTest, LaterPagesAreWorthLess) {
   open("a");
   const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440};
   const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
-  const PlantWants wants = plant_wants(valued, demand, view);
-  ASSERT_EQ(wants.page_count, 6u);
+  const DemandedDetail demanded = demanded_detail(valued, demand, view);
+  ASSERT_EQ(demanded.page_count, 6u);
   for (std::uint32_t page = 0; page < 6; ++page) {
-    const float value = page_value(valued, wants, demand, view, page);
+    const float value = page_value(valued, demanded, demand, view, page);
     EXPECT_GT(value, 0.0f);
-    EXPECT_NEAR(page_value(valued, wants, twice, view, page), 2.0f * value, 1e-3f * value) << "two see twice as much";
+    EXPECT_NEAR(page_value(valued, demanded, twice, view, page), 2.0f * value, 1e-3f * value) << "two see twice as much";
   }
   for (std::uint32_t page = 0; page < 3; ++page)
-    EXPECT_GT(page_value(valued, wants, demand, view, page), page_value(valued, wants, demand, view, page + 1));
+    EXPECT_GT(page_value(valued, demanded, demand, view, page), page_value(valued, demanded, demand, view, page + 1));
   // From 1 leaf to 513 at 5000 px: the table's 0.1 * size / sqrt(m), per byte.
   const float gain_px = error_px_at(valued.table, 1.0f, 5000.0f) - error_px_at(valued.table, 513.0f, 5000.0f);
-  EXPECT_NEAR(page_value(valued, wants, demand, view, 0), gain_px / 61440.0f, 1e-3f * gain_px / 61440.0f);
-  EXPECT_EQ(page_value(valued, wants, demand, view, 6), 0.0f);
+  EXPECT_NEAR(page_value(valued, demanded, demand, view, 0), gain_px / 61440.0f, 1e-3f * gain_px / 61440.0f);
+  EXPECT_EQ(page_value(valued, demanded, demand, view, 6), 0.0f);
 }
 
 TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {

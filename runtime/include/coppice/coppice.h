@@ -369,7 +369,7 @@ typedef struct coppice_plant_info {
  * cost: waits for two reads, the header and the front, and for their retries (see coppice_io). Call it while loading, or call
  * coppice_plant_open_async
  * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_IO, COPPICE_ERROR_BAD_FILE, COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_OUT_OF_MEMORY:
- * max_plants are open, or memory is short. If the log says that memory is being freed, try again in a few frames */
+ * max_plants are open, or memory is short. If the log says that room is being made, try again in a few frames */
 COPPICE_API coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant);
 
 /* Opens a plant without waiting and returns a handle at once. coppice_frame_begin continues the work: reads run in the background, a job
@@ -447,7 +447,7 @@ static inline void coppice_placement_init(coppice_placement* placement) {
  * instances: [count] handles out, may be null
  * after: drawn in the next frame; our renderer draws them in this one if coppice_record_upload is still to come. cost: some 0.1 us each
  * errors: COPPICE_ERROR_INVALID_ARGUMENT; COPPICE_ERROR_OUT_OF_MEMORY: more than max_instances, or the memory budget or the hooks have no
- * memory for them. If the log says that memory is being freed, try again in a few frames; COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL
+ * memory for them. If the log says that room is being made, try again in a few frames; COPPICE_ERROR_DEVICE_LOST; COPPICE_ERROR_INTERNAL
  */
 COPPICE_API coppice_status coppice_instances_add(coppice_context* context, coppice_plant plant, const coppice_placement* placements,
                                                  size_t stride, uint32_t count, coppice_instance* instances);

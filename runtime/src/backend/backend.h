@@ -77,9 +77,9 @@ class Backend {
   /// Number of plants with reserved memory.
   [[nodiscard]] virtual std::uint32_t plant_capacity() const = 0;
   /// Bytes that reserve() takes from the ledger at once.
-  [[nodiscard]] virtual std::uint64_t reserve_bytes(const SceneSize& wanted) = 0;
-  /// wanted: within limits(). errors  out_of_memory; nothing has changed
-  virtual Result<void> reserve(const SceneSize& wanted) = 0;
+  [[nodiscard]] virtual std::uint64_t reserve_bytes(const SceneSize& needed) = 0;
+  /// needed: within limits(). errors  out_of_memory; nothing has changed
+  virtual Result<void> reserve(const SceneSize& needed) = 0;
   /// Temporary bytes for taking over this many new slots in one frame.
   [[nodiscard]] virtual std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const = 0;
 

@@ -130,23 +130,23 @@ Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocat
   return copy;
 }
 
-Result<void> check_hooks(const Hooks& wanted) {
-  if (given(wanted.allocator.allocate, wanted.allocator.free) == Given::partly)
+Result<void> check_hooks(const Hooks& hooks) {
+  if (given(hooks.allocator.allocate, hooks.allocator.free) == Given::partly)
     return Error{Status::invalid_argument, "desc.allocator: one of allocate, free is null"};
-  if (given(wanted.io.open, wanted.io.close, wanted.io.read) == Given::partly)
+  if (given(hooks.io.open, hooks.io.close, hooks.io.read) == Given::partly)
     return Error{Status::invalid_argument, "desc.io: one of open, close, read is null"};
   return {};
 }
 
-Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
-  COPPICE_CHECK(check_hooks(wanted));
+Result<HookSet> complete_hooks(const Hooks& hooks, Reading reading) {
+  COPPICE_CHECK(check_hooks(hooks));
   HookSet set;
-  set.hooks = wanted;
-  const Given allocator = given(wanted.allocator.allocate, wanted.allocator.free);
-  const Given io = given(wanted.io.open, wanted.io.close, wanted.io.read);
-  const Given jobs = given(wanted.jobs.submit);
+  set.hooks = hooks;
+  const Given allocator = given(hooks.allocator.allocate, hooks.allocator.free);
+  const Given io = given(hooks.io.open, hooks.io.close, hooks.io.read);
+  const Given jobs = given(hooks.jobs.submit);
   if (allocator == Given::none) set.hooks.allocator = default_allocator();
-  set.hooks.long_jobs = wanted.jobs;
+  set.hooks.long_jobs = hooks.jobs;
   if (io == Given::all && jobs == Given::all) return set;
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);

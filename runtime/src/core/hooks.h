@@ -165,8 +165,8 @@ struct Growth {
 /// Returns one and a half times the present capacity, or `needed` if that is more. Adding n elements one by one then copies 3 n at most.
 constexpr std::uint32_t roomy_count(const Growth& growth) {
   if (growth.needed <= growth.now) return growth.now;
-  const std::uint64_t wanted = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.most, (wanted + growth.step - 1) / growth.step * growth.step));
+  const std::uint64_t target = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.most, (target + growth.step - 1) / growth.step * growth.step));
 }
 
 /// Bytes from the allocator hook.

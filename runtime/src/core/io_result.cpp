@@ -27,9 +27,9 @@ Error open_error(std::int64_t result) {
   return {Status::io, "cannot open file", Error::kNoOffset, result == -EINVAL ? "not a regular file" : reason_of(result)};
 }
 
-Error read_error(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset) {
+Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset) {
   if (bytes_read < 0) return {bytes_read == -ENOMEM ? Status::out_of_memory : Status::io, "read failed", offset, reason_of(bytes_read)};
-  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(wanted) + " bytes"};
+  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(expected) + " bytes"};
 }
 
 bool ReadRetry::pause(std::uint64_t now_ns) {

@@ -15,8 +15,8 @@ Status status_of(int reason);
 /// Error of a failed open. result: the hook's, negative. -1 gives no reason
 Error open_error(std::int64_t result);
 
-/// Error of a read that failed (negative, with the reason) or came short of `wanted`. -ENOMEM is out_of_memory
-Error read_error(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset);
+/// Error of a read that failed (negative, with the reason) or came short of `expected`. -ENOMEM is out_of_memory
+Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset);
 
 /// Number of attempts at a read. The pauses between them are 50, 200 and 800 ms.
 inline constexpr std::uint32_t kReadTries = 4;

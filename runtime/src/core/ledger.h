@@ -7,15 +7,15 @@
 
 namespace coppice {
 
-/// Counts bytes. One part of the budget is reserved: in use, or promised to work in progress. The rest is free. The largest request that
-/// was refused in the last frames is *wanted*: whoever can free memory does, and nobody reserves bytes that would leave less than that
+/// Counts bytes. One part of the budget is reserved: in use, or promised to work in progress. The rest is free. `refused` is the largest
+/// request that did not fit in the last frames: whoever can free memory does, and nobody reserves bytes that would leave less than that
 /// free.
 /// Thread: externally serialised.
 class Ledger {
  public:
   static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
   /// Number of frames for which a refusal is remembered.
-  static constexpr std::uint64_t kWantedFrames = 60;
+  static constexpr std::uint64_t kRefusalFrames = 60;
 
   explicit Ledger(std::uint64_t budget_bytes = kUnlimited) : budget_(budget_bytes) {}
 
@@ -25,16 +25,16 @@ class Ledger {
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
   [[nodiscard]] std::uint64_t most_taken() const { return most_taken_; }
   [[nodiscard]] std::uint64_t free() const { return budget_ - std::min(budget_, taken_); }
-  [[nodiscard]] std::uint64_t wanted() const { return wanted_; }
+  [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
   /// True if this many bytes are free. Otherwise the request is noted as a refusal.
   [[nodiscard]] bool fits(std::uint64_t bytes) {
     const bool fits = bytes <= free();
     if (!fits) {
-      wanted_ = std::max(wanted_, bytes);
-      wanted_frame_ = frame_;
-    } else if (bytes >= wanted_) {
-      wanted_ = 0;
+      refused_ = std::max(refused_, bytes);
+      refusal_frame_ = frame_;
+    } else if (bytes >= refused_) {
+      refused_ = 0;
     }
     return fits;
   }
@@ -47,12 +47,12 @@ class Ledger {
 
   void begin_frame(std::uint64_t frame_number) {
     frame_ = frame_number;
-    if (frame_ > wanted_frame_ + kWantedFrames) wanted_ = 0;
+    if (frame_ > refusal_frame_ + kRefusalFrames) refused_ = 0;
   }
 
  private:
   std::uint64_t budget_, taken_ = 0, most_taken_ = 0;
-  std::uint64_t wanted_ = 0, frame_ = 0, wanted_frame_ = 0;
+  std::uint64_t refused_ = 0, frame_ = 0, refusal_frame_ = 0;
 };
 
 }  // namespace coppice

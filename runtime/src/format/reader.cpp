@@ -151,9 +151,9 @@ Result<void> check_order(const PlantFile& file) {
     const coppice_file_chunk& chunk = file.chunks[i];
     const ChunkKey key = chunk_at(file.plant, i);
     const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
-    const auto want = [&] { return std::string(chunk_kind_name(key.kind)) + " " + std::to_string(key.index) + " expected"; };
-    if (chunk.kind != static_cast<std::uint32_t>(key.kind)) return bad_field("chunk table kind", entry, want());
-    if (chunk.index != key.index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), want());
+    const auto expected = [&] { return std::string(chunk_kind_name(key.kind)) + " " + std::to_string(key.index) + " expected"; };
+    if (chunk.kind != static_cast<std::uint32_t>(key.kind)) return bad_field("chunk table kind", entry, expected());
+    if (chunk.index != key.index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), expected());
     if (key.kind == COPPICE_CHUNK_WOOD && file.plant.wood_triangle_counts[key.index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
       return bad_field("plant wood_triangle_counts",
                        file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + key.index * 4,

@@ -83,10 +83,10 @@ void Renderer::lower_limits() {
   if (device_.reads_texels) lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
 }
 
-BufferSizes Renderer::sizes(const Capacity& wanted) {
+BufferSizes Renderer::sizes(const Capacity& needed) {
   constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-  const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
+  const Capacity capacity{std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), kTexels | kTo | kFrom, true, VK_FORMAT_R32G32B32A32_UINT});
@@ -112,16 +112,16 @@ Result<void> Renderer::create_buffers() {
   return views_.reserve_plants(capacity_.plants);
 }
 
-std::uint64_t Renderer::reserve_bytes(const Capacity& wanted) {
-  return growing_.reserve_bytes(sizes(wanted));
+std::uint64_t Renderer::reserve_bytes(const Capacity& needed) {
+  return growing_.reserve_bytes(sizes(needed));
 }
 
-Result<void> Renderer::reserve(const Capacity& wanted) {
-  COPPICE_ASSERT(wanted.slots <= desc_.views.max_instances && wanted.plants <= desc_.max_plants);
-  COPPICE_CHECK(plants_.reserve(wanted.plants));
-  COPPICE_CHECK(views_.reserve_plants(wanted.plants));
-  COPPICE_CHECK(growing_.reserve(sizes(wanted)));
-  capacity_ = {std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
+Result<void> Renderer::reserve(const Capacity& needed) {
+  COPPICE_ASSERT(needed.slots <= desc_.views.max_instances && needed.plants <= desc_.max_plants);
+  COPPICE_CHECK(plants_.reserve(needed.plants));
+  COPPICE_CHECK(views_.reserve_plants(needed.plants));
+  COPPICE_CHECK(growing_.reserve(sizes(needed)));
+  capacity_ = {std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
   return {};
 }
 
@@ -129,9 +129,9 @@ void Renderer::take_map(FrameWind& wind) {
   Result<void> taken;
   if (wind.now.wind.map != nullptr && !has_wind_maps_) {
     has_wind_maps_ = true;
-    const BufferSizes wanted = sizes({});
-    if (fits_buffer(device_, growing_.reserve_bytes(wanted)))
-      taken = growing_.reserve(wanted);
+    const BufferSizes needed = sizes({});
+    if (fits_buffer(device_, growing_.reserve_bytes(needed)))
+      taken = growing_.reserve(needed);
     else
       taken = Error{Status::out_of_memory, "the memory budget has no room for maps"};
     has_wind_maps_ = static_cast<bool>(taken);
@@ -146,7 +146,7 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, con
   COPPICE_ASSERT(index < desc_.max_plants);
   COPPICE_CHECK(reserve({.plants = index + 1}));
   COPPICE_CHECK(plants_.add(index, file, appearance, lod_words));
-  if (plants_.plant(index)->has_cuts) views_.want_leaves(index);
+  if (plants_.plant(index)->has_cuts) views_.request_leaves(index);
   return {};
 }
 
@@ -169,13 +169,13 @@ void Renderer::record_upload_begin(VkCommandBuffer cmd) {
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_CHECK(plants_.upload_page(upload));
-  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) views_.want_leaves(upload.plant);
+  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) views_.request_leaves(upload.plant);
   return {};
 }
 
 Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
   COPPICE_CHECK(plants_.upload_mesh(upload));
-  views_.want_mesh(upload.plant, upload.mesh);
+  views_.request_mesh(upload.plant, upload.mesh);
   return {};
 }
 

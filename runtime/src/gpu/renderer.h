@@ -57,9 +57,9 @@ class Renderer {
   [[nodiscard]] const Capacity& capacity() const { return capacity_; }
   /// Reserves buffers for at least this much, <= max_instances() and max_plants(). Larger buffers take over in the next
   /// record_upload_begin. errors  out_of_memory; nothing has changed
-  Result<void> reserve(const Capacity& wanted);
+  Result<void> reserve(const Capacity& needed);
   /// Bytes that reserve() allocates at once. The replaced buffers are deleted once the GPU is done with them.
-  [[nodiscard]] std::uint64_t reserve_bytes(const Capacity& wanted);
+  [[nodiscard]] std::uint64_t reserve_bytes(const Capacity& needed);
   /// Temporary bytes for bringing up to slot_count new slots to the GPU in one frame.
   [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const;
 
@@ -119,7 +119,7 @@ class Renderer {
   Result<void> create();
   void lower_limits();
   Result<void> create_buffers();
-  [[nodiscard]] BufferSizes sizes(const Capacity& wanted);
+  [[nodiscard]] BufferSizes sizes(const Capacity& needed);
   Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
   Result<void> stage_indices();
   Result<void> stage_instances(InstanceTable& instances);

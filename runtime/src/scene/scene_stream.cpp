@@ -394,22 +394,22 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
     requests.push_back(size);
     missing_blocks += tile_blocks(file.tiles[size.tile]);
   }
-  const std::span<TileSize> wanted = requests.span();
-  if (wanted.empty() || frame < retry_frame) return;
+  const std::span<TileSize> requested = requests.span();
+  if (requested.empty() || frame < retry_frame) return;
   // Tiles that are kept beyond the threshold make way for those in demand.
   if (used_blocks + missing_blocks > block_count) drop_small(INFINITY, block_count - std::min(missing_blocks, block_count));
-  const std::size_t count = std::min<std::size_t>(wanted.size(), reads.size());
-  std::ranges::partial_sort(wanted, wanted.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
+  const std::size_t count = std::min<std::size_t>(requested.size(), reads.size());
+  std::ranges::partial_sort(requested, requested.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
   for (std::size_t i = 0; i < count && idle_read() != nullptr; ++i) {
-    if (used_blocks + tile_blocks(file.tiles[wanted[i].tile]) > block_count) break;
-    if (!start_tile(wanted[i].tile)) break;
+    if (used_blocks + tile_blocks(file.tiles[requested[i].tile]) > block_count) break;
+    if (!start_tile(requested[i].tile)) break;
   }
 }
 
 bool SceneStream::State::start_tile(std::uint32_t index) {
   const SceneTile& tile = file.tiles[index];
-  const std::uint64_t wanted_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
-  if (!ledger.fits(wanted_bytes)) return false;
+  const std::uint64_t needed_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
+  if (!ledger.fits(needed_bytes)) return false;
   auto bytes = HookBuffer::allocate(hooks.allocator, tile.bytes);
   auto instances = HookArray<SceneInstance>::allocate(hooks.allocator, tile.entry.instance_count);
   if (!bytes || !instances) {
@@ -422,7 +422,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.instances = *std::move(instances);
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
-  ledger.take(wanted_bytes);
+  ledger.take(needed_bytes);
   start_read(read);
   return true;
 }

@@ -20,8 +20,8 @@ struct InstanceBounds {
   float radius_m = -1.0f;   ///< its radius; negative: no instance
   float max_instance_radius_m = 0.0f;
   // Counts instances with a lower threshold as larger; demand uses it as their size.
-  float max_wanted_radius_m = 0.0f;
-  float mean_wanted_radius_m = 0.0f;
+  float max_demand_radius_m = 0.0f;
+  float mean_demand_radius_m = 0.0f;
   std::uint32_t all_layers = 0xffffffffu, any_layer = 0;  ///< bits that all instances have, and bits that some have
   std::uint32_t instance_count = 0;
   std::uint32_t plant = kMixedPlants;  ///< the plant of all instances, if they share one
@@ -30,7 +30,7 @@ struct InstanceBounds {
 };
 
 /// The radius of an instance with the view's own threshold that has about the same demand.
-inline float wanted_radius_m(const InstanceSphere& sphere) {
+inline float demand_radius_m(const InstanceSphere& sphere) {
   return sphere.radius_m / sphere.threshold_share;
 }
 

@@ -18,7 +18,7 @@ struct ValuedPlant {
 };
 
 /// The finest detail of a plant that a view demands.
-struct PlantWants {
+struct DemandedDetail {
   std::uint32_t page_count = 0;   ///< pages [0, page_count)
   std::uint32_t finest_wood = 0;  ///< wood LoDs [finest_wood, table.wood_lod_count)
   bool textures = false;
@@ -26,28 +26,29 @@ struct PlantWants {
 };
 
 /// True if a view demands the plant's leaf meshes.
-bool wants_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+bool demands_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
 
 /// for_others  another view demands the leaf meshes, so they are resident for this view too
-PlantWants plant_wants(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view, bool for_others = false);
+DemandedDetail demanded_detail(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view, bool for_others = false);
 
 /// Returns the maximum of both demands.
-PlantWants merged(const PlantWants& a, const PlantWants& b);
+DemandedDetail merged(const DemandedDetail& a, const DemandedDetail& b);
 
 /// Value, px/byte, of foliage page `page` if those before it are resident. 0: not in demand; a page in demand has a value above 0 even if
 /// the table is flat. If later pages remove more error than this one, its value is the best average over a run of pages that starts with
 /// it, because they need it.
-float page_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t page);
+float page_value(const ValuedPlant& plant, const DemandedDetail& demanded, const PlantDemand& demand, const LodView& view,
+                 std::uint32_t page);
 
 /// Value of wood LoD `lod` if the next coarser one is resident. bytes: its memory
-float wood_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view, std::uint32_t lod,
-                 std::uint64_t bytes);
+float wood_value(const ValuedPlant& plant, const DemandedDetail& demanded, const PlantDemand& demand, const LodView& view,
+                 std::uint32_t lod, std::uint64_t bytes);
 
 /// Value of a texture of `bytes`: without it every leaf of every instance is wrong.
-float texture_value(const PlantWants& wants, const PlantDemand& demand, std::uint64_t bytes);
+float texture_value(const DemandedDetail& demanded, const PlantDemand& demand, std::uint64_t bytes);
 
 /// Value of each chunk of leaf meshes, and of a texture that only they show. Nothing is drawn before all are resident, so all have the same
 /// value: their gain together divided by their bytes together.
-float leaf_mesh_value(const ValuedPlant& plant, const PlantWants& wants, const PlantDemand& demand, const LodView& view);
+float leaf_mesh_value(const ValuedPlant& plant, const DemandedDetail& demanded, const PlantDemand& demand, const LodView& view);
 
 }  // namespace coppice

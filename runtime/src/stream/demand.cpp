@@ -131,7 +131,7 @@ void count_instance(const InstanceSphere& instance, const LodView& view, std::sp
   const Side side = side_of(instance.center_m, instance.radius_m + wind_reach_m(view, instance.radius_m), view);
   if (side == Side::out && !view.looks_around) return;
   const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m),
-                                                                          wanted_radius_m(instance), view.near_m, view.focal_px);
+                                                                          demand_radius_m(instance), view.near_m, view.focal_px);
   PlantDemand& demand = demands[instance.plant];
   demand.max_size_px = std::max(demand.max_size_px, size_px);
   demand.instances[bin_of(size_px)] += weight_of(side);
@@ -153,10 +153,10 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
     demand.instances[bin_of(size_px(mean_radius_m, block_m))] += weight_of(side) * static_cast<float>(instance_count);
   };
   if (block.plant != InstanceBounds::kMixedPlants && (block.all_layers & view.layer_mask) != 0)
-    return count(block.plant, block.mean_wanted_radius_m, block.max_wanted_radius_m, block.instance_count);
+    return count(block.plant, block.mean_demand_radius_m, block.max_demand_radius_m, block.instance_count);
   for (const InstanceSphere& instance : members)
     if (instance.plant != InstanceSphere::kNoPlant && (instance.layer_mask & view.layer_mask) != 0)
-      count(instance.plant, wanted_radius_m(instance), wanted_radius_m(instance), 1);
+      count(instance.plant, demand_radius_m(instance), demand_radius_m(instance), 1);
 }
 
 }  // namespace

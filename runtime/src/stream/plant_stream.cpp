@@ -15,7 +15,7 @@ namespace coppice {
 
 namespace {
 
-constexpr std::uint32_t kWantWindowFrames = 8;
+constexpr std::uint32_t kDemandWindowFrames = 8;
 
 /// Maps a chunk of the file to one of ours; false if the streamer does not load it by itself.
 bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
@@ -231,8 +231,8 @@ Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front)
   COPPICE_CHECK(fill_tables(plant));
   measure_leaf_meshes(plant);
   plant.loadable_page_count = plant.file.plant.page_count;
-  const PlantWants nothing = no_wants(plant);
-  plant.wants = {nothing, nothing, nothing};
+  const DemandedDetail nothing = no_demand(plant);
+  plant.demanded = {nothing, nothing, nothing};
   return {};
 }
 
@@ -303,17 +303,17 @@ bool leaf_meshes_resident(const PlantStream& plant) {
 namespace {
 
 float value_to(const PlantStream& plant, const Chunk& chunk, const PlantDemand& demand, const LodView& view) {
-  const PlantWants& wants = plant.wants.unlimited;
+  const DemandedDetail& demanded = plant.demanded.unlimited;
   switch (chunk.id.kind) {
     case ChunkKind::page:
-      return page_value(plant.valued, wants, demand, view, chunk.id.index);
+      return page_value(plant.valued, demanded, demand, view, chunk.id.index);
     case ChunkKind::wood:
-      return wood_value(plant.valued, wants, demand, view, chunk.id.index, chunk_bytes(plant, chunk).gpu);
+      return wood_value(plant.valued, demanded, demand, view, chunk.id.index, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::texture:
-      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, wants, demand, view);
-      return texture_value(wants, demand, chunk_bytes(plant, chunk).gpu);
+      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, demanded, demand, view);
+      return texture_value(demanded, demand, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::leaf_mesh:
-      return leaf_mesh_value(plant.valued, wants, demand, view);
+      return leaf_mesh_value(plant.valued, demanded, demand, view);
   }
   return 0.0f;
 }
@@ -333,14 +333,14 @@ float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews
 void update_demand(GroupDemand& of, const PlantDemand& demand) {
   of.now = demand;
   RecentSize& recent = of.recent;
-  if (++recent.frames_in_window > kWantWindowFrames) {
+  if (++recent.frames_in_window > kDemandWindowFrames) {
     recent.last_window_px = std::exchange(recent.current_window_px, 0.0f);
     recent.frames_in_window = 1;
   }
   recent.current_window_px = std::max(recent.current_window_px, demand.max_size_px);
 }
 
-PlantWants no_wants(const PlantStream& plant) {
+DemandedDetail no_demand(const PlantStream& plant) {
   return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
@@ -348,9 +348,9 @@ float max_size_px(const GroupDemand& demand, DemandSize size) {
   return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
 }
 
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const GroupViews& views) {
-  PlantWants wants = no_wants(plant);
-  if (plant.closing) return wants;
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views) {
+  DemandedDetail demanded = no_demand(plant);
+  if (plant.closing) return demanded;
   ValuedPlant valued = plant.valued;
   if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
   const auto for_each_group = [&](const auto& ask) {
@@ -364,42 +364,43 @@ PlantWants wants_at(const PlantStream& plant, DemandSize size, const GroupViews&
   };
   bool leaf_meshes = false;
   for_each_group(
-      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || wants_leaf_meshes(valued, demand, view); });
-  for_each_group(
-      [&](const PlantDemand& demand, const LodView& view) { wants = merged(wants, plant_wants(valued, demand, view, leaf_meshes)); });
-  wants.page_count = std::min(wants.page_count, plant.loadable_page_count);
-  return wants;
+      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || demands_leaf_meshes(valued, demand, view); });
+  for_each_group([&](const PlantDemand& demand, const LodView& view) {
+    demanded = merged(demanded, demanded_detail(valued, demand, view, leaf_meshes));
+  });
+  demanded.page_count = std::min(demanded.page_count, plant.loadable_page_count);
+  return demanded;
 }
 
 namespace {
 
-bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
+bool demanded_by(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
   switch (chunk.id.kind) {
     case ChunkKind::page:
-      return chunk.id.index < wants.page_count;
+      return chunk.id.index < demanded.page_count;
     case ChunkKind::wood:
-      return chunk.id.index >= wants.finest_wood;
+      return chunk.id.index >= demanded.finest_wood;
     case ChunkKind::texture:
-      return in_leaf_mesh_set(plant, chunk) ? wants.leaf_meshes : wants.textures && chunk.affordable;
+      return in_leaf_mesh_set(plant, chunk) ? demanded.leaf_meshes : demanded.textures && chunk.affordable;
     case ChunkKind::leaf_mesh:
-      return wants.leaf_meshes;
+      return demanded.leaf_meshes;
   }
   return false;
 }
 
 }  // namespace
 
-PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
+PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded) {
   PlannedBytes planned;
   const std::uint32_t page_count = plant.file.plant.page_count;
-  if (wants.page_count > 1) planned.settled += (wants.page_count - 1) * plant.valued.page_bytes;
-  if (plant.decoded_page_count < wants.page_count) {
+  if (demanded.page_count > 1) planned.settled += (demanded.page_count - 1) * plant.valued.page_bytes;
+  if (plant.decoded_page_count < demanded.page_count) {
     const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
     planned.passing = bytes.upload + bytes.work;
   }
   std::uint64_t set_passing = 0;
   for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
-    if (chunk.pinned || chunk.residency == Residency::failed || !wanted_by(plant, wants, chunk)) continue;
+    if (chunk.pinned || chunk.residency == Residency::failed || !demanded_by(plant, demanded, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     planned.settled += bytes.gpu + bytes.kept;
     if (chunk.residency == Residency::resident) continue;
@@ -420,16 +421,16 @@ void give_up(PlantStream& plant, const Chunk& chunk) {
 }
 
 // A pinned chunk is only absent if the device had no memory for it.
-bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
-  return (chunk.pinned && !plant.closing) || wanted_by(plant, wants, chunk);
+bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
+  return (chunk.pinned && !plant.closing) || demanded_by(plant, demanded, chunk);
 }
 
-bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
-  return is_wanted(plant, plant.wants.now, chunk);
+bool demanded_now(const PlantStream& plant, const Chunk& chunk) {
+  return is_demanded(plant, plant.demanded.now, chunk);
 }
 
-bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
-  return chunk.pinned || wanted_by(plant, plant.wants.recent, chunk);
+bool demanded_recently(const PlantStream& plant, const Chunk& chunk) {
+  return chunk.pinned || demanded_by(plant, plant.demanded.recent, chunk);
 }
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {

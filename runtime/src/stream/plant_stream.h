@@ -58,10 +58,10 @@ struct GroupDemand {
 };
 
 /// The demand of all view groups for a plant in a frame.
-struct FrameWants {
-  PlantWants unlimited;  ///< at the views' own thresholds, without a limit of memory: values are based on it
-  PlantWants now;        ///< at the threshold in use: what is requested
-  PlantWants recent;     ///< at the threshold in use, with the largest size of the last frames: what is kept
+struct FrameDemand {
+  DemandedDetail unlimited;  ///< at the views' own thresholds, without a limit of memory: values are based on it
+  DemandedDetail now;        ///< at the threshold in use: what is requested
+  DemandedDetail recent;     ///< at the threshold in use, with the largest size of the last frames: what is kept
 };
 
 /// Memory that a demand needs.
@@ -107,7 +107,7 @@ struct PlantStream {
   bool trim_needed = false;           ///< pages past decoded_page_count hold memory
 
   std::array<GroupDemand, kMaxViewGroups> demands;
-  FrameWants wants;
+  FrameDemand demanded;
   std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
   bool leaf_meshes_affordable = true;     ///< false if the budget goes to chunks of higher value
   std::uint64_t retry_frame = 0;          ///< no requests before this frame: the allocator hook or the device had no memory
@@ -151,7 +151,7 @@ bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 /// Bytes, as in ChunkBytes::total(), of chunks that the leaf meshes need and that are neither resident nor being loaded.
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
-/// Value of a chunk under plant.demands and plant.wants.unlimited, over all view groups; infinite for pinned chunks.
+/// Value of a chunk under plant.demands and plant.demanded.unlimited, over all view groups; infinite for pinned chunks.
 float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views);
 
 /// Updates with a new frame's demand.
@@ -160,17 +160,17 @@ void update_demand(GroupDemand& of, const PlantDemand& demand);
 enum class DemandSize : std::uint8_t { now, recent };
 float max_size_px(const GroupDemand& demand, DemandSize size);
 /// The demand of all view groups for the plant; none for one that is closing.
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
-PlantWants no_wants(const PlantStream& plant);
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
+DemandedDetail no_demand(const PlantStream& plant);
 /// Counts all chunks that are not pinned.
-PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
+PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
 /// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.
 void give_up(PlantStream& plant, const Chunk& chunk);
 /// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
-bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk);
-bool wanted_now(const PlantStream& plant, const Chunk& chunk);
-bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
+bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
+bool demanded_now(const PlantStream& plant, const Chunk& chunk);
+bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
 /// Allocates the output of a page's decoding; the page's chunk is in the transfer.
 /// errors  out_of_memory: nothing stays allocated

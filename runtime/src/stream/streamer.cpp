@@ -306,7 +306,7 @@ void Streamer::begin_frame(const StreamFrame& frame) {
     }
     s.trim(*plant);
   }
-  s.update_wants();
+  s.update_demanded();
   s.counters.hand_over_ns = 0;
   s.retry_reads();
   s.collect_in_time(1);
@@ -507,22 +507,22 @@ namespace {
 
 using CountsByKind = std::array<ChunkCounts, kChunkKindCount>;
 
-/// Adds the chunks of `wants` that are not resident to `wanted` and `queued`.
-void count_missing(const PlantStream& plant, const PlantWants& wants, CountsByKind& counts) {
+/// Adds the chunks of `demanded` that are not resident to `wanted` and `queued`.
+void count_missing(const PlantStream& plant, const DemandedDetail& demanded, CountsByKind& counts) {
   const auto count = [&](const Chunk& chunk) {
-    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_wanted(plant, wants, chunk)) return;
+    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_demanded(plant, demanded, chunk)) return;
     ChunkCounts& of = counts[static_cast<std::size_t>(chunk.id.kind)];
     ++of.wanted;
     if (chunk.residency == Residency::absent) ++of.queued;
   };
-  const std::uint32_t wanted_pages = std::min(wants.page_count, plant.loadable_page_count);
+  const std::uint32_t wanted_pages = std::min(demanded.page_count, plant.loadable_page_count);
   for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
   for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
 }
 
-bool is_there(const PlantStream& plant, const PlantWants& wants) {
+bool is_there(const PlantStream& plant, const DemandedDetail& demanded) {
   StreamStats missing;
-  count_missing(plant, wants, missing.chunks);
+  count_missing(plant, demanded, missing.chunks);
   return missing.all().wanted == 0;
 }
 
@@ -530,7 +530,7 @@ bool is_there(const PlantStream& plant, const PlantWants& wants) {
 
 bool Streamer::is_settled(std::uint32_t plant) const {
   const PlantStream& of = state_->open_plant_at(plant);
-  return is_there(of, of.wants.now);
+  return is_there(of, of.demanded.now);
 }
 
 bool Streamer::is_group_settled(std::size_t group) const {
@@ -538,7 +538,7 @@ bool Streamer::is_group_settled(std::size_t group) const {
   GroupViews alone;
   alone[group] = state_->views_at(state_->threshold_step)[group];
   return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {
-    return !plant || plant->closing || is_there(*plant, wants_at(*plant, DemandSize::now, alone));
+    return !plant || plant->closing || is_there(*plant, demanded_at(*plant, DemandSize::now, alone));
   });
 }
 
@@ -566,7 +566,7 @@ StreamStats Streamer::stats() const {
   for (const Transfer& transfer : s.transfers.span())
     if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;
   for (const auto& plant : s.used_plants())
-    if (plant && !plant->closing) count_missing(*plant, plant->wants.now, stats.chunks);
+    if (plant && !plant->closing) count_missing(*plant, plant->demanded.now, stats.chunks);
   return stats;
 }
 

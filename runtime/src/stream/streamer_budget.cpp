@@ -45,8 +45,8 @@ std::uint64_t Streamer::State::floor_bytes() const {
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
-  const std::uint64_t wanted = can_be_free(ledger.wanted()) ? ledger.wanted() : 0;
-  return less(ledger.budget(), std::max(wanted, options.gpu.slack_bytes));
+  const std::uint64_t refused = can_be_free(ledger.refused()) ? ledger.refused() : 0;
+  return less(ledger.budget(), std::max(refused, options.gpu.slack_bytes));
 }
 
 Error Streamer::State::refusal(std::uint64_t bytes) const {
@@ -63,22 +63,22 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
 
 bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victims victims) {
   return !chunk.pinned && !chunk.victim && !chunk.held && holds_memory(chunk) &&
-         (victims == Victims::any || !wanted_recently(plant, chunk));
+         (victims == Victims::any || !demanded_recently(plant, chunk));
 }
 
 // Among a plant's pages only the last one that is not chosen yet is a candidate.
 Chunk* Streamer::State::least_valuable_victim(Victims victims) {
   Chunk* least = nullptr;
   float least_value = std::numeric_limits<float>::infinity();
-  bool least_wanted = true;
+  bool least_is_demanded = true;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
     if (!may_go(plant, chunk, victims)) return;
-    const bool wanted = wanted_recently(plant, chunk);
+    const bool is_demanded = demanded_recently(plant, chunk);
     const float worth = value_of(plant, chunk);
-    if (wanted != least_wanted ? wanted : !(worth < least_value)) return;
+    if (is_demanded != least_is_demanded ? is_demanded : !(worth < least_value)) return;
     least = &chunk;
     least_value = worth;
-    least_wanted = wanted;
+    least_is_demanded = is_demanded;
   };
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;

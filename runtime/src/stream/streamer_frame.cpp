@@ -80,7 +80,7 @@ void Streamer::State::trim(PlantStream& plant) {
 bool Streamer::State::stale(const Transfer& transfer) const {
   const PlantStream& plant = *transfer.plant;
   const Chunk& chunk = *transfer.chunk;
-  if (transfer.cancelled || plant.closing || !wanted_recently(plant, chunk)) return true;
+  if (transfer.cancelled || plant.closing || !demanded_recently(plant, chunk)) return true;
   if (chunk.id.kind != ChunkKind::page || chunk.id.index <= plant.decoded_page_count) return false;
   return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
 }
@@ -194,7 +194,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
 }
 
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
-  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !wanted_now(plant, chunk)) return;
+  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !demanded_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
   std::ranges::push_heap(requests.span(), worth_less);
 }

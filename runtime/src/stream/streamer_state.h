@@ -141,7 +141,7 @@ struct Streamer::State {
   /// Decides which textures and leaf meshes may be requested. room: bytes, here and below
   void choose_indivisible(std::uint64_t room);
   void choose_threshold(std::uint64_t room);
-  void update_wants();
+  void update_demanded();
 
   // In streamer_frame.cpp:
   /// Takes over finished transfers until the frame's time for it is up, but at least `least` of them.

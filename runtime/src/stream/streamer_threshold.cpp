@@ -63,7 +63,7 @@ std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   const GroupViews raised = views_at(step);
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || !is_seen(*plant, DemandSize::recent)) continue;
-    const PlannedBytes planned = planned_bytes(*plant, wants_at(*plant, DemandSize::recent, raised));
+    const PlannedBytes planned = planned_bytes(*plant, demanded_at(*plant, DemandSize::recent, raised));
     sum.settled += planned.settled;
     sum.passing = std::max(sum.passing, planned.passing);
   }
@@ -79,20 +79,20 @@ void Streamer::State::gather_indivisible() {
   indivisible.clear();
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || !is_seen(*plant, DemandSize::now)) continue;
-    const PlantWants& wants = plant->wants.unlimited;
+    const DemandedDetail& demanded = plant->demanded.unlimited;
     std::uint64_t set_bytes = 0;
     Chunk* of_set = nullptr;
     for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) {
       if (chunk.id.kind == ChunkKind::wood || chunk.residency == Residency::failed) continue;
       const std::uint64_t bytes = chunk_bytes(*plant, chunk).gpu;
       if (!in_leaf_mesh_set(*plant, chunk)) {
-        if (wants.textures) indivisible.push_back({&chunk, &chunk.affordable, bytes});
+        if (demanded.textures) indivisible.push_back({&chunk, &chunk.affordable, bytes});
         continue;
       }
       set_bytes += bytes;
       of_set = &chunk;
     }
-    if (wants.leaf_meshes) indivisible.push_back({of_set, &plant->leaf_meshes_affordable, set_bytes});
+    if (demanded.leaf_meshes) indivisible.push_back({of_set, &plant->leaf_meshes_affordable, set_bytes});
   }
 }
 
@@ -136,11 +136,11 @@ void Streamer::State::choose_threshold(std::uint64_t room) {
   threshold_step = enough;
 }
 
-void Streamer::State::update_wants() {
+void Streamer::State::update_demanded() {
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->leaf_meshes_affordable = true;
-    plant->wants.unlimited = wants_at(*plant, DemandSize::now, views);
+    plant->demanded.unlimited = demanded_at(*plant, DemandSize::now, views);
   }
   const std::uint32_t step_before = threshold_step;
   if (has_view()) {
@@ -152,8 +152,8 @@ void Streamer::State::update_wants() {
   const GroupViews raised = views_at(threshold_step);
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
-    plant->wants.now = wants_at(*plant, DemandSize::now, raised);
-    plant->wants.recent = wants_at(*plant, DemandSize::recent, raised);
+    plant->demanded.now = demanded_at(*plant, DemandSize::now, raised);
+    plant->demanded.recent = demanded_at(*plant, DemandSize::recent, raised);
   }
 }
 

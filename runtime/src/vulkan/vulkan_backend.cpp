@@ -62,12 +62,12 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.missing_pipeline = renderer_->pipelines().missing();
 }
 
-std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& wanted) {
-  return renderer_->reserve_bytes({wanted.slots, wanted.plants});
+std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& needed) {
+  return renderer_->reserve_bytes({needed.slots, needed.plants});
 }
 
-Result<void> VulkanBackend::reserve(const SceneSize& wanted) {
-  return renderer_->reserve({wanted.slots, wanted.plants});
+Result<void> VulkanBackend::reserve(const SceneSize& needed) {
+  return renderer_->reserve({needed.slots, needed.plants});
 }
 
 std::uint64_t VulkanBackend::slot_upload_bytes(std::uint32_t slot_count) const {

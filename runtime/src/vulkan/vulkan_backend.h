@@ -27,8 +27,8 @@ class VulkanBackend final : public Backend {
   [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
   void fill_stats(coppice_stats& stats) const override;
   [[nodiscard]] std::uint32_t plant_capacity() const override { return renderer_->capacity().plants; }
-  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& wanted) override;
-  Result<void> reserve(const SceneSize& wanted) override;
+  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& needed) override;
+  Result<void> reserve(const SceneSize& needed) override;
   [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const override;
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
                          std::span<const std::uint32_t> lod_words) override;

@@ -216,20 +216,20 @@ bool fits_buffer(Device& device, std::uint64_t bytes) {
   return bytes == 0 || device.memory.ledger->fits(bytes + kRounding);
 }
 
-Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted) {
-  COPPICE_ASSERT(wanted.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
+Result<Texture> create_texture(Device& device, const coppice_file_texture& desc) {
+  COPPICE_ASSERT(desc.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
                                .imageType = VK_IMAGE_TYPE_2D,
-                               .format = vulkan_format(wanted.format),
-                               .extent = {wanted.width, wanted.height, 1},
-                               .mipLevels = wanted.mip_count,
+                               .format = vulkan_format(desc.format),
+                               .extent = {desc.width, desc.height, 1},
+                               .mipLevels = desc.mip_count,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
                                .sharingMode = sharing_mode(device),
                                .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
                                .pQueueFamilyIndices = device.queue_families.data()};
-  Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
+  Texture texture{.width = desc.width, .height = desc.height, .mip_count = desc.mip_count, .format = desc.format};
   COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
   name_object(device, VK_OBJECT_TYPE_IMAGE, texture.image, kTextureName);
   if (auto backed = back_texture(device, texture); !backed) {

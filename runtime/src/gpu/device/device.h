@@ -94,9 +94,9 @@ struct Texture {
   std::uint32_t format = COPPICE_TEXTURE_RGBA8;  ///< coppice_texture_format
 };
 
-/// wanted: gives its sides, mip_count and format; with a block format device.block_textures must be set
+/// desc: gives its sides, mip_count and format; with a block format device.block_textures must be set
 /// errors  out_of_memory, device_lost
-Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted);
+Result<Texture> create_texture(Device& device, const coppice_file_texture& desc);
 /// texture: may be empty
 void destroy_texture(Device& device, Texture& texture);
 

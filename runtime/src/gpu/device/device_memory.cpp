@@ -125,25 +125,26 @@ Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   return after <= committed_after(memory, alone) || after + memory.block_bytes <= most ? plan : alone;
 }
 
-Result<std::uint32_t> find_memory_type(const DeviceMemory& memory, std::uint32_t type_bits, VkMemoryPropertyFlags wanted) {
+Result<std::uint32_t> find_memory_type(const DeviceMemory& memory, std::uint32_t type_bits, VkMemoryPropertyFlags properties) {
   for (std::uint32_t type = 0; type < memory.properties.memoryTypeCount; ++type)
-    if ((type_bits >> type & 1u) && (memory.properties.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+    if ((type_bits >> type & 1u) && (memory.properties.memoryTypes[type].propertyFlags & properties) == properties) return type;
   return Error{Status::unsupported, "no memory type fits", Error::kNoOffset,
-               wanted & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? "device local" : "host coherent"};
+               properties & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? "device local" : "host coherent"};
 }
 
-Result<coppice_memory_block> allocate_by_vulkan(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted) {
-  COPPICE_TRY(type, find_memory_type(device.memory, requirements.memoryTypeBits, wanted));
+Result<coppice_memory_block> allocate_by_vulkan(Device& device, const VkMemoryRequirements& requirements,
+                                                VkMemoryPropertyFlags properties) {
+  COPPICE_TRY(type, find_memory_type(device.memory, requirements.memoryTypeBits, properties));
   const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
                                         .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
   const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                  .pNext = wanted & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? &flags : nullptr,
+                                  .pNext = properties & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT ? &flags : nullptr,
                                   .allocationSize = requirements.size,
                                   .memoryTypeIndex = type};
   coppice_memory_block block{.struct_size = sizeof block, .memory_type = type};
   COPPICE_CHECK(check(device, device.vk.vkAllocateMemory(device.device, &info, nullptr, &block.memory), "vkAllocateMemory"));
   name_object(device, VK_OBJECT_TYPE_DEVICE_MEMORY, block.memory, "coppice memory");
-  if (!(wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return block;
+  if (!(properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return block;
   const auto mapped = check(device, device.vk.vkMapMemory(device.device, block.memory, 0, VK_WHOLE_SIZE, 0, &block.mapped), "vkMapMemory");
   if (mapped) return block;
   device.vk.vkFreeMemory(device.device, block.memory, nullptr);
@@ -158,10 +159,10 @@ void free_source(Device& device, const coppice_memory_block& source) {
     device.vk.vkFreeMemory(device.device, source.memory, nullptr);
 }
 
-Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted) {
+Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties) {
   const coppice_device_memory& hook = device.memory.hook;
   coppice_memory_block block{.struct_size = sizeof(coppice_memory_block)};
-  COPPICE_CHECK(check(device, hook.allocate(hook.user, &requirements, wanted, &block), "device_memory.allocate"));
+  COPPICE_CHECK(check(device, hook.allocate(hook.user, &requirements, properties, &block), "device_memory.allocate"));
   block.struct_size = sizeof block;  // the engine may have overwritten the whole struct
   const char* problem = nullptr;
   if (block.memory == VK_NULL_HANDLE)
@@ -170,7 +171,7 @@ Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequ
     problem = "memory_type is none of memoryTypeBits";
   else if (block.offset % requirements.alignment != 0)
     problem = "offset is not aligned";
-  else if ((wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) && block.mapped == nullptr)
+  else if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) && block.mapped == nullptr)
     problem = "mapped is null";
   if (problem == nullptr) return block;
   if (block.memory != VK_NULL_HANDLE) hook.free(hook.user, &block);
@@ -179,14 +180,14 @@ Result<coppice_memory_block> allocate_by_hook(Device& device, const VkMemoryRequ
 
 Result<std::uint32_t> add_block(Device& device, const MemoryRequest& request, const Plan& plan) {
   DeviceMemory& memory = device.memory;
-  const VkMemoryPropertyFlags wanted =
+  const VkMemoryPropertyFlags properties =
       request.kind == MemoryKind::host ? VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT}
                                        : VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT};
   const VkMemoryRequirements requirements{.size = plan.block_bytes,
                                           .alignment = std::max<std::uint64_t>(request.requirements.alignment, memory.granule),
                                           .memoryTypeBits = request.requirements.memoryTypeBits};
-  COPPICE_TRY(source, memory.hook.allocate != nullptr ? allocate_by_hook(device, requirements, wanted)
-                                                      : allocate_by_vulkan(device, requirements, wanted));
+  COPPICE_TRY(source, memory.hook.allocate != nullptr ? allocate_by_hook(device, requirements, properties)
+                                                      : allocate_by_vulkan(device, requirements, properties));
   const auto hole = std::ranges::find_if_not(memory.blocks, is_there);
   const auto index = static_cast<std::uint32_t>(hole - memory.blocks.begin());
   if (hole == memory.blocks.end()) memory.blocks.emplace_back();

@@ -13,17 +13,17 @@ bool GrowingBuffers::grows(const BufferSize& size) const {
   return size.bytes > (larger != larger_.end() ? larger->buffer : *size.buffer).size_bytes;
 }
 
-std::uint64_t GrowingBuffers::reserve_bytes(const BufferSizes& wanted) const {
+std::uint64_t GrowingBuffers::reserve_bytes(const BufferSizes& needed) const {
   constexpr std::uint64_t kRounding = 1024;  // maximum rounding of a request
   std::uint64_t bytes = 0;
-  for (const BufferSize& size : wanted.span())
+  for (const BufferSize& size : needed.span())
     if (grows(size)) bytes += size.bytes + kRounding;
   return bytes;
 }
 
-Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
+Result<void> GrowingBuffers::reserve(const BufferSizes& needed) {
   std::vector<Larger> made;
-  for (const BufferSize& size : wanted.span()) {
+  for (const BufferSize& size : needed.span()) {
     if (!grows(size)) continue;
     auto buffer = create_buffer(device_, size.desc(MemoryKind::alone));
     if (!buffer) {

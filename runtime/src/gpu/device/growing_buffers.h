@@ -38,11 +38,11 @@ class GrowingBuffers {
   GrowingBuffers(const GrowingBuffers&) = delete;
   GrowingBuffers& operator=(const GrowingBuffers&) = delete;
 
-  /// Bytes that reserve allocates at once. wanted: all buffers of a kind
-  [[nodiscard]] std::uint64_t reserve_bytes(const BufferSizes& wanted) const;
+  /// Bytes that reserve allocates at once. needed: all buffers of a kind
+  [[nodiscard]] std::uint64_t reserve_bytes(const BufferSizes& needed) const;
   /// Creates the buffers that must become larger. errors  out_of_memory, device_lost, unsupported: more than the device binds; nothing has
   /// changed
-  Result<void> reserve(const BufferSizes& wanted);
+  Result<void> reserve(const BufferSizes& needed);
   /// Forgets buffers that are destroyed without a successor.
   void forget(const BufferSizes& gone);
   /// Replaces smaller buffers by larger ones. True if there were any

@@ -54,7 +54,7 @@ class PipelineSet;
 struct Pipeline {
   PipelineSet* set = nullptr;
   PipelineRecipe recipe;
-  bool wanted = false;
+  bool requested = false;
   std::atomic<VkPipeline> built = VK_NULL_HANDLE;  ///< null until it is built
 
   /// Any thread.
@@ -64,7 +64,7 @@ struct Pipeline {
 /// Thread: externally serialised, but for jobs; const functions may overlap.
 class PipelineSet {
  public:
-  /// device: outlives this object. cache: may be null. jobs: without a hook a pipeline is built inside want
+  /// device: outlives this object. cache: may be null. jobs: without a hook a pipeline is built inside request
   PipelineSet(Device& device, VkPipelineCache cache, const coppice_jobs& jobs) : device_(device), cache_(cache), jobs_(jobs) {}
   ~PipelineSet() { close(); }
   PipelineSet(const PipelineSet&) = delete;
@@ -73,18 +73,18 @@ class PipelineSet {
   /// Adds a pipeline without building it. The result does not move.
   Pipeline& add(const PipelineRecipe& recipe);
   /// Starts to build the pipeline, once. True if it is built; it never will be if that failed.
-  bool want(Pipeline& pipeline);
+  bool request(Pipeline& pipeline);
   /// Passes a device loss that jobs have found on to the device.
   void collect();
   /// Waits for jobs and destroys all pipelines. before: the GPU is done with them, and their layouts still exist
   void close();
 
-  [[nodiscard]] std::uint32_t wanted_count() const { return wanted_count_; }
+  [[nodiscard]] std::uint32_t requested_count() const { return requested_count_; }
   [[nodiscard]] std::uint32_t built_count() const;
   [[nodiscard]] PipelineTimes times() const;
-  /// Name of the first pipeline that is wanted and not built; null if there is none.
+  /// Name of the first pipeline that is requested and not built; null if there is none.
   [[nodiscard]] const char* missing() const;
-  /// True if every wanted pipeline is built. errors  of the first that could not be built; the log has it
+  /// True if every requested pipeline is built. errors  of the first that could not be built; the log has it
   [[nodiscard]] Result<bool> ready() const;
 
  private:
@@ -94,7 +94,7 @@ class PipelineSet {
   VkPipelineCache cache_ = VK_NULL_HANDLE;
   coppice_jobs jobs_{};
   std::deque<Pipeline> pipelines_;
-  std::uint32_t wanted_count_ = 0;
+  std::uint32_t requested_count_ = 0;
   std::atomic<bool> closing_ = false;
 
   mutable std::mutex mutex_;  ///< guards the fields below

@@ -100,7 +100,7 @@ std::uint32_t packed_contents(const AttachmentDesc& attachments) {
   return packed;
 }
 
-bool wants_content(const AttachmentDesc& attachments, coppice_content content) {
+bool has_content(const AttachmentDesc& attachments, coppice_content content) {
   return std::ranges::count(std::span(attachments.contents).first(attachments.color_count), content) > 0;
 }
 

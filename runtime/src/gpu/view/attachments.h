@@ -19,7 +19,7 @@ constexpr bool is_depth_alone(const AttachmentDesc& attachments) {
 /// Packs contents for kContents of surface.glsl.
 std::uint32_t packed_contents(const AttachmentDesc& attachments);
 
-bool wants_content(const AttachmentDesc& attachments, coppice_content content);
+bool has_content(const AttachmentDesc& attachments, coppice_content content);
 
 /// Checks that pipelines for these attachments can work, by field of coppice_vulkan_view_desc.
 /// errors  invalid_argument: an integer colour format, a depth format without depth; unsupported: this device cannot draw to it

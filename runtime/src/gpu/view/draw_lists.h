@@ -47,20 +47,20 @@ class DrawLists {
   void fill_record(std::uint32_t plant, const DrawListInput& input);
   void fill_meshes(std::uint32_t plant, const DrawListInput& input);
   /// Sums over all plants.
-  struct Wanted {
+  struct Needed {
     std::size_t plants = 0;  ///< plants with instances
     std::uint64_t single_bytes = 0, cluster_bytes = 0, part_bytes = 0;
   };
-  Wanted add_up(const Device& device);
-  static bool grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands);
-  [[nodiscard]] std::uint64_t wanted_commands(const Device& device, std::uint32_t plant) const;
-  [[nodiscard]] std::uint64_t wanted_parts(std::uint32_t plant) const;
+  Needed add_up(const Device& device);
+  static bool grow(Device& device, Garbage& garbage, std::uint64_t needed_bytes, Buffer& commands);
+  [[nodiscard]] std::uint64_t needed_commands(const Device& device, std::uint32_t plant) const;
+  [[nodiscard]] std::uint64_t needed_parts(std::uint32_t plant) const;
   void place(std::uint64_t most_clusters, bool parts);
 
   coppice_allocator allocator_;
   HookArray<Plant> records_;
   HookArray<DrawCommand> mesh_commands_;
-  HookArray<std::uint64_t> wanted_;  ///< scratch
+  HookArray<std::uint64_t> needed_;  ///< scratch
   std::uint32_t count_ = 0;          ///< number of plants
 };
 

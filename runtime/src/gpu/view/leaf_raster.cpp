@@ -229,28 +229,28 @@ std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view de
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
 }
 
-bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve) {
+bool LeafRaster::request(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve) {
   bool ready = true;
-  const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
-  want(pipelines_.blocks.of(eye_count));
-  want(pipelines_.cull.of(debug_view, eye_count));
-  want(pipelines_.expand.of(eye_count));
+  const auto request = [&](Pipeline* pipeline) { ready = pipeline_set_.request(*pipeline) && ready; };
+  request(pipelines_.blocks.of(eye_count));
+  request(pipelines_.cull.of(debug_view, eye_count));
+  request(pipelines_.expand.of(eye_count));
   for (const RasterPass pass : passes(debug_view)) {
-    want(pipelines_.splats[pass]);
-    want(pipelines_.leaves[pass]);
-    want(pipelines_.big[pass]);
+    request(pipelines_.splats[pass]);
+    request(pipelines_.leaves[pass]);
+    request(pipelines_.big[pass]);
   }
-  want(pipelines_.finest_tiles);
-  want(pipelines_.other_tiles);
-  want(pipelines_.draws.of(eye_count));
-  if (wants_content(resolve.recipe.attachments, COPPICE_CONTENT_VELOCITY)) want(pipelines_.motion);
-  want(&resolve);
+  request(pipelines_.finest_tiles);
+  request(pipelines_.other_tiles);
+  request(pipelines_.draws.of(eye_count));
+  if (has_content(resolve.recipe.attachments, COPPICE_CONTENT_VELOCITY)) request(pipelines_.motion);
+  request(&resolve);
   return ready;
 }
 
 Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
   view.depth_alone = is_depth_alone(attachments);
-  view.wants_velocity = wants_content(attachments, COPPICE_CONTENT_VELOCITY);
+  view.has_velocity = has_content(attachments, COPPICE_CONTENT_VELOCITY);
   view.reversed_depth = is_reversed(attachments.depth_compare);
   view.depth_step = depth_step(attachments);
   return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
@@ -276,7 +276,7 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
 void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
   if (slots == 0 || view.depth_alone) return;
   sizes.add(work_size(view.work, slots));
-  if (view.wants_velocity) sizes.add(motion_size(view.motion, slots));
+  if (view.has_velocity) sizes.add(motion_size(view.motion, slots));
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -302,7 +302,7 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
                                                               {&view.tiles},
                                                               {&view.picture},
                                                               {&work},
-                                                              {view.wants_velocity ? &view.motion : &work}}};
+                                                              {view.has_velocity ? &view.motion : &work}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
   garbage_.retire(view.set);
   view.set = made;
@@ -310,10 +310,10 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
   return {};
 }
 
-Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& wanted) {
-  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& needed) {
+  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", needed.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
                                                MemoryKind::alone}));
-  auto tiles = create_buffer(device_, {"coppice tiles", wanted.tiles, kStorage, MemoryKind::alone});
+  auto tiles = create_buffer(device_, {"coppice tiles", needed.tiles, kStorage, MemoryKind::alone});
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
@@ -330,11 +330,11 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
   // A picture that is larger already stays.
   const std::uint64_t picture_bytes = std::uint64_t{eye_count} * camera.width_px * camera.height_px * 2 * sizeof(std::uint32_t);
   const std::uint64_t tile_bytes = eye_count * tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
-  const ViewBytes wanted{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
+  const ViewBytes needed{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
   Result<void> reserved;
-  if (wanted.picture > view.picture.size_bytes || wanted.tiles > view.tiles.size_bytes) {
-    if (!fits_buffer(device_, wanted.picture + wanted.tiles)) return false;
-    reserved = reserve_picture(view, wanted);
+  if (needed.picture > view.picture.size_bytes || needed.tiles > view.tiles.size_bytes) {
+    if (!fits_buffer(device_, needed.picture + needed.tiles)) return false;
+    reserved = reserve_picture(view, needed);
   }
   // It also retries after an earlier frame in which the picture's set could not be made.
   if (reserved && view.set_stale) reserved = rebuild_set(view);
@@ -469,7 +469,7 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull&
     record_tiles(cmd, of);
     mark(Pass::tiles);
   }
-  if (view.wants_velocity) {
+  if (view.has_velocity) {
     bind(cmd, *pipelines_.motion);
     vk.vkCmdDispatch(cmd, kMotionGroups, 1, 1);
   }

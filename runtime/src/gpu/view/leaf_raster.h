@@ -50,7 +50,7 @@ struct RasterView {
   DescriptorSet set;
   bool set_stale = false;  ///< one of its buffers has been replaced
   bool depth_alone = false;
-  bool wants_velocity = false;
+  bool has_velocity = false;
   bool reversed_depth = false;
   float depth_step = 0.0f;                             ///< precision of the attachments' depth: the smallest step, or the rounding
   std::uint32_t eye_count = 1;                         ///< in this frame
@@ -61,7 +61,7 @@ struct RasterView {
 /// The state that all views share, and lists that only culling reads: they are shared because views run one after another on the queue.
 class LeafRaster {
  public:
-  /// device, garbage, pipelines: outlive this object; pipelines are closed before it is destroyed. It wants no pipeline yet.
+  /// device, garbage, pipelines: outlive this object; pipelines are closed before it is destroyed. It requests no pipeline yet.
   /// errors  out_of_memory; unsupported: more than kMaxSlots, or too few storage buffers in a stage
   static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
   /// The GPU must be done with everything.
@@ -83,17 +83,17 @@ class LeafRaster {
   Result<void> create_view(const AttachmentDesc& attachments, RasterView& view);
   /// The GPU must be done with it.
   void destroy_view(RasterView& view);
-  /// Adds a pipeline that draws pictures to such attachments; it is not wanted yet.
+  /// Adds a pipeline that draws pictures to such attachments; it is not requested yet.
   Pipeline* add_resolve(const AttachmentDesc& attachments);
 
-  /// Wants the pipelines of such a frame of a view. True if all are built; else it may not be prepared.
-  bool want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
+  /// Requests the pipelines of such a frame of a view. True if all are built; else it may not be prepared.
+  bool request(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
   /// Reserves memory for a frame of a view. False if there is none, or if the rasteriser does not draw the view: then record nothing of it.
   bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
   /// Records the initial values of the view's buffers; the caller's barrier makes them visible to compute shaders. before: prepare
   void record_start(VkCommandBuffer cmd, const RasterView& view) const;
-  /// Wants the pipeline for an engine's occluder; true if it is built.
-  bool want_occluder() { return pipeline_set_.want(*pipelines_.occluder); }
+  /// Requests the pipeline for an engine's occluder; true if it is built.
+  bool request_occluder() { return pipeline_set_.request(*pipelines_.occluder); }
   [[nodiscard]] bool has_occluder_pass() const { return pipelines_.occluder->handle() != VK_NULL_HANDLE; }
   struct Cull {
     VkDescriptorSet frame_set = VK_NULL_HANDLE;

@@ -109,13 +109,13 @@ struct Passes {
   CullPipelines cull;
 };
 
-/// None of the pipelines is wanted yet. On errors `passes` holds what was created so far; it must be destroyed in any case. errors
+/// None of the pipelines is requested yet. On errors `passes` holds what was created so far; it must be destroyed in any case. errors
 /// out_of_memory, device_lost; unsupported: a stage sees too few storage buffers
 Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes);
 /// Before: the pipelines are closed.
 void destroy_passes(Device& device, Passes& passes);
 
-/// Adds all pipelines but `resolve`; none is wanted yet.
+/// Adds all pipelines but `resolve`; none is requested yet.
 DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines);
 
 struct FrameBindings {

@@ -265,9 +265,9 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   // Until the pipeline that shows its colours is built, a debug view is drawn as a normal one.
   coppice_camera& camera = shown_->camera;
   const coppice_debug_view debug_view = std::exchange(camera.debug_view, COPPICE_DEBUG_NONE);
-  const Ready ready = want(COPPICE_DEBUG_NONE);
-  if (has_occluder_ && shared_.raster != nullptr) shared_.raster->want_occluder();
-  if (debug_view != COPPICE_DEBUG_NONE && want(debug_view) == ready) camera.debug_view = debug_view;
+  const Ready ready = request(COPPICE_DEBUG_NONE);
+  if (has_occluder_ && shared_.raster != nullptr) shared_.raster->request_occluder();
+  if (debug_view != COPPICE_DEBUG_NONE && request(debug_view) == ready) camera.debug_view = debug_view;
   by_ = ready.cull ? CulledBy::hardware : CulledBy::nobody;
   if (slot_count_ == 0)
     by_ = CulledBy::nobody;
@@ -276,9 +276,9 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   return {};
 }
 
-ViewRecorder::Ready ViewRecorder::want(coppice_debug_view debug_view) {
-  return {shared_.pipelines.want(*shared_.passes.cull.of(debug_view, eye_count())),
-          shared_.raster != nullptr && shared_.raster->want(debug_view, eye_count(), *pipelines_.resolve)};
+ViewRecorder::Ready ViewRecorder::request(coppice_debug_view debug_view) {
+  return {shared_.pipelines.request(*shared_.passes.cull.of(debug_view, eye_count())),
+          shared_.raster != nullptr && shared_.raster->request(debug_view, eye_count(), *pipelines_.resolve)};
 }
 
 void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) {

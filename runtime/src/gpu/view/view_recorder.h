@@ -145,7 +145,7 @@ class ViewRecorder {
   };
   FrameSet set_of(const coppice_light& light);
   [[nodiscard]] const coppice_occluder* occluder_of(const coppice_light& light, const FrameSet& set);
-  Ready want(coppice_debug_view debug_view);
+  Ready request(coppice_debug_view debug_view);
   void record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps);
   void record_readback(VkCommandBuffer cmd);
   void draw_leaves(const EyeDraws& draws, std::uint32_t plant) const;
@@ -162,7 +162,7 @@ class ViewRecorder {
   RasterView raster_;  ///< empty without ViewShared::raster
   DescriptorSet frame_set_;
   std::vector<LitSet> lit_sets_;  ///< one for each cull with such a light that the GPU may still be running, and one more
-  bool has_occluder_ = false;     ///< a cull has had an occluder: its pipeline is wanted from the next frame on
+  bool has_occluder_ = false;     ///< a cull has had an occluder: its pipeline is requested from the next frame on
   bool set_stale_ = true;         ///< a buffer of the sets has been replaced
   bool commands_zeroed_ = false;  ///< leaf_commands have been cleared since they were replaced
   std::optional<ShownView> shown_;

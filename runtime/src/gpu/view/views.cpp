@@ -61,36 +61,36 @@ std::size_t Views::pipelines_for(const AttachmentDesc& attachments) {
   if (known != draws_.end()) return static_cast<std::size_t>(known - draws_.begin());
   DrawPipelines& added = draws_.emplace_back(add_draw_pipelines(passes_, attachments, pipelines_));
   if (raster_) added.resolve = raster_->add_resolve(attachments);
-  want_first(added);
+  request_first(added);
   return draws_.size() - 1;
 }
 
-// Wants the pipelines that nearly every plant needs, and those of resident plants; others when they are first needed.
-void Views::want_first(const DrawPipelines& pipelines) {
-  pipelines_.want(*passes_.cull.plain.of(1));
-  pipelines_.want(*pipelines.of(DrawKind::leaf_textured));
-  pipelines_.want(*pipelines.of(DrawKind::wood_textured));
-  if (raster_) raster_->want(COPPICE_DEBUG_NONE, 1, *pipelines.resolve);
+// Requests the pipelines that nearly every plant needs, and those of resident plants; others when they are first needed.
+void Views::request_first(const DrawPipelines& pipelines) {
+  pipelines_.request(*passes_.cull.plain.of(1));
+  pipelines_.request(*pipelines.of(DrawKind::leaf_textured));
+  pipelines_.request(*pipelines.of(DrawKind::wood_textured));
+  if (raster_) raster_->request(COPPICE_DEBUG_NONE, 1, *pipelines.resolve);
   for (std::size_t kind = 0; kind < kDrawKinds; ++kind)
-    if (needed_[kind] && pipelines.kinds[kind] != nullptr) pipelines_.want(*pipelines.kinds[kind]);
+    if (needed_[kind] && pipelines.kinds[kind] != nullptr) pipelines_.request(*pipelines.kinds[kind]);
 }
 
-void Views::want(DrawKind kind) {
+void Views::request(DrawKind kind) {
   needed_[static_cast<std::size_t>(kind)] = true;
   for (const DrawPipelines& pipelines : draws_)
-    if (Pipeline* pipeline = pipelines.of(kind); pipeline != nullptr) pipelines_.want(*pipeline);
+    if (Pipeline* pipeline = pipelines.of(kind); pipeline != nullptr) pipelines_.request(*pipeline);
 }
 
-void Views::want_mesh(std::uint32_t plant, std::uint32_t mesh) {
+void Views::request_mesh(std::uint32_t plant, std::uint32_t mesh) {
   for (const SurfaceTextures& textures : plants_.plant(plant)->meshes[mesh].textures.span()) {
-    want(mesh_kind(mesh, textures.color != kNoTexture, false));
-    if (textures.normal_map != kNoTexture) want(mesh_kind(mesh, textures.color != kNoTexture, true));
+    request(mesh_kind(mesh, textures.color != kNoTexture, false));
+    if (textures.normal_map != kNoTexture) request(mesh_kind(mesh, textures.color != kNoTexture, true));
   }
 }
 
-void Views::want_leaves(std::uint32_t plant) {
+void Views::request_leaves(std::uint32_t plant) {
   const StoredPlant& stored = *plants_.plant(plant);
-  for (const std::uint32_t texture : stored.leaf_textures.span()) want(leaf_kind(texture, stored.has_gaps));
+  for (const std::uint32_t texture : stored.leaf_textures.span()) request(leaf_kind(texture, stored.has_gaps));
 }
 
 void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {

@@ -53,9 +53,9 @@ class Views {
   /// Call this if one of those buffers, or of the scene's, has been replaced.
   void buffers_changed();
 
-  /// Wants the pipelines that a plant's leaves, or one of its meshes, need.
-  void want_leaves(std::uint32_t plant);
-  void want_mesh(std::uint32_t plant, std::uint32_t mesh);
+  /// Requests the pipelines that a plant's leaves, or one of its meshes, need.
+  void request_leaves(std::uint32_t plant);
+  void request_mesh(std::uint32_t plant, std::uint32_t mesh);
 
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
   /// residency: [plants]. errors  out_of_memory: nothing may be culled
@@ -74,8 +74,8 @@ class Views {
   };
   Result<void> create_raster();
   std::size_t pipelines_for(const AttachmentDesc& attachments);
-  void want(DrawKind kind);
-  void want_first(const DrawPipelines& pipelines);
+  void request(DrawKind kind);
+  void request_first(const DrawPipelines& pipelines);
 
   Device& device_;
   Garbage& garbage_;

@@ -253,7 +253,7 @@ float turning_m(const WoodSpan& mesh, const Triangle& triangle) {
 }
 
 /// Subtracts holes. False if nothing is left.
-bool cover_wood(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangle) {
+bool subtract_holes(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangle) {
   const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
   if (!is_masked(looks.materials[material])) return true;
   constexpr std::uint32_t kSide = 8;
@@ -289,7 +289,7 @@ std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span
     entry.look = wood_color_of(source.appearance.looks, material, uvs_of(mesh, triangle));
     entry.roughness = source.appearance.looks.materials[material].roughness;
     triangle.turning_m = turning_m(mesh, triangle);
-    return cover_wood(source.appearance.looks, mesh, triangle);
+    return subtract_holes(source.appearance.looks, mesh, triangle);
   };
   return static_cast<std::size_t>(std::partition(triangles.begin(), triangles.end(), shows) - triangles.begin());
 }

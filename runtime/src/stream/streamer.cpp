@@ -380,7 +380,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   const auto push = [&](PlantStream& plant, Chunk& chunk) {
     if (chunk.residency != Residency::decoded) return;
     s.requests.push_back({&plant, &chunk, s.value_of(plant, chunk)});
-    std::ranges::push_heap(s.requests.span(), worth_less);
+    std::ranges::push_heap(s.requests.span(), has_lower_priority);
   };
   const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
     if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
@@ -393,7 +393,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   std::size_t count = 0;
   std::uint64_t bytes = 0;
   while (!s.requests.empty() && count < s.decoded.size()) {
-    std::ranges::pop_heap(s.requests.span(), worth_less);
+    std::ranges::pop_heap(s.requests.span(), has_lower_priority);
     const Request offered = s.requests.pop_back();
     const std::uint64_t more = chunk_bytes(*offered.plant, *offered.chunk).gpu;
     if (count > 0 && bytes + more > max_bytes) continue;
@@ -462,7 +462,7 @@ std::optional<DecodedChunk> Streamer::hold_next() {
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
     if (chunk.residency != Residency::decoded || chunk.held) return;
     const Request offered{&plant, &chunk, s.value_of(plant, chunk)};
-    if (best.chunk == nullptr || worth_less(best, offered)) best = offered;
+    if (best.chunk == nullptr || has_lower_priority(best, offered)) best = offered;
   };
   for (const auto& plant : s.used_plants()) {
     if (!plant || plant->closing) continue;

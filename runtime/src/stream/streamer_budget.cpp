@@ -74,10 +74,10 @@ Chunk* Streamer::State::least_valuable_victim(Victims victims) {
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
     if (!may_go(plant, chunk, victims)) return;
     const bool is_demanded = demanded_recently(plant, chunk);
-    const float worth = value_of(plant, chunk);
-    if (is_demanded != least_is_demanded ? is_demanded : !(worth < least_value)) return;
+    const float value = value_of(plant, chunk);
+    if (is_demanded != least_is_demanded ? is_demanded : !(value < least_value)) return;
     least = &chunk;
-    least_value = worth;
+    least_value = value;
     least_is_demanded = is_demanded;
   };
   for (const auto& plant : used_plants()) {

@@ -18,7 +18,7 @@ bool on_its_way(const Chunk& chunk) {
 
 }  // namespace
 
-bool worth_less(const Request& a, const Request& b) {
+bool has_lower_priority(const Request& a, const Request& b) {
   if (a.value != b.value) return a.value < b.value;
   if (a.plant != b.plant) return a.plant->index > b.plant->index;
   if (a.chunk->id.kind != b.chunk->id.kind) return a.chunk->id.kind > b.chunk->id.kind;
@@ -196,7 +196,7 @@ void Streamer::State::finish_decode(Transfer& transfer) {
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
   if (chunk.residency != Residency::absent || chunk.bytes != 0 || !demanded_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
-  std::ranges::push_heap(requests.span(), worth_less);
+  std::ranges::push_heap(requests.span(), has_lower_priority);
 }
 
 // Requests the first page that is neither resident nor being loaded; none while that one has failed or is still being evicted.
@@ -223,7 +223,7 @@ Transfer* Streamer::State::free_slot() {
 void Streamer::State::issue_requests() {
   gather_requests();
   while (!requests.empty() && free_slot() != nullptr) {
-    std::ranges::pop_heap(requests.span(), worth_less);
+    std::ranges::pop_heap(requests.span(), has_lower_priority);
     const Request request = requests.pop_back();
     const Room room = issue(request);
     // A request of lower value must not take the memory that is being freed.

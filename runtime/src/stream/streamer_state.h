@@ -43,7 +43,7 @@ struct Request {
 };
 
 /// A strict order, by value.
-bool worth_less(const Request& a, const Request& b);
+bool has_lower_priority(const Request& a, const Request& b);
 
 /// Chunks that are loaded all or not at all.
 struct Indivisible {

@@ -62,8 +62,8 @@ void main() {
   vec3 before = rest + moves.before + flutter(moves.load_before, view.wind_before.time_s, stalk, swing);
   world_middle += oriented(instance.rotation, instance.scale * moves.now);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
-  uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
-  put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, thinning));
+  uint dither = dither_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
+  put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, dither));
   out_albedo_cutoff.w = material.alpha_cutoff * (1.0 - loss);
   if (kContents == 0) return;
 

@@ -19,7 +19,7 @@ layout(location = 1) out vec4 out_world_sun;
 layout(location = 2) out vec4 out_uv_occlusion_roughness;
 layout(location = 3) COPPICE_OF_LEAF out vec4 out_normal_roundness;  // world space
 layout(location = 4) COPPICE_OF_LEAF out vec3 out_face;              // either side's
-layout(location = 5) flat out uvec4 out_ids;  // slot, material, thinning, kHasCome and kIsMirrored
+layout(location = 5) flat out uvec4 out_ids;  // slot, material, dither, kHasCome and kIsMirrored
 layout(location = 6) out vec3 out_before;  // clip x, y and w in the frame before
 #ifdef COPPICE_RELIEF
 layout(location = 7) out vec3 out_position;  // object space, m
@@ -37,13 +37,13 @@ void put_surface(CoppiceSurface surface, vec3 face) {
 }
 
 // world: the place; object_before: the place in the frame before, object space
-void put_place(Instance instance, vec3 world, vec3 object_before, Material material, vec2 uv, uvec3 slot_material_thinning) {
+void put_place(Instance instance, vec3 world, vec3 object_before, Material material, vec2 uv, uvec3 slot_material_dither) {
   gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
   out_world_sun.xyz = world;
   out_albedo_cutoff.w = material.alpha_cutoff;
   out_uv_occlusion_roughness.xy = uv;
   out_uv_occlusion_roughness.w = material.roughness;
-  out_ids = uvec4(slot_material_thinning, (instance.before == kCame ? kHasCome : 0) | (instance.rotation.w < 0.0 ? kIsMirrored : 0));
+  out_ids = uvec4(slot_material_dither, (instance.before == kCame ? kHasCome : 0) | (instance.rotation.w < 0.0 ? kIsMirrored : 0));
   if (has_content(kContentVelocity))
     out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
 }

@@ -1,6 +1,6 @@
 // Shared by the vertex shader of leaf quads and the compute rasteriser. After bindings.glsl and shading.glsl.
 
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 
 vec3 quantised(uint corners[6], uint corner) {
   uint first = corner * 3;
@@ -35,7 +35,7 @@ float shared_side(uint name, bool single, float share) {
 }
 
 // at_px: the leaf's middle
-uint thinning_of(Leaf leaf, uint name, vec2 at_px) {
+uint dither_of(Leaf leaf, uint name, vec2 at_px) {
   uvec2 pixel = uvec2(ivec2(floor(clamp(at_px, -32768.0, 32767.0))));
-  return leaf_thinning(gaps_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
+  return leaf_dither(transparency_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
 }

@@ -24,7 +24,7 @@ void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   if (in_first && is_hole(drawn.mask, vec2(b1 + b2, b2))) in_first = false;
   if (in_other && is_hole(drawn.mask, vec2(c2, c2 + c3))) in_other = false;
   precise float key = max(in_first ? dot(drawn.first.key, one) : 0.0, in_other ? dot(drawn.other.key, one) : 0.0);
-  bool shown = shows_pixel(drawn.thinning, uint(xy.x), uint(xy.y));
+  bool shown = shows_pixel(drawn.dither, uint(xy.x), uint(xy.y));
   if ((in_first || in_other) && shown) write_pixel(pixel, key, drawn.name);
 }
 

@@ -43,7 +43,7 @@ struct Drawn {
   uint first_pixel;
   uint name;
   uvec2 mask;
-  uint thinning;
+  uint dither;
 };
 
 // corners: px, px, depth key
@@ -97,7 +97,7 @@ bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   drawn.first_pixel = first_pixel(group.eye);
   drawn.name = name_of_leaf(group.placed.first_name, at_in_cluster, push.place_bits);
   vec4 middle_px = projected(group.placed, middle);
-  drawn.thinning = thinning_of(leaf, name, middle_px.xy / middle_px.z);
+  drawn.dither = dither_of(leaf, name, middle_px.xy / middle_px.z);
   return between && side > 0.0 && all(lessThan(drawn.low, drawn.high));
 }
 

@@ -30,7 +30,7 @@ uint four_rows(Edges edges, vec2 block, float y, float width) {
 
 vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) + 0.5; }
 
-// Draws one block of a leaf's rectangle. It finds the covered pixels by rows, removes those that outline and gaps leave out, and then
+// Draws one block of a leaf's rectangle. It finds the covered pixels by rows, removes those that outline and transparency leave out, and then
 // visits the remaining pixels, so that the expensive atomic runs for pixels of the leaf only.
 // Loops end at the bottom here: software drivers run a loop's body once more to find that no invocation is left in it.
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
@@ -43,7 +43,7 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));
   uvec2 other = inside & uvec2(four_rows(edges.other, block, 0.0, width), four_rows(edges.other, block, 4.0, width));
 
-  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu && drawn.thinning == 0;
+  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu && drawn.dither == 0;
   uvec2 left = solid ? uvec2(0) : first | other;
   do {
     uint bit = next_bit(left);
@@ -51,7 +51,7 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
     vec3 one = vec3(1.0, center);
     float b1 = dot(drawn.first.second, one), b2 = dot(drawn.first.third, one);
     float c2 = dot(drawn.other.second, one), c3 = dot(drawn.other.third, one);
-    bool gap = !shows_pixel(drawn.thinning, uint(center.x), uint(center.y));
+    bool gap = !shows_pixel(drawn.dither, uint(center.x), uint(center.y));
     bool hole_first = is_hole(drawn.mask, vec2(b1 + b2, b2)), hole_other = is_hole(drawn.mask, vec2(c2, c2 + c3));
     uvec2 one_bit = left & bit_mask(bit);
     first &= ~mix(uvec2(0u), one_bit, bvec2(gap || hole_first));

@@ -89,15 +89,15 @@ const uint kMaxSlots = 1u << kSlotBits;
 // unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Leaf {
   uint corners[6];
-  // low half: index of the plant's cards or CardLooks; from kGapShift on, 4 bits: gaps in sixteenths; from kBrightnessShift on, 4 bits: its
-  // brightness, as in core/tree.h. 8 are free
+  // low half: index of the plant's cards or CardLooks; from kTransparencyShift on, 4 bits: transparency in sixteenths; from
+  // kBrightnessShift on, 4 bits: its brightness, as in core/tree.h. 8 are free
   uint card;
   uint life;  // from kBirthShift on the split of its page that bears it; below the split that replaces it, or kNoDeath
 };
 COPPICE_GPU_LAYOUT(Leaf, 32);
-const uint kGapShift = 16;
+const uint kTransparencyShift = 16;
 const uint kBrightnessShift = 20;
-const uint kMaxGaps = 15;
+const uint kMaxTransparency = 15;
 const uint kBirthShift = 23;
 const uint kNoDeath = (1u << kBirthShift) - 1u;
 // Finer cuts are not drawn, because lives end here.
@@ -107,7 +107,7 @@ const uint kMaxDrawnLeaves = kNoDeath;
 const uint kMaxGrains = 4;
 struct Splat {
   uint xy;       // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
-  uint z_size;   // the third number; and the side of the square of a disc's area without gaps, 65535 stands for Cluster::splat_size_m
+  uint z_size;   // the third number; and the side of the square of a disc's area times opacity, 65535 stands for Cluster::splat_size_m
   uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps; from bit 24 on its roughness, snorm8
   uint normals;  // the shading normal and the face's, octahedral, two snorm8 each
   // its albedo, packed by pack_albedo; from bit 24 on the share of the crown that it stands for, if all others are merged into equally
@@ -125,7 +125,8 @@ struct Cluster {
   float radius_m;
   uvec2 leaves;  // address of Leaf[]
   uvec2 splats;  // address of Splat[], for the same leaves
-  // kCount*: leaves; log2 of discs a leaf; whether it is a surface, whose gaps between discs would show; births; whether leaves have gaps
+  // kCount*: leaves; log2 of discs a leaf; whether it is a surface, whose gaps between discs would show; births; whether leaves are
+  // transparent
   uint counts;
   uint last_death;    // the largest of its leaves' deaths; in a mesh: its first triangle in the mesh
   uint grains_m;      // four: the longest part of a leaf that one disc replaces
@@ -135,7 +136,7 @@ struct Cluster {
 };
 COPPICE_GPU_LAYOUT(Cluster, 56);
 // First bit of each field in Cluster::counts. Births: the first and the last split of its page that bears one of its leaves.
-const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20, kCountGaps = 29;
+const uint kCountGrains = 8, kCountSurface = 10, kCountFirstBirth = 11, kCountLastBirth = 20, kCountTransparent = 29;
 // Lengths of 8 bits: b stands for 2^((b - kLengthZero) / kLengthSteps) m, 0 for none.
 const uint kLengthZero = 160;
 const float kLengthSteps = 8.0f;

@@ -117,7 +117,7 @@ Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, 
                    (entries[0].is_surface ? 1u : 0u) << kCountSurface | births.first << kCountFirstBirth | births.last << kCountLastBirth;
   const vec3 step = box.splat_step();
   for (const LeafEntry& entry : entries) {
-    if (entry.gaps > 0) cluster.counts |= 1u << kCountGaps;
+    if (entry.transparency > 0) cluster.counts |= 1u << kCountTransparent;
     cluster.last_death = std::max(cluster.last_death, entry.leaf.life & kNoDeath);
     cluster.splat_size_m = std::max(cluster.splat_size_m, std::sqrt(entry.covered_m2 / static_cast<float>(grains)));
     const vec3 along = abs(axis_steps(entry, step));

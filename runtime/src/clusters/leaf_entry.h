@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 #include "crown_light.h"
 
 namespace coppice::gpu {
@@ -36,9 +36,9 @@ struct LeafEntry {
   // The normals of its splat.
   vec3 normal{}, face{};
   float roughness = 1;
-  std::uint32_t look = 0;  ///< Splat::look without its bulk
-  std::uint32_t gaps = 0;  ///< gaps in sixteenths of the leaf
-  float covered_m2 = 0;    ///< area without holes and gaps
+  std::uint32_t look = 0;          ///< Splat::look without its bulk
+  std::uint32_t transparency = 0;  ///< in sixteenths of the leaf
+  float covered_m2 = 0;            ///< area without holes, times opacity
   CrownSample light{};
   float bulk = 0;  ///< the bulk of Splat::look, 0..1
 
@@ -60,7 +60,7 @@ Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, 
 
 /// The area of a node that its leaves cover: without the holes of its card and the gaps between the leaves that it stands for.
 inline float covered_area_m2(float area_m2, const CardLook& look, std::uint8_t fade) {
-  return area_m2 * look.coverage * opacity_of(gaps_of(fade));
+  return area_m2 * look.coverage * opacity_of(transparency_of(fade));
 }
 
 }  // namespace coppice::gpu

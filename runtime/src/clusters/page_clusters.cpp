@@ -8,7 +8,7 @@
 #include "card_looks.h"
 #include "check.h"
 #include "coppice_lod.h"
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 
 namespace coppice::gpu {
 namespace {
@@ -33,8 +33,8 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   const CardLook& look = source.looks[node.card];
   const auto& c = entry.corners;
   entry.id = id;
-  entry.gaps = gaps_of(node.fade);
-  entry.leaf.card = node.card | entry.gaps << kGapShift | std::uint32_t{brightness_of(node.fade)} << kBrightnessShift;
+  entry.transparency = transparency_of(node.fade);
+  entry.leaf.card = node.card | entry.transparency << kTransparencyShift | std::uint32_t{brightness_of(node.fade)} << kBrightnessShift;
   const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
   entry.normal = normals.lit;
   entry.face = normals.face;
@@ -153,11 +153,11 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
   }
 }
 
-bool has_gaps(std::span<const std::uint8_t> page) {
+bool has_transparency(std::span<const std::uint8_t> page) {
   for (std::size_t i = 0; i < kBlockClusters; ++i) {
     Cluster cluster;
     std::memcpy(&cluster, page.data() + i * sizeof cluster, sizeof cluster);
-    if ((cluster.counts >> kCountGaps & 1u) != 0) return true;
+    if ((cluster.counts >> kCountTransparent & 1u) != 0) return true;
   }
   return false;
 }
@@ -192,8 +192,8 @@ void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0
   auto& lists = cuts.lists;
   COPPICE_ASSERT(out.size() == ready_cut_bytes(source.leaf_count));
   const auto node = [&](std::uint32_t id) -> const PageNode& { return id == 0 ? source.root : page_0[id - 1]; };
-  const auto gaps = [](const PageNode& of) { return gaps_of(of.fade) > 0; };
-  cuts.has_gaps = gaps(source.root) || std::ranges::any_of(page_0, gaps);
+  const auto transparent = [](const PageNode& of) { return transparency_of(of.fade) > 0; };
+  cuts.has_transparency = transparent(source.root) || std::ranges::any_of(page_0, transparent);
   const auto entry_at = [&](std::uint16_t id) { return entry_of(source, node(id), id); };
   const auto larger = [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; };
   std::size_t at = 0;

@@ -41,16 +41,16 @@ inline constexpr std::size_t kPageBytes = kBlockClusters * sizeof(Cluster) + kPa
 void build_page(const LeafSource& source, std::uint32_t page, std::span<const PageNode> nodes, ClusterScratch& scratch,
                 std::span<std::uint8_t> out);
 
-/// True if leaves of a page have gaps. page: [kPageBytes] of build_page
-bool has_gaps(std::span<const std::uint8_t> page);
+/// True if leaves of a page are transparent. page: [kPageBytes] of build_page
+bool has_transparency(std::span<const std::uint8_t> page);
 
 /// Length of a plant's ready cuts.
 std::size_t ready_cut_bytes(std::uint32_t leaf_count);
 /// A plant's coarse cuts. Addresses, also those of the lists, count from the start of `bytes`.
 struct ReadyCuts {
   std::array<ClusterList, kReadyCuts> lists{};
-  HookBuffer bytes;       ///< [ready_cut_bytes]
-  bool has_gaps = false;  ///< true if nodes that they may show have gaps
+  HookBuffer bytes;               ///< [ready_cut_bytes]
+  bool has_transparency = false;  ///< true if nodes that they may show are transparent
 };
 /// page_0: as in build_page; empty for a plant of one leaf. cuts: its bytes are allocated
 void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0, ClusterScratch& scratch, ReadyCuts& cuts);

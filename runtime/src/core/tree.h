@@ -53,11 +53,11 @@ inline constexpr std::uint8_t kBrightest = 15;
   return displayed * displayed;
 }
 inline constexpr std::uint8_t kNoFade = fade_of(kOpaque);
-/// Number of sixteenths of a node that are gaps between the leaves that it stands for, 0 to 15.
-[[nodiscard]] constexpr std::uint32_t gaps_of(std::uint8_t fade) {
+/// Transparency of a node in sixteenths, 0 to 15: the share of the gaps between the leaves that it stands for.
+[[nodiscard]] constexpr std::uint32_t transparency_of(std::uint8_t fade) {
   return static_cast<std::uint32_t>(kOpaque - opacity_of(fade));
 }
-static_assert(kNoFade == 0x8f && gaps_of(kNoFade) == 0 && displayed_brightness(kUnchangedBrightness) == 1.0f);
+static_assert(kNoFade == 0x8f && transparency_of(kNoFade) == 0 && displayed_brightness(kUnchangedBrightness) == 1.0f);
 
 /// A node in the layout that pages are decoded into.
 struct PageNode {

@@ -169,7 +169,7 @@ void Renderer::record_upload_begin(VkCommandBuffer cmd) {
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_CHECK(plants_.upload_page(upload));
-  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) views_.request_leaves(upload.plant);
+  if (upload.page == 0 || plants_.plant(upload.plant)->has_transparency) views_.request_leaves(upload.plant);
   return {};
 }
 

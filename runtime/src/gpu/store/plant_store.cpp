@@ -182,7 +182,8 @@ Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
   };
   COPPICE_CHECK(upload(plant.pages[upload_of.page], {"coppice page", kPageBytes, kAddressed}, stage));
   plant.has_cuts = plant.has_cuts || upload_of.page == 0;
-  plant.has_gaps = plant.has_gaps || has_gaps(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_gaps);
+  plant.has_transparency =
+      plant.has_transparency || has_transparency(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_transparency);
   return {};
 }
 

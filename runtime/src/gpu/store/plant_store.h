@@ -61,7 +61,7 @@ struct StoredPlant {
   Buffer tables;
   PlantTables layout;                        ///< layout of `tables`
   bool has_cuts = false;                     ///< its leaves can be drawn
-  bool has_gaps = false;                     ///< leaves that have been resident had gaps
+  bool has_transparency = false;             ///< leaves that have been resident are transparent
   HookArray<Buffer> pages;                   ///< [page] null if it is not resident
   BoundedList<std::uint32_t> leaf_textures;  ///< those that its cards use, kNoTexture included; distinct
   HookArray<SurfaceTextures> material_textures;

@@ -85,13 +85,13 @@ Result<void> create_passes(Device& device, const TextureSets& textures, Pipeline
 
 DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines) {
   DrawPipelines draws{.attachments = attachments};
-  const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t gaps) {
+  const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t transparency) {
     draws.kinds[static_cast<std::size_t>(kind)] =
         &pipelines.add({.name = drawn.name,
                         .layout = passes.layout,
                         .first = drawn.vertex,
                         .fragment = drawn.fragment,
-                        .constants = {textured, drawn.leaf, gaps, 0, 0, 0, 0, packed_contents(attachments)},
+                        .constants = {textured, drawn.leaf, transparency, 0, 0, 0, 0, packed_contents(attachments)},
                         .attachments = attachments});
   };
   const bool depth = is_depth_alone(attachments);
@@ -99,7 +99,7 @@ DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& att
                            : Drawn{"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1};
   add(DrawKind::leaf_plain, leaf, 0, 0);
   add(DrawKind::leaf_textured, leaf, 1, 1);  // holes of a texture are discarded in any case
-  add(DrawKind::leaf_plain_with_gaps, leaf, 0, 1);
+  add(DrawKind::leaf_plain_transparent, leaf, 0, 1);
   const Drawn wood = depth ? Drawn{"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}
                            : Drawn{"wood.vert", wood_vert_spirv, plant_frag_spirv, 0};
   add(DrawKind::wood_plain, wood, 0, 0);

@@ -15,11 +15,11 @@
 namespace coppice::gpu {
 
 /// Kinds of draws; each has a pipeline for each kind of attachments. A plain surface has one colour, a textured one a base colour texture,
-/// relief also a normal map. A plain surface is drawn with early depth tests unless some of its leaves have gaps.
+/// relief also a normal map. A plain surface is drawn with early depth tests unless some of its leaves are transparent.
 enum class DrawKind : std::uint8_t {
   leaf_plain,
   leaf_textured,
-  leaf_plain_with_gaps,
+  leaf_plain_transparent,
   wood_plain,
   wood_textured,
   wood_relief_plain,
@@ -32,9 +32,9 @@ enum class DrawKind : std::uint8_t {
 };
 inline constexpr std::size_t kDrawKinds = static_cast<std::size_t>(DrawKind::count);
 
-constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_gaps) {
+constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_transparency) {
   if (texture != kNoTexture) return DrawKind::leaf_textured;
-  return has_gaps ? DrawKind::leaf_plain_with_gaps : DrawKind::leaf_plain;
+  return has_transparency ? DrawKind::leaf_plain_transparent : DrawKind::leaf_plain;
 }
 
 /// mesh: a wood LoD, or kMaxWoodLods + a chunk of leaf meshes

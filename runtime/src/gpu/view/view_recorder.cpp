@@ -413,7 +413,7 @@ void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const
   const StoredPlant& stored = *shared_.plants.plant(plant);
   for (const std::uint32_t texture : stored.leaf_textures.span()) {
     const DrawPush push{.plant = plant, .texture = texture, .eye = draws.eye};
-    if (!bind_draw(draws.cmd, push, pipelines_.drawing(leaf_kind(texture, stored.has_gaps), DrawKind::leaf_textured))) continue;
+    if (!bind_draw(draws.cmd, push, pipelines_.drawing(leaf_kind(texture, stored.has_transparency), DrawKind::leaf_textured))) continue;
     // First instances of one cluster each, which the rasteriser never leaves to the hardware; then clusters.
     if (by_ == CulledBy::hardware)
       draw_indirect(draws.cmd, buffers_.leaf_commands, plant, {record.leaf_command_base, kSingleCount, record.instance_count});

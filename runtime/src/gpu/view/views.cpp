@@ -90,7 +90,7 @@ void Views::request_mesh(std::uint32_t plant, std::uint32_t mesh) {
 
 void Views::request_leaves(std::uint32_t plant) {
   const StoredPlant& stored = *plants_.plant(plant);
-  for (const std::uint32_t texture : stored.leaf_textures.span()) request(leaf_kind(texture, stored.has_gaps));
+  for (const std::uint32_t texture : stored.leaf_textures.span()) request(leaf_kind(texture, stored.has_transparency));
 }
 
 void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {

@@ -33,13 +33,13 @@ Renderer::Renderer(const RendererDesc& desc)
       memory_(device_),
       desc_(desc),
       pipelines_(device_, desc.pipeline_cache, desc.blocking_pipelines ? coppice_jobs{} : desc.jobs),
-      garbage_(device_),
-      uploads_(device_, garbage_, desc.allocator),
+      deletion_(device_),
+      uploads_(device_, deletion_, desc.allocator),
       growing_(device_),
       texture_sets_(device_),
-      plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
+      plants_(device_, deletion_, uploads_, texture_sets_, desc.allocator),
       wind_maps_(device_, desc.allocator),
-      views_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
+      views_(device_, deletion_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
   device_.memory.hook = {};
@@ -155,7 +155,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   completed_ = completed_number;
   upload_state_ = UploadState::none;
   pipelines_.collect();
-  garbage_.begin_frame(frame_number, completed_number);
+  deletion_.begin_frame(frame_number, completed_number);
   uploads_.begin_frame(frame_number, completed_number);
   views_.begin_frame(frame_number, completed_number);
   if (timer_.exists()) timer_.collect(device_, completed_number);
@@ -164,7 +164,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   upload_state_ = UploadState::recording;
-  if (growing_.take(uploads_, garbage_)) views_.buffers_changed();
+  if (growing_.take(uploads_, deletion_)) views_.buffers_changed();
 }
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {

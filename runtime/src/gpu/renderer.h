@@ -12,8 +12,8 @@
 #include <span>
 
 #include "coppice/vulkan.h"
+#include "deferred_deletion.h"
 #include "device.h"
-#include "garbage.h"
 #include "growing_buffers.h"
 #include "instances.h"
 #include "pipelines.h"
@@ -128,7 +128,7 @@ class Renderer {
   OpenMemory memory_;
   RendererDesc desc_;
   PipelineSet pipelines_;
-  Garbage garbage_;
+  DeferredDeletion deletion_;
   Uploads uploads_;
   GrowingBuffers growing_;
   TextureSets texture_sets_;

@@ -52,13 +52,13 @@ void GrowingBuffers::forget(const BufferSizes& gone) {
   });
 }
 
-bool GrowingBuffers::take(Uploads& uploads, Garbage& garbage) {
+bool GrowingBuffers::take(Uploads& uploads, DeferredDeletion& deletion) {
   const bool some = !larger_.empty();
   for (const Larger& larger : larger_) {
     Buffer& smaller = *larger.size.buffer;
     if (smaller.buffer != VK_NULL_HANDLE) {
       if (larger.size.kept) uploads.move(smaller, larger.buffer);
-      garbage.retire(smaller);
+      deletion.defer(smaller);
     }
     smaller = larger.buffer;
   }

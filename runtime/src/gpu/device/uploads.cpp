@@ -68,7 +68,7 @@ Result<Uploads::Slice> Uploads::stage(std::uint64_t bytes) {
   } else {
     COPPICE_TRY(buffer, create_buffer(device_, {"coppice staging", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
     slice = {buffer.buffer, 0, buffer.mapped};
-    garbage_.retire(buffer);
+    deletion_.defer(buffer);
   }
   return slice;
 }

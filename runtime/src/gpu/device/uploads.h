@@ -7,7 +7,7 @@
 #include <span>
 
 #include "bounded_list.h"
-#include "garbage.h"
+#include "deferred_deletion.h"
 #include "hooks.h"
 
 namespace coppice::gpu {
@@ -21,9 +21,9 @@ class Uploads {
   /// The ring has a contiguous run of this size while little of it is in use.
   static constexpr std::uint64_t kSliceBytes = 3ull << 20;
 
-  /// device, garbage: outlive this object
-  Uploads(Device& device, Garbage& garbage, const coppice_allocator& allocator)
-      : device_(device), garbage_(garbage), allocator_(allocator) {}
+  /// device, deletion: outlive this object
+  Uploads(Device& device, DeferredDeletion& deletion, const coppice_allocator& allocator)
+      : device_(device), deletion_(deletion), allocator_(allocator) {}
   /// errors  out_of_memory, device_lost
   Result<void> create();
   /// The GPU must be done with everything.
@@ -81,7 +81,7 @@ class Uploads {
   void record_fill(VkCommandBuffer cmd, const Fill& fill);
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   coppice_allocator allocator_;
   Buffer ring_;
   std::uint64_t head_ = 0, tail_ = 0;  ///< grow for ever; the place in the ring is the remainder

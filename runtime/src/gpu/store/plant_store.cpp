@@ -124,7 +124,7 @@ Result<void> PlantStore::add_single_leaf(StoredPlant& plant, const PlantFile& fi
 
 void PlantStore::remove(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index]);
-  garbage_.retire(plants_[index]->tables);
+  deletion_.defer(plants_[index]->tables);
   destroy(*plants_[index]);
   plants_[index].reset();
 }

@@ -76,8 +76,9 @@ struct StoredPlant {
 class PlantStore {
  public:
   /// All of them outlive this object.
-  PlantStore(Device& device, Garbage& garbage, Uploads& uploads, const TextureSets& texture_sets, const coppice_allocator& allocator)
-      : device_(device), garbage_(garbage), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
+  PlantStore(Device& device, DeferredDeletion& deletion, Uploads& uploads, const TextureSets& texture_sets,
+             const coppice_allocator& allocator)
+      : device_(device), deletion_(deletion), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
   /// The GPU must be done with everything.
   ~PlantStore();
   PlantStore(const PlantStore&) = delete;
@@ -130,7 +131,7 @@ class PlantStore {
   void destroy(StoredTexture& texture);
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   Uploads& uploads_;
   const TextureSets& texture_sets_;
   coppice_allocator allocator_;

@@ -127,7 +127,7 @@ DrawLists::Needed DrawLists::add_up(const Device& device) {
 }
 
 /// Replaces a smaller buffer if memory is free. True if it did
-bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t needed_bytes, Buffer& commands) {
+bool DrawLists::grow(Device& device, DeferredDeletion& deletion, std::uint64_t needed_bytes, Buffer& commands) {
   if (needed_bytes <= commands.size_bytes || !fits_buffer(device, needed_bytes)) return false;
   const std::uint64_t roomy = std::min(needed_bytes + needed_bytes / 4, std::max(needed_bytes, device.max_storage_bytes));
   const std::uint64_t bytes = roomy <= device.memory.ledger->free() / 2 ? roomy : needed_bytes;
@@ -138,13 +138,13 @@ bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t needed_byte
     go_on_without(device, made.error(), "some plants are drawn coarser or by the rasteriser");
     return false;
   }
-  garbage.retire(commands);
+  deletion.defer(commands);
   commands = *made;
   return true;
 }
 
 // All slots have commands for single clusters. Commands for clusters and parts are limited by their share of the budget and by free memory.
-bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands) {
+bool DrawLists::fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands) {
   count_ = input.plants.count();
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
   const Needed needed = add_up(device);
@@ -153,7 +153,7 @@ bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& inpu
   bool grown = false;
   std::uint64_t bytes = needed_bytes;
   for (Buffer* of_view : commands) {
-    if (grow(device, garbage, needed_bytes, *of_view)) grown = true;
+    if (grow(device, deletion, needed_bytes, *of_view)) grown = true;
     bytes = std::min(bytes, of_view->size_bytes);
   }
   std::uint64_t room = bytes - std::min(bytes, needed.single_bytes);

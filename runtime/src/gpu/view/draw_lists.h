@@ -33,7 +33,7 @@ class DrawLists {
   Result<void> reserve(std::uint32_t plant_count);
   /// Fills the lists for this frame. True if a command buffer was replaced by a larger one. commands: one for each view, with space for
   /// single clusters of all slots at least; larger ones replace them if memory is free for more draws.
-  bool fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands);
+  bool fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands);
 
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::span<const Plant> records() const { return records_.span().first(count_); }
@@ -52,7 +52,7 @@ class DrawLists {
     std::uint64_t single_bytes = 0, cluster_bytes = 0, part_bytes = 0;
   };
   Needed add_up(const Device& device);
-  static bool grow(Device& device, Garbage& garbage, std::uint64_t needed_bytes, Buffer& commands);
+  static bool grow(Device& device, DeferredDeletion& deletion, std::uint64_t needed_bytes, Buffer& commands);
   [[nodiscard]] std::uint64_t needed_commands(const Device& device, std::uint32_t plant) const;
   [[nodiscard]] std::uint64_t needed_parts(std::uint32_t plant) const;
   void place(std::uint64_t most_clusters, bool parts);

@@ -138,10 +138,11 @@ bool is_drawn(const coppice_camera& view) {
 
 }  // namespace
 
-LeafRaster::LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc)
-    : device_(device), garbage_(garbage), pipeline_set_(pipelines), desc_(desc) {}
+LeafRaster::LeafRaster(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const RasterDesc& desc)
+    : device_(device), deletion_(deletion), pipeline_set_(pipelines), desc_(desc) {}
 
-Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc) {
+Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines,
+                                                       const RasterDesc& desc) {
   VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &subgroup};
   device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
@@ -153,7 +154,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
     return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};
-  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, pipelines, desc));
+  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, deletion, pipelines, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
@@ -304,7 +305,7 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
                                                               {&work},
                                                               {view.has_velocity ? &view.motion : &work}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
-  garbage_.retire(view.set);
+  deletion_.defer(view.set);
   view.set = made;
   view.set_stale = false;
   return {};
@@ -318,7 +319,7 @@ Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& need
     destroy_buffer(device_, picture);
     return tiles.error();
   }
-  for (Buffer* old : {&view.picture, &view.tiles}) garbage_.retire(*old);
+  for (Buffer* old : {&view.picture, &view.tiles}) deletion_.defer(*old);
   view.picture = picture;
   view.tiles = *tiles;
   view.set_stale = true;

@@ -61,9 +61,10 @@ struct RasterView {
 /// The state that all views share, and lists that only culling reads: they are shared because views run one after another on the queue.
 class LeafRaster {
  public:
-  /// device, garbage, pipelines: outlive this object; pipelines are closed before it is destroyed. It requests no pipeline yet.
+  /// device, deletion, pipelines: outlive this object; pipelines are closed before it is destroyed. It requests no pipeline yet.
   /// errors  out_of_memory; unsupported: more than kMaxSlots, or too few storage buffers in a stage
-  static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
+  static Result<std::unique_ptr<LeafRaster>> create(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines,
+                                                    const RasterDesc& desc);
   /// The GPU must be done with everything.
   ~LeafRaster();
   LeafRaster(const LeafRaster&) = delete;
@@ -125,7 +126,7 @@ class LeafRaster {
     Buffer work;  ///< as RasterView::work, shared by all views of only depth: nothing names its items after drawing
   };
 
-  LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
+  LeafRaster(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const RasterDesc& desc);
   Result<void> create_layouts();
   void add_pipelines();
   /// The passes over leaves for a view: those of Pipelines.
@@ -150,7 +151,7 @@ class LeafRaster {
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   PipelineSet& pipeline_set_;
   RasterDesc desc_;
   std::uint32_t lanes_ = 8;

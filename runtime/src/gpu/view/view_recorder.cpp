@@ -195,7 +195,7 @@ FrameBindings ViewRecorder::bindings() const {
 
 Result<void> ViewRecorder::rebuild_set() {
   COPPICE_TRY(set, create_frame_set(shared_.device, shared_.passes, bindings()));
-  shared_.garbage.retire(frame_set_);
+  shared_.deletion.defer(frame_set_);
   frame_set_ = set;
   set_stale_ = commands_zeroed_ = false;
   return {};

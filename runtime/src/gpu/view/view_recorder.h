@@ -37,7 +37,7 @@ struct Capacity {
 /// Objects that views share; all of them outlive the views.
 struct ViewShared {
   Device& device;
-  Garbage& garbage;
+  DeferredDeletion& deletion;
   PipelineSet& pipelines;
   const SceneBuffers& scene;
   const PlantStore& plants;

@@ -6,9 +6,9 @@
 
 namespace coppice::gpu {
 
-Views::Views(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
+Views::Views(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
              const coppice_allocator& allocator)
-    : device_(device), garbage_(garbage), pipelines_(pipelines), scene_(scene), plants_(plants), lists_(allocator) {}
+    : device_(device), deletion_(deletion), pipelines_(pipelines), scene_(scene), plants_(plants), lists_(allocator) {}
 
 Result<void> Views::create(const ViewsDesc& desc, const TextureSets& textures) {
   desc_ = desc;
@@ -18,7 +18,7 @@ Result<void> Views::create(const ViewsDesc& desc, const TextureSets& textures) {
 
 Result<void> Views::create_raster() {
   if (!desc_.compute_raster) return {};
-  auto raster = LeafRaster::create(device_, garbage_, pipelines_,
+  auto raster = LeafRaster::create(device_, deletion_, pipelines_,
                                    {.frame_set = passes_.frame_set.layout,
                                     .max_instances = desc_.max_instances,
                                     .int64_atomics = desc_.int64_atomics,
@@ -42,7 +42,7 @@ Views::~Views() {
 Result<std::uint32_t> Views::add(const AttachmentDesc& attachments, const Capacity& capacity) {
   const std::size_t draws = pipelines_for(attachments);
   std::unique_ptr<ViewRecorder> view(
-      new (std::nothrow) ViewRecorder({device_, garbage_, pipelines_, scene_, plants_, passes_, lists_, raster_.get()}, draws_[draws]));
+      new (std::nothrow) ViewRecorder({device_, deletion_, pipelines_, scene_, plants_, passes_, lists_, raster_.get()}, draws_[draws]));
   if (!view) return Error{Status::out_of_memory, "view"};
   COPPICE_CHECK(view->create({.max_instances = desc_.max_instances, .pass_times = desc_.pass_times}, capacity));
   const auto free = std::ranges::find_if(views_, [](const auto& known) { return known == nullptr; });
@@ -118,7 +118,7 @@ Result<void> Views::prepare(const InstanceTable& instances, std::span<const Plan
   for (const auto& view : views_)
     if (view) commands_.push_back(&view->command_buffer());
   const DrawListInput input{plants_, instances, residency, draws_, has_raster(), memory_budget_bytes};
-  if (lists_.fill(device_, garbage_, input, commands_)) buffers_changed();
+  if (lists_.fill(device_, deletion_, input, commands_)) buffers_changed();
   for (const auto& view : views_)
     if (view) COPPICE_CHECK(view->prepare(static_cast<std::uint32_t>(instances.slots().size())));
   return {};

@@ -29,7 +29,7 @@ struct ViewsDesc {
 class Views {
  public:
   /// All references outlive this object; pipelines are closed before it is destroyed.
-  Views(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
+  Views(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
         const coppice_allocator& allocator);
   /// errors  out_of_memory, device_lost, internal
   Result<void> create(const ViewsDesc& desc, const TextureSets& textures);
@@ -78,7 +78,7 @@ class Views {
   void request_first(const DrawPipelines& pipelines);
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   PipelineSet& pipelines_;
   const SceneBuffers& scene_;
   const PlantStore& plants_;

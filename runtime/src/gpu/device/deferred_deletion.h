@@ -11,18 +11,18 @@ namespace coppice::gpu {
 
 /// Defers the deletion of objects until the GPU has finished the last frame that used them. They are few: predecessors of buffers that
 /// grew, sets, and copies that did not fit into the staging ring.
-class Garbage {
+class DeferredDeletion {
  public:
-  explicit Garbage(Device& device) : device_(device) {}
+  explicit DeferredDeletion(Device& device) : device_(device) {}
   /// Before: the GPU is done with everything.
-  ~Garbage() { begin_frame(frame_, ~std::uint64_t{0}); }
-  Garbage(const Garbage&) = delete;
-  Garbage& operator=(const Garbage&) = delete;
+  ~DeferredDeletion() { begin_frame(frame_, ~std::uint64_t{0}); }
+  DeferredDeletion(const DeferredDeletion&) = delete;
+  DeferredDeletion& operator=(const DeferredDeletion&) = delete;
 
   /// Deletes what completed frames used. Objects that are added from now on may be in use by this frame.
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
-  void retire(Buffer& buffer) { items_.push_back({frame_, std::exchange(buffer, {}), {}}); }
-  void retire(DescriptorSet& set) { items_.push_back({frame_, {}, std::exchange(set, {})}); }
+  void defer(Buffer& buffer) { items_.push_back({frame_, std::exchange(buffer, {}), {}}); }
+  void defer(DescriptorSet& set) { items_.push_back({frame_, {}, std::exchange(set, {})}); }
 
  private:
   struct Item {

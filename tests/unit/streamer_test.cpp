@@ -504,7 +504,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
   EXPECT_EQ(streamer->state(kPosters - 1).resident_texture_count, 1u) << "most see this one";
 }
 
-TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
+TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   io.files["poster"] = poster_file(1024);
   start();
   std::vector<PlantDemand> demands;

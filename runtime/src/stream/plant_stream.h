@@ -103,8 +103,8 @@ struct PlantStream {
   std::uint32_t decoding_page_count = 0;  ///< pages whose nodes a running job reads: none of them may be evicted
   std::uint32_t transfer_count = 0;
   std::uint32_t evicting_count = 0;
-  std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
-  bool trim_needed = false;           ///< pages past decoded_page_count hold memory
+  std::uint32_t eviction_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
+  bool trim_needed = false;             ///< pages past decoded_page_count hold memory
 
   std::array<GroupDemand, kMaxViewGroups> demands;
   FrameDemand demanded;

@@ -40,8 +40,8 @@ struct Chunk {
   std::uint64_t value_frame = 0;
   std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it
   Chunk* next_evicting = nullptr;
-  bool held = false;    ///< a host has it, decoded or evicting, and has not acknowledged it
-  bool victim = false;  ///< chosen in the evictions that are being planned
+  bool held = false;              ///< a host has it, decoded or evicting, and has not acknowledged it
+  bool eviction_planned = false;  ///< chosen in the evictions that are being planned
 };
 
 /// True if the table allows the step.

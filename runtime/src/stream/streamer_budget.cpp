@@ -13,7 +13,7 @@ namespace coppice {
 
 namespace {
 
-constexpr std::size_t kMaxVictimsAtOnce = 64;
+constexpr std::size_t kMaxEvictionsAtOnce = 64;
 
 bool holds_memory(const Chunk& chunk) {
   return chunk.residency == Residency::decoded || chunk.residency == Residency::resident;
@@ -61,18 +61,18 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
   return chunk.value;
 }
 
-bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victims victims) {
-  return !chunk.pinned && !chunk.victim && !chunk.held && holds_memory(chunk) &&
-         (victims == Victims::any || !demanded_recently(plant, chunk));
+bool Streamer::State::may_evict(const PlantStream& plant, const Chunk& chunk, EvictionCandidates candidates) {
+  return !chunk.pinned && !chunk.eviction_planned && !chunk.held && holds_memory(chunk) &&
+         (candidates == EvictionCandidates::any || !demanded_recently(plant, chunk));
 }
 
 // Among a plant's pages only the last one that is not chosen yet is a candidate.
-Chunk* Streamer::State::least_valuable_victim(Victims victims) {
+Chunk* Streamer::State::least_valuable_candidate(EvictionCandidates candidates) {
   Chunk* least = nullptr;
   float least_value = std::numeric_limits<float>::infinity();
   bool least_is_demanded = true;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
-    if (!may_go(plant, chunk, victims)) return;
+    if (!may_evict(plant, chunk, candidates)) return;
     const bool is_demanded = demanded_recently(plant, chunk);
     const float value = value_of(plant, chunk);
     if (is_demanded != least_is_demanded ? is_demanded : !(value < least_value)) return;
@@ -82,8 +82,8 @@ Chunk* Streamer::State::least_valuable_victim(Victims victims) {
   };
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
-    if (plant->decoding_page_count == 0 && plant->victim_page_end > 0)
-      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1));
+    if (plant->decoding_page_count == 0 && plant->eviction_page_end > 0)
+      consider(*plant, plant->chunk(ChunkKind::page, plant->eviction_page_end - 1));
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i]);
   }
   return least;
@@ -93,13 +93,13 @@ std::uint64_t Streamer::State::idle_bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
-    for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
+    for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->eviction_page_end; end > 0; --end) {
       const Chunk& page = plant->chunk(ChunkKind::page, end - 1);
-      if (!may_go(*plant, page, Victims::idle)) break;
+      if (!may_evict(*plant, page, EvictionCandidates::idle)) break;
       bytes += page.bytes;
     }
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i)
-      if (may_go(*plant, plant->chunks[i], Victims::idle)) bytes += plant->chunks[i].bytes;
+      if (may_evict(*plant, plant->chunks[i], EvictionCandidates::idle)) bytes += plant->chunks[i].bytes;
   }
   return bytes;
 }
@@ -109,24 +109,24 @@ Room Streamer::State::make_room(std::uint64_t bytes) {
   if (ledger.taken() + bytes <= limit) return Room::now;
   if (floor_bytes() + bytes > limit) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
-  std::array<Chunk*, kMaxVictimsAtOnce> victims{};
+  std::array<Chunk*, kMaxEvictionsAtOnce> planned{};
   std::size_t count = 0;
   for (const auto& plant : used_plants())
-    if (plant) plant->victim_page_end = plant->decoded_page_count;
-  while (less(ledger.taken(), coming) + bytes > limit && count < victims.size()) {
-    Chunk* victim = least_valuable_victim(Victims::idle);
-    if (victim == nullptr) break;
-    victims[count++] = victim;
-    victim->victim = true;
-    coming += victim->bytes;
-    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
+    if (plant) plant->eviction_page_end = plant->decoded_page_count;
+  while (less(ledger.taken(), coming) + bytes > limit && count < planned.size()) {
+    Chunk* candidate = least_valuable_candidate(EvictionCandidates::idle);
+    if (candidate == nullptr) break;
+    planned[count++] = candidate;
+    candidate->eviction_planned = true;
+    coming += candidate->bytes;
+    if (candidate->id.kind == ChunkKind::page) --plants[candidate->id.plant]->eviction_page_end;
   }
   // Nothing is evicted for a request that would not fit even then. If it needs more candidates than are chosen at once, the rest follows.
-  const std::uint64_t later = count == victims.size() ? idle_bytes() : 0;
+  const std::uint64_t later = count == planned.size() ? idle_bytes() : 0;
   const bool enough = less(ledger.taken(), coming + later) + bytes <= limit;
   for (std::size_t i = 0; i < count; ++i) {
-    victims[i]->victim = false;
-    if (enough && !evicted.full()) evict(*victims[i]);
+    planned[i]->eviction_planned = false;
+    if (enough && !evicted.full()) evict(*planned[i]);
   }
   if (ledger.taken() + bytes <= limit) return Room::now;
   return enough ? Room::soon : Room::none;
@@ -146,12 +146,12 @@ void Streamer::State::enforce_budget() {
     cancelled_bytes += transfer.bytes.size();
   }
   for (const auto& plant : used_plants())
-    if (plant) plant->victim_page_end = plant->decoded_page_count;
+    if (plant) plant->eviction_page_end = plant->decoded_page_count;
   while (less(ledger.taken(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
-    Chunk* victim = least_valuable_victim(Victims::any);
-    if (victim == nullptr) break;
-    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
-    evict(*victim);
+    Chunk* candidate = least_valuable_candidate(EvictionCandidates::any);
+    if (candidate == nullptr) break;
+    if (candidate->id.kind == ChunkKind::page) --plants[candidate->id.plant]->eviction_page_end;
+    evict(*candidate);
   }
 }
 

@@ -122,10 +122,10 @@ struct Streamer::State {
   void evict(Chunk& chunk);
   void release_evicted();
   /// Which chunks are candidates. idle: without demand in the last frames; any: all that are not pinned.
-  enum class Victims : std::uint8_t { idle, any };
-  static bool may_go(const PlantStream& plant, const Chunk& chunk, Victims victims);
+  enum class EvictionCandidates : std::uint8_t { idle, any };
+  static bool may_evict(const PlantStream& plant, const Chunk& chunk, EvictionCandidates candidates);
   /// Idle chunks come before those in demand, lower values before higher ones.
-  Chunk* least_valuable_victim(Victims victims);
+  Chunk* least_valuable_candidate(EvictionCandidates candidates);
   /// Bytes of idle chunks that can be evicted, in however many frames.
   [[nodiscard]] std::uint64_t idle_bytes() const;
   float value_of(PlantStream& plant, Chunk& chunk);

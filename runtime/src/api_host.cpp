@@ -78,7 +78,7 @@ coppice_status coppice_confirm(coppice_context* context, const coppice_change* c
   COPPICE_REFUSE_IF(outcome < COPPICE_OUTCOME_TAKEN || outcome > COPPICE_OUTCOME_FREED ? "outcome is not a coppice_outcome" : "");
   if (ours.kind == COPPICE_CHANGE_PLANT_OPENED || ours.kind == COPPICE_CHANGE_PLANT_CLOSED) return COPPICE_OK;
   COPPICE_REFUSE_IF(ours.chunk < COPPICE_STREAMED_PAGES || ours.chunk >= COPPICE_STREAMED_ALL ? "change.chunk is no kind of chunk" : "");
-  return call.finish(context->context->confirm({ours.file, static_cast<coppice::ChunkKind>(ours.chunk), ours.index}, outcome));
+  return call.finish(context->context->acknowledge({ours.file, static_cast<coppice::ChunkKind>(ours.chunk), ours.index}, outcome));
 }
 
 coppice_status coppice_file_get_info(const coppice_context* context, uint32_t file, coppice_file_info* info) {

@@ -133,7 +133,7 @@ class Context {
   // In context_host.cpp. before: the backend's host() is not null
   [[nodiscard]] coppice_change next_change();
   /// errors  invalid_argument: the chunk does not wait for this outcome
-  Result<void> confirm(ChunkId id, coppice_outcome outcome);
+  Result<void> acknowledge(ChunkId id, coppice_outcome outcome);
 
   // In context_host.cpp, for any backend.
 

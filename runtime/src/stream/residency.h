@@ -40,7 +40,7 @@ struct Chunk {
   std::uint64_t value_frame = 0;
   std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it
   Chunk* next_evicting = nullptr;
-  bool held = false;              ///< a host has it, decoded or evicting, and has not acknowledged it
+  bool pending = false;           ///< a host has it, decoded or evicting, and has not acknowledged it
   bool eviction_planned = false;  ///< chosen in the evictions that are being planned
 };
 

@@ -324,10 +324,11 @@ void Streamer::State::advance_closing(PlantStream& plant) {
     plant.last_used_frame = last_frame_number;
   }
   if (plant.decoding_page_count > 0) return;
-  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).held)
+  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).pending)
     evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
   for (Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
-    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.held) evict(chunk);
+    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.pending)
+      evict(chunk);
 }
 
 void Streamer::State::finish_closing() {
@@ -456,11 +457,11 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
   state_->set_bytes(chunk, 0);
 }
 
-std::optional<DecodedChunk> Streamer::hold_next() {
+std::optional<DecodedChunk> Streamer::next_pending() {
   State& s = *state_;
   Request best;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
-    if (chunk.residency != Residency::decoded || chunk.held) return;
+    if (chunk.residency != Residency::decoded || chunk.pending) return;
     const Request offered{&plant, &chunk, s.value_of(plant, chunk)};
     if (best.chunk == nullptr || has_lower_priority(best, offered)) best = offered;
   };
@@ -470,37 +471,37 @@ std::optional<DecodedChunk> Streamer::hold_next() {
     for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) consider(*plant, chunk);
   }
   if (best.chunk == nullptr) return std::nullopt;
-  best.chunk->held = true;
+  best.chunk->pending = true;
   return decoded_chunk(*best.plant, *best.chunk);
 }
 
-Streamer::Held Streamer::held(ChunkId id) const {
+Streamer::Pending Streamer::pending(ChunkId id) const {
   const State& s = *state_;
-  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Held::no;
+  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Pending::no;
   const PlantStream& plant = *s.plants[id.plant];
   const coppice_file_plant& counts = plant.file.plant;
   const std::array<std::uint32_t, kChunkKindCount> most = {counts.page_count, counts.wood_lod_count, counts.texture_count,
                                                            counts.leaf_mesh_count};
-  if (id.index >= most[static_cast<std::size_t>(id.kind)]) return Held::no;
+  if (id.index >= most[static_cast<std::size_t>(id.kind)]) return Pending::no;
   const Chunk& chunk = plant.chunk(id.kind, id.index);
-  if (!chunk.held) return Held::no;
-  return chunk.residency == Residency::evicting ? Held::dropped : Held::added;
+  if (!chunk.pending) return Pending::no;
+  return chunk.residency == Residency::evicting ? Pending::dropped : Pending::added;
 }
 
-void Streamer::confirm_taken(ChunkId id) {
+void Streamer::acknowledge_taken(ChunkId id) {
   PlantStream& plant = state_->open_plant_at(id.plant);
-  plant.chunk(id.kind, id.index).held = false;
+  plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) uploaded(id);
 }
 
-void Streamer::confirm_refused(ChunkId id) {
+void Streamer::acknowledge_refused(ChunkId id) {
   PlantStream& plant = state_->open_plant_at(id.plant);
-  plant.chunk(id.kind, id.index).held = false;
+  plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) upload_failed(id, {Status::out_of_memory, "the host has no room"});
 }
 
-void Streamer::confirm_freed(ChunkId id) {
-  state_->open_plant_at(id.plant).chunk(id.kind, id.index).held = false;
+void Streamer::acknowledge_freed(ChunkId id) {
+  state_->open_plant_at(id.plant).chunk(id.kind, id.index).pending = false;
 }
 
 namespace {

@@ -218,17 +218,17 @@ class Streamer {
 
   /// Hands out the waiting chunk of the highest value, if there is one. Its pointers are valid until it is acknowledged. One page of a
   /// plant at a time.
-  [[nodiscard]] std::optional<DecodedChunk> hold_next();
+  [[nodiscard]] std::optional<DecodedChunk> next_pending();
   /// What the host has to acknowledge for a chunk.
-  enum class Held : std::uint8_t { no, added, dropped };
+  enum class Pending : std::uint8_t { no, added, dropped };
   /// Any plant and chunk.
-  [[nodiscard]] Held held(ChunkId id) const;
-  /// The host has copied a chunk: it is resident, unless its plant has been closed. before, here and below: held() is added
-  void confirm_taken(ChunkId id);
+  [[nodiscard]] Pending pending(ChunkId id) const;
+  /// The host has copied a chunk: it is resident, unless its plant has been closed. before, here and below: pending() is added
+  void acknowledge_taken(ChunkId id);
   /// The host had no memory for it: it is offered again later.
-  void confirm_refused(ChunkId id);
-  /// The host has freed a chunk that came out of take_evicted. before: held() is dropped
-  void confirm_freed(ChunkId id);
+  void acknowledge_refused(ChunkId id);
+  /// The host has freed a chunk that came out of take_evicted. before: pending() is dropped
+  void acknowledge_freed(ChunkId id);
 
   [[nodiscard]] StreamStats stats() const;
   /// StreamStats::hand_over_ns

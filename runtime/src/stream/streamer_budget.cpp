@@ -62,7 +62,7 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
 }
 
 bool Streamer::State::may_evict(const PlantStream& plant, const Chunk& chunk, EvictionCandidates candidates) {
-  return !chunk.pinned && !chunk.eviction_planned && !chunk.held && holds_memory(chunk) &&
+  return !chunk.pinned && !chunk.eviction_planned && !chunk.pending && holds_memory(chunk) &&
          (candidates == EvictionCandidates::any || !demanded_recently(plant, chunk));
 }
 
@@ -174,7 +174,7 @@ void Streamer::State::evict(Chunk& chunk) {
   ++plant.evicting_count;
   ++counts_of(chunk).evicted;
   chunk.last_used_frame = last_frame_number;
-  chunk.held = options.gpu.host;
+  chunk.pending = options.gpu.host;
   chunk.next_evicting = nullptr;
   (last_evicting != nullptr ? last_evicting->next_evicting : first_evicting) = &chunk;
   last_evicting = &chunk;
@@ -187,7 +187,7 @@ void Streamer::State::release_evicted() {
   Chunk* last_kept = nullptr;
   while (*link != nullptr && (*link)->last_used_frame <= completed_number && released.count < released.items.size()) {
     Chunk& chunk = **link;
-    if (chunk.held) {
+    if (chunk.pending) {
       last_kept = &chunk;
       link = &chunk.next_evicting;
       continue;

@@ -85,7 +85,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
   context->streamer_ = std::move(streamer);
   context->max_plants_ = limits.max_plants - kReloadSlots;
-  context->least_budget_bytes_ = context->backend_->least_budget_bytes(context->ledger_.taken());
+  context->least_budget_bytes_ = context->backend_->least_budget_bytes(context->ledger_.reserved());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
@@ -97,7 +97,7 @@ Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBac
   const Hooks hooks{.allocator = default_allocator()};
   COPPICE_TRY(backend, make_backend(backend_options(options, hooks, ledger)));
   COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, backend->limits())));
-  return ledger.taken();
+  return ledger.reserved();
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
@@ -309,10 +309,10 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
     COPPICE_TRY(larger, instances_.enlarged(count));
     COPPICE_CHECK(backend_->reserve({.slots = count}));
     instances_.take(std::move(larger));
-    ledger_.take(host_bytes());
-    ledger_.give(before);
+    ledger_.reserve(host_bytes());
+    ledger_.release(before);
   }
-  ledger_.take(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
+  ledger_.reserve(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
   return {};
 }
 
@@ -340,7 +340,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
     COPPICE_CHECK(lod_plants_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
-  ledger_.take(host_bytes() - before);
+  ledger_.reserve(host_bytes() - before);
   return reserved;
 }
 
@@ -459,7 +459,7 @@ Result<void> Context::upload() {
   recording_ = Recording::uploaded;
   COPPICE_CHECK(upload_decoded());
   note_residency();
-  ledger_.give(std::exchange(slot_upload_bytes_, 0));
+  ledger_.release(std::exchange(slot_upload_bytes_, 0));
   auto recorded = backend_->end_upload(instances_, residency_.span());
   COPPICE_CHECK(device_state());
   return recorded;
@@ -473,8 +473,8 @@ void Context::fill_stats(coppice_stats& stats) const {
     if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
   stats.memory_budget_bytes = ledger_.budget();
-  stats.memory_bytes = ledger_.taken();
-  stats.memory_peak_bytes = ledger_.most_taken();
+  stats.memory_bytes = ledger_.reserved();
+  stats.memory_peak_bytes = ledger_.max_reserved();
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
   stats.bytes_read = streaming.bytes_read;

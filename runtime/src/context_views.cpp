@@ -43,7 +43,7 @@ std::size_t Context::smallest_group() const {
 void Context::destroy_view(coppice_view view) {
   ViewEntry& gone = entry_of_view(view);
   backend_->remove_view(gone.backend_view);
-  ledger_.give(gone.ahead.measured.bytes() + gone.ahead.finished.bytes());
+  ledger_.release(gone.ahead.measured.bytes() + gone.ahead.finished.bytes());
   const std::uint32_t generation = gone.generation + 1;
   gone = {};
   gone.generation = generation;

@@ -79,8 +79,8 @@ Result<void> OpenScene::allocate() {
   COPPICE_CHECK(growing_.make_room(allocator, kMostGrowing));
   const std::uint64_t bytes = tiles_.bytes() + plants_.bytes() + placed_.items.bytes() + opening_.items.bytes() + growing_.items.bytes();
   COPPICE_CHECK(context_.check_fits(bytes));
-  context_.ledger().take(bytes);
-  taken_bytes_ = bytes;
+  context_.ledger().reserve(bytes);
+  reserved_bytes_ = bytes;
   return {};
 }
 
@@ -89,7 +89,7 @@ void OpenScene::close() {
   for (const Opening& opening : opening_.span()) context_.close_plant(opening.plant);
   for (const coppice_plant plant : plants_)
     if (context_.is_open(plant)) context_.close_plant(plant);
-  context_.ledger().give(std::exchange(taken_bytes_, 0) + changes_.bytes());
+  context_.ledger().release(std::exchange(reserved_bytes_, 0) + changes_.bytes());
 }
 
 void OpenScene::fill_info(coppice_scene_info& info) const {
@@ -236,7 +236,7 @@ Result<void> OpenScene::reserve_changes(std::size_t count) {
   const std::uint64_t bytes = changes_.growth_bytes(count);
   COPPICE_CHECK(context_.check_fits(bytes));
   COPPICE_CHECK(changes_.reserve(context_.hooks().allocator, count));
-  context_.ledger().take(bytes);
+  context_.ledger().reserve(bytes);
   return {};
 }
 

@@ -168,9 +168,9 @@ class World {
 
   /// Of the ledger, by others than the streamer: some of it as it is asked for, the rest in any case.
   void take_elsewhere(std::uint64_t bytes) {
-    ledger_.give(std::exchange(elsewhere_bytes_, bytes));
+    ledger_.release(std::exchange(elsewhere_bytes_, bytes));
     (void)ledger_.fits(bytes);
-    ledger_.take(bytes);
+    ledger_.reserve(bytes);
   }
 
   void want() {

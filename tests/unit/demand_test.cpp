@@ -193,7 +193,7 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
   DemandAhead ahead;
   Ledger ledger;
   ASSERT_TRUE(make_room(ahead, default_allocator(), ledger, 2));
-  EXPECT_EQ(ledger.taken(), ahead.measured.bytes() + ahead.finished.bytes());
+  EXPECT_EQ(ledger.reserved(), ahead.measured.bytes() + ahead.finished.bytes());
   const auto add_ahead = [&](float z) {
     std::vector<PlantDemand> demands = measured_at(z);
     add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, z})), 20.0f, demands);

@@ -10,33 +10,33 @@ namespace ledger_test {
 TEST(Ledger, GrantsWhatIsFreeAndNoMore) {
   Ledger ledger(100);
   EXPECT_TRUE(ledger.fits(100));
-  ledger.take(60);
+  ledger.reserve(60);
   EXPECT_EQ(ledger.free(), 40u);
   EXPECT_TRUE(ledger.fits(40));
   EXPECT_FALSE(ledger.fits(41));
-  ledger.give(10);
+  ledger.release(10);
   EXPECT_TRUE(ledger.fits(50));
-  EXPECT_EQ(ledger.taken(), 50u);
-  EXPECT_EQ(ledger.most_taken(), 60u);
+  EXPECT_EQ(ledger.reserved(), 50u);
+  EXPECT_EQ(ledger.max_reserved(), 60u);
 }
 
 TEST(Ledger, ASmallerBudgetLeavesWhatIsTaken) {
   Ledger ledger(100);
-  ledger.take(60);
+  ledger.reserve(60);
   ledger.set_budget(50);
   EXPECT_EQ(ledger.free(), 0u);
-  EXPECT_EQ(ledger.taken(), 60u);
+  EXPECT_EQ(ledger.reserved(), 60u);
   EXPECT_FALSE(ledger.fits(1));
   EXPECT_TRUE(ledger.fits(0));
 }
 
 TEST(Ledger, WantsTheMostThatItRefusedUntilThatIsGranted) {
   Ledger ledger(100);
-  ledger.take(90);
+  ledger.reserve(90);
   EXPECT_FALSE(ledger.fits(30));
   EXPECT_FALSE(ledger.fits(20));
   EXPECT_EQ(ledger.refused(), 30u);
-  ledger.give(60);
+  ledger.release(60);
   EXPECT_TRUE(ledger.fits(20));
   EXPECT_EQ(ledger.refused(), 30u) << "somebody else's";
   EXPECT_TRUE(ledger.fits(30));

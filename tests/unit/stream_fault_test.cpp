@@ -197,7 +197,7 @@ TEST_F(PausedRead, IsForgottenWhereNothingWantsItAnyMore) {
   frames(40, {PlantDemand{}, PlantDemand{}});
   EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   wait_ms(0);  // asks again
-  ledger.set_budget(ledger.taken() / 2);
+  ledger.set_budget(ledger.reserved() / 2);
   frames(2, both());
   streamer->close_plant(plant);
   frames(5, both());

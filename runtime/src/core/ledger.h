@@ -22,9 +22,9 @@ class Ledger {
   /// Reserved bytes stay reserved, even beyond the budget.
   void set_budget(std::uint64_t bytes) { budget_ = bytes; }
   [[nodiscard]] std::uint64_t budget() const { return budget_; }
-  [[nodiscard]] std::uint64_t taken() const { return taken_; }
-  [[nodiscard]] std::uint64_t most_taken() const { return most_taken_; }
-  [[nodiscard]] std::uint64_t free() const { return budget_ - std::min(budget_, taken_); }
+  [[nodiscard]] std::uint64_t reserved() const { return reserved_; }
+  [[nodiscard]] std::uint64_t max_reserved() const { return max_reserved_; }
+  [[nodiscard]] std::uint64_t free() const { return budget_ - std::min(budget_, reserved_); }
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
   /// True if this many bytes are free. Otherwise the request is noted as a refusal.
@@ -39,11 +39,11 @@ class Ledger {
     return fits;
   }
   /// Reserves bytes. Call it after fits(), or for memory that exists already; the sum may exceed the budget.
-  void take(std::uint64_t bytes) {
-    taken_ += bytes;
-    most_taken_ = std::max(most_taken_, taken_);
+  void reserve(std::uint64_t bytes) {
+    reserved_ += bytes;
+    max_reserved_ = std::max(max_reserved_, reserved_);
   }
-  void give(std::uint64_t bytes) { taken_ -= bytes; }
+  void release(std::uint64_t bytes) { reserved_ -= bytes; }
 
   void begin_frame(std::uint64_t frame_number) {
     frame_ = frame_number;
@@ -51,7 +51,7 @@ class Ledger {
   }
 
  private:
-  std::uint64_t budget_, taken_ = 0, most_taken_ = 0;
+  std::uint64_t budget_, reserved_ = 0, max_reserved_ = 0;
   std::uint64_t refused_ = 0, frame_ = 0, refusal_frame_ = 0;
 };
 

@@ -125,20 +125,20 @@ Result<void> Renderer::reserve(const Capacity& needed) {
   return {};
 }
 
-void Renderer::take_map(FrameWind& wind) {
-  Result<void> taken;
+void Renderer::begin_wind_map(FrameWind& wind) {
+  Result<void> result;
   if (wind.now.wind.map != nullptr && !has_wind_maps_) {
     has_wind_maps_ = true;
     const BufferSizes needed = sizes({});
     if (fits_buffer(device_, growing_.reserve_bytes(needed)))
-      taken = growing_.reserve(needed);
+      result = growing_.reserve(needed);
     else
-      taken = Error{Status::out_of_memory, "the memory budget has no room for maps"};
-    has_wind_maps_ = static_cast<bool>(taken);
-    if (!taken) wind.now.wind.map = nullptr;
+      result = Error{Status::out_of_memory, "the memory budget has no room for maps"};
+    has_wind_maps_ = static_cast<bool>(result);
+    if (!result) wind.now.wind.map = nullptr;
   }
-  if (auto copied = wind_maps_.begin_frame(wind); !copied) taken = copied;
-  if (!taken) go_on_without(device_, taken.error(), "plants move without the wind's map");
+  if (auto copied = wind_maps_.begin_frame(wind); !copied) result = copied;
+  if (!result) go_on_without(device_, result.error(), "plants move without the wind's map");
 }
 
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
@@ -164,7 +164,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   upload_state_ = UploadState::recording;
-  if (growing_.take(uploads_, deletion_)) views_.buffers_changed();
+  if (growing_.replace(uploads_, deletion_)) views_.buffers_changed();
 }
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
@@ -262,11 +262,11 @@ void Renderer::set_memory_budget(std::uint64_t bytes) {
 }
 
 // A larger budget has larger blocks.
-std::uint64_t Renderer::least_budget_bytes(std::uint64_t taken_bytes) const {
-  const std::uint64_t without_block = taken_bytes - committed_bytes(device_.memory);
+std::uint64_t Renderer::least_budget_bytes(std::uint64_t reserved_bytes) const {
+  const std::uint64_t without_block = reserved_bytes - committed_bytes(device_.memory);
   DeviceMemory memory = device_.memory;
   std::uint64_t least = 0;
-  for (std::uint64_t next = taken_bytes; next != least; next = without_block + committed_bytes(memory)) {
+  for (std::uint64_t next = reserved_bytes; next != least; next = without_block + committed_bytes(memory)) {
     least = next;
     memory.block_bytes = whole_units(memory, block_bytes(least));
   }

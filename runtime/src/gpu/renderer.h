@@ -49,7 +49,7 @@ class Renderer {
   /// Deletes what the GPU is done with, and reads back counts. before: frame_number grows
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
   /// As WindMaps::begin_frame. If memory is short the log says so, and the frame has no map. before: begin_frame
-  void take_map(FrameWind& wind);
+  void begin_wind_map(FrameWind& wind);
 
   /// RendererDesc's, or less if larger buffers would exceed what the device binds.
   [[nodiscard]] std::uint32_t max_instances() const { return desc_.views.max_instances; }
@@ -96,8 +96,8 @@ class Renderer {
 
   /// True if the frame's upload succeeded: only then its views may be culled.
   [[nodiscard]] bool can_cull() const { return upload_state_ == UploadState::uploaded; }
-  /// Minimum of the memory budget if taken_bytes of the ledger are taken before any plant.
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const;
+  /// Minimum of the memory budget if reserved_bytes of the ledger are taken before any plant.
+  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
   [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
   [[nodiscard]] const PipelineSet& pipelines() const { return pipelines_; }

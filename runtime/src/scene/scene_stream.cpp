@@ -91,11 +91,11 @@ struct SpeciesEntry {
 }  // namespace
 
 struct SceneStream::State {
-  State(const Hooks& of, Ledger& taken_from, const SceneStreamOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+  State(const Hooks& of, Ledger& shared_ledger, const SceneStreamOptions& with) : hooks(of), ledger(shared_ledger), options(with) {}
 
   Hooks hooks;
   Ledger& ledger;
-  std::uint64_t taken_bytes = 0;  ///< without those of reads
+  std::uint64_t reserved_bytes = 0;  ///< without those of reads
   SceneStreamOptions options;
   HookArray<char> path;
   std::int64_t io_file = -1;
@@ -124,12 +124,12 @@ struct SceneStream::State {
   ~State() {
     queue.wait_for_all();
     if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
-    ledger.give(taken_bytes);
-    for (const Read& read : reads.span()) ledger.give(read.bytes.bytes() + read.instances.bytes());
+    ledger.release(reserved_bytes);
+    for (const Read& read : reads.span()) ledger.release(read.bytes.bytes() + read.instances.bytes());
   }
 
   Result<void> allocate();
-  Result<void> take_memory();
+  Result<void> reserve_own_memory();
   Result<void> name_species();
   Read* idle_read();
   void retry_reads();
@@ -205,7 +205,7 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
     if (state->io_file < 0) return open_error(state->io_file);
     COPPICE_CHECK(move_into(state->file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns)));
     COPPICE_CHECK(state->allocate());
-    return state->take_memory();
+    return state->reserve_own_memory();
   }();
   if (!opened) {
     log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
@@ -224,14 +224,14 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
 }
 
 // Counts the memory that exists from the start.
-Result<void> SceneStream::State::take_memory() {
+Result<void> SceneStream::State::reserve_own_memory() {
   const std::uint64_t bytes = sizeof(State) + path.bytes() + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() +
                               file.tiles.bytes() + file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() +
                               tile_scratch.bytes() + sizes.items.bytes() + requests.items.bytes() + small.items.bytes() +
                               dropped.items.bytes();
   if (!ledger.fits(bytes)) return Error{Status::out_of_memory, "memory budget: no room now; try again in a few frames"};
-  ledger.take(bytes);
-  taken_bytes = bytes;
+  ledger.reserve(bytes);
+  reserved_bytes = bytes;
   return {};
 }
 
@@ -260,13 +260,13 @@ void SceneStream::State::collect() {
 }
 
 void SceneStream::State::free_bytes(Read& read) {
-  ledger.give(read.bytes.bytes());
+  ledger.release(read.bytes.bytes());
   read.bytes = {};
 }
 
 void SceneStream::State::free_read(Read& read) {
   free_bytes(read);
-  ledger.give(read.instances.bytes());
+  ledger.release(read.instances.bytes());
   read.instances = {};
   read.outcome = {};
   read.retry = {};
@@ -422,7 +422,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.instances = *std::move(instances);
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
-  ledger.take(needed_bytes);
+  ledger.reserve(needed_bytes);
   start_read(read);
   return true;
 }

@@ -50,7 +50,7 @@ Result<void> make_room(DemandAhead& ahead, const coppice_allocator& allocator, L
   COPPICE_TRY(finished, enlarged_copy(ahead.finished, allocator, count));
   ahead.measured = std::move(measured);
   ahead.finished = std::move(finished);
-  ledger.take(std::uint64_t{2} * (count - now) * sizeof(PlantDemand));
+  ledger.reserve(std::uint64_t{2} * (count - now) * sizeof(PlantDemand));
   return {};
 }
 

@@ -35,7 +35,7 @@ struct Chunk {
   bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
   std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
   std::uint64_t bytes = 0;                 ///< all memory that it takes now
-  std::uint64_t taken_bytes = 0;           ///< the part of these that the streamer has reserved; the rest is in device memory
+  std::uint64_t reserved_bytes = 0;        ///< the part of these that the streamer has reserved; the rest is in device memory
   float value = 0.0f;                      ///< px of error that it removes per byte, as computed in frame value_frame
   std::uint64_t value_frame = 0;
   std::uint64_t last_used_frame = 0;  ///< evicting: last frame that may refer to it

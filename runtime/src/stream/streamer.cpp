@@ -41,8 +41,8 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   COPPICE_CHECK(state->released.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
-  ledger.take(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
-              state->decoded.bytes() + DecoderPool::kSetBytes);
+  ledger.reserve(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
+                 state->decoded.bytes() + DecoderPool::kSetBytes);
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
   return streamer;
@@ -66,13 +66,13 @@ Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t b
   const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
   release(opening);
   if (!ledger.fits(all_bytes)) return refusal(all_bytes);
-  ledger.take(all_bytes);
+  ledger.reserve(all_bytes);
   opening.reserved_bytes = all_bytes;
   return {};
 }
 
 void Streamer::State::release(PlantOpening& opening) {
-  ledger.give(std::exchange(opening.reserved_bytes, 0));
+  ledger.release(std::exchange(opening.reserved_bytes, 0));
 }
 
 Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
@@ -130,7 +130,7 @@ Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
 void Streamer::State::take_opened(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
   release(opening);
-  ledger.take(plant.base_bytes);
+  ledger.reserve(plant.base_bytes);
   for (Chunk& chunk : plant.chunks.span()) {
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     if (chunk.pinned) set_bytes(chunk, bytes.gpu + bytes.kept + bytes.upload);
@@ -166,7 +166,7 @@ Result<void> Streamer::State::grow_plants() {
   plants = std::move(more_plants);
   openings = std::move(more_openings);
   closed.items = std::move(more_closed);
-  ledger.take((count - now) * kBytesEach);
+  ledger.reserve((count - now) * kBytesEach);
   return {};
 }
 
@@ -338,7 +338,7 @@ void Streamer::State::finish_closing() {
     if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
     if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
     trim(*plant);
-    ledger.give(plant->base_bytes);
+    ledger.release(plant->base_bytes);
     closed.add(plant->index);
     free_index(plant->index);
     plant.reset();

@@ -26,11 +26,11 @@ std::uint64_t less(std::uint64_t a, std::uint64_t b) {
 }  // namespace
 
 void Streamer::State::set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t device_bytes) {
-  ledger.give(chunk.taken_bytes);
+  ledger.release(chunk.reserved_bytes);
   if (!chunk.pinned) movable_bytes += bytes - chunk.bytes;
   chunk.bytes = bytes;
-  chunk.taken_bytes = options.gpu.host ? bytes : bytes - device_bytes;
-  ledger.take(chunk.taken_bytes);
+  chunk.reserved_bytes = options.gpu.host ? bytes : bytes - device_bytes;
+  ledger.reserve(chunk.reserved_bytes);
 }
 
 std::uint64_t Streamer::State::floor_bytes() const {
@@ -41,7 +41,7 @@ std::uint64_t Streamer::State::floor_bytes() const {
     for (const Chunk& chunk : plant->chunks.span())
       if (chunk.pinned) leaving += chunk.bytes;
   }
-  return less(ledger.taken(), movable_bytes + leaving);
+  return less(ledger.reserved(), movable_bytes + leaving);
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
@@ -106,14 +106,14 @@ std::uint64_t Streamer::State::idle_bytes() const {
 
 Room Streamer::State::make_room(std::uint64_t bytes) {
   const std::uint64_t limit = limit_bytes();
-  if (ledger.taken() + bytes <= limit) return Room::now;
+  if (ledger.reserved() + bytes <= limit) return Room::now;
   if (floor_bytes() + bytes > limit) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
   std::array<Chunk*, kMaxEvictionsAtOnce> planned{};
   std::size_t count = 0;
   for (const auto& plant : used_plants())
     if (plant) plant->eviction_page_end = plant->decoded_page_count;
-  while (less(ledger.taken(), coming) + bytes > limit && count < planned.size()) {
+  while (less(ledger.reserved(), coming) + bytes > limit && count < planned.size()) {
     Chunk* candidate = least_valuable_candidate(EvictionCandidates::idle);
     if (candidate == nullptr) break;
     planned[count++] = candidate;
@@ -123,18 +123,18 @@ Room Streamer::State::make_room(std::uint64_t bytes) {
   }
   // Nothing is evicted for a request that would not fit even then. If it needs more candidates than are chosen at once, the rest follows.
   const std::uint64_t later = count == planned.size() ? idle_bytes() : 0;
-  const bool enough = less(ledger.taken(), coming + later) + bytes <= limit;
+  const bool enough = less(ledger.reserved(), coming + later) + bytes <= limit;
   for (std::size_t i = 0; i < count; ++i) {
     planned[i]->eviction_planned = false;
     if (enough && !evicted.full()) evict(*planned[i]);
   }
-  if (ledger.taken() + bytes <= limit) return Room::now;
+  if (ledger.reserved() + bytes <= limit) return Room::now;
   return enough ? Room::soon : Room::none;
 }
 
 void Streamer::State::enforce_budget() {
   const std::uint64_t limit = limit_bytes();
-  if (less(ledger.taken(), evicting_bytes + cancelled_bytes) <= limit) return;
+  if (less(ledger.reserved(), evicting_bytes + cancelled_bytes) <= limit) return;
   for (Transfer& transfer : transfers.span()) {
     if (transfer.stage == TransferStage::idle || transfer.stage == TransferStage::decoding || transfer.cancelled) continue;
     if (transfer.stage == TransferStage::read || transfer.stage == TransferStage::paused) {
@@ -147,7 +147,7 @@ void Streamer::State::enforce_budget() {
   }
   for (const auto& plant : used_plants())
     if (plant) plant->eviction_page_end = plant->decoded_page_count;
-  while (less(ledger.taken(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
+  while (less(ledger.reserved(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
     Chunk* candidate = least_valuable_candidate(EvictionCandidates::any);
     if (candidate == nullptr) break;
     if (candidate->id.kind == ChunkKind::page) --plants[candidate->id.plant]->eviction_page_end;

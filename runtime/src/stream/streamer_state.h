@@ -19,18 +19,18 @@ template <class T>
 struct HandOut {
   HookArray<T> items;
   std::size_t count = 0;
-  bool taken = false;
+  bool handed_out = false;
 
   /// Drops elements that were handed out; the others stay for the next call.
   void begin() {
-    if (taken) count = 0;
-    taken = false;
+    if (handed_out) count = 0;
+    handed_out = false;
   }
   [[nodiscard]] bool full() const { return count == items.size(); }
   void add(const T& item) { items[count++] = item; }
   std::span<const T> take() {
-    if (taken) return {};
-    taken = true;
+    if (handed_out) return {};
+    handed_out = true;
     return {items.data(), count};
   }
 };
@@ -61,7 +61,7 @@ enum class Room : std::uint8_t {
 };
 
 struct Streamer::State {
-  State(const Hooks& of, Ledger& taken_from, const StreamerOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+  State(const Hooks& of, Ledger& shared_ledger, const StreamerOptions& with) : hooks(of), ledger(shared_ledger), options(with) {}
 
   Hooks hooks;
   Ledger& ledger;

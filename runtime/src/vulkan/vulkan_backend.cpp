@@ -47,8 +47,8 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
                         .mesh_leaves = renderer_->has_raster(),
                         .block_textures = renderer_->device().block_textures}} {}
 
-std::uint64_t VulkanBackend::least_budget_bytes(std::uint64_t taken_bytes) const {
-  return renderer_->least_budget_bytes(taken_bytes);
+std::uint64_t VulkanBackend::least_budget_bytes(std::uint64_t reserved_bytes) const {
+  return renderer_->least_budget_bytes(reserved_bytes);
 }
 
 void VulkanBackend::fill_stats(coppice_stats& stats) const {
@@ -82,7 +82,7 @@ Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file
 void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
   wind_ = wind;
   renderer_->begin_frame(frame_number, completed_number);
-  renderer_->take_map(wind_);
+  renderer_->begin_wind_map(wind_);
 }
 
 Result<void> VulkanBackend::upload_chunk(const DecodedChunk& chunk) {

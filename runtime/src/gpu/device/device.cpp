@@ -66,7 +66,7 @@ Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer)
   const bool addressable = (desc.usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
-  COPPICE_TRY(memory, take_memory(device, {requirements, desc.kind, false}));
+  COPPICE_TRY(memory, reserve_memory(device, {requirements, desc.kind, false}));
   buffer.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, source.memory, source.offset + memory.offset),
@@ -100,7 +100,7 @@ constexpr const char* kTextureName = "coppice texture";
 Result<void> back_texture(Device& device, Texture& texture) {
   VkMemoryRequirements requirements{};
   device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
-  COPPICE_TRY(memory, take_memory(device, {requirements, MemoryKind::device, true}));
+  COPPICE_TRY(memory, reserve_memory(device, {requirements, MemoryKind::device, true}));
   texture.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, source.memory, source.offset + memory.offset),
@@ -206,7 +206,7 @@ Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
 void destroy_buffer(Device& device, Buffer& buffer) {
   device.vk.vkDestroyBufferView(device.device, buffer.texels, nullptr);
   device.vk.vkDestroyBuffer(device.device, buffer.buffer, nullptr);
-  give_memory(device, buffer.memory);
+  release_memory(device, buffer.memory);
   buffer = {};
 }
 
@@ -242,7 +242,7 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& desc)
 void destroy_texture(Device& device, Texture& texture) {
   device.vk.vkDestroyImageView(device.device, texture.view, nullptr);
   device.vk.vkDestroyImage(device.device, texture.image, nullptr);
-  give_memory(device, texture.memory);
+  release_memory(device, texture.memory);
   texture = {};
 }
 

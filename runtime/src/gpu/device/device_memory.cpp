@@ -46,7 +46,7 @@ std::uint64_t committed(const DeviceMemory& memory, std::uint64_t allocated_byte
   return allocated_bytes + memory.block_bytes - std::min(free_bytes, memory.block_bytes);
 }
 
-bool takes(const DeviceMemory& memory, const MemoryBlock& block, const MemoryRequest& request) {
+bool accepts(const DeviceMemory& memory, const MemoryBlock& block, const MemoryRequest& request) {
   return is_there(block) && block.kind == request.kind && (request.requirements.memoryTypeBits >> block.source.memory_type & 1u) != 0 &&
          block.images == (request.image && memory.images_apart);
 }
@@ -63,7 +63,7 @@ void find_run(const DeviceMemory& memory, const MemoryRequest& request, Plan& pl
   std::uint64_t least_free = ~std::uint64_t{0};
   for (std::uint32_t index = 0; index < memory.blocks.size(); ++index) {
     const MemoryBlock& block = memory.blocks[index];
-    if (!takes(memory, block, request)) continue;
+    if (!accepts(memory, block, request)) continue;
     const std::uint64_t free = free_bytes_of(block);
     if (free < plan.bytes || free >= least_free) continue;
     std::uint64_t least_run = ~std::uint64_t{0};
@@ -101,10 +101,10 @@ std::uint64_t limit_bytes(const DeviceMemory& memory) {
 
 /// Call it after every change.
 void settle(DeviceMemory& memory, std::uint64_t bytes) {
-  const std::uint64_t before = std::exchange(memory.taken_bytes, bytes);
+  const std::uint64_t before = std::exchange(memory.reserved_bytes, bytes);
   if (memory.ledger == nullptr) return;
-  memory.ledger->give(before);
-  memory.ledger->take(bytes);
+  memory.ledger->release(before);
+  memory.ledger->reserve(bytes);
 }
 
 /// Plans a free run, or else a new block that is shared; or a block of its own if the limit allows only that.
@@ -216,7 +216,7 @@ void free_empty_blocks(Device& device, std::uint64_t kept_block_bytes) {
     if (is_empty(device.memory.blocks[index]) && device.memory.blocks[index].bytes != kept_block_bytes) free_block(device, index);
 }
 
-void take_run(DeviceMemory& memory, const Plan& plan) {
+void reserve_run(DeviceMemory& memory, const Plan& plan) {
   const MemoryKind kind = memory.blocks[plan.block].kind;
   std::vector<FreeRun>& free = memory.blocks[plan.block].free;
   const auto at = free.begin() + static_cast<std::ptrdiff_t>(plan.run);
@@ -234,7 +234,7 @@ void take_run(DeviceMemory& memory, const Plan& plan) {
   }
 }
 
-void give_run(DeviceMemory& memory, MemoryBlock& block, FreeRun run) {
+void release_run(DeviceMemory& memory, MemoryBlock& block, FreeRun run) {
   std::vector<FreeRun>& free = block.free;
   auto next = std::ranges::upper_bound(free, run.offset, {}, &FreeRun::offset);
   if (next != free.end() && run.offset + run.bytes == next->offset) {
@@ -279,7 +279,7 @@ std::uint64_t committed_bytes(const DeviceMemory& memory) {
   return committed(memory, memory.allocated_bytes, memory.free_bytes);
 }
 
-Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request) {
+Result<MemoryRange> reserve_memory(Device& device, const MemoryRequest& request) {
   DeviceMemory& memory = device.memory;
   Plan plan = plan_for(memory, request);
   // A block that is kept for others may be what exceeds the limit.
@@ -294,22 +294,22 @@ Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request) {
     COPPICE_TRY(added, add_block(device, request, plan));
     plan.block = added;
   }
-  if (memory.blocks[plan.block].kind != MemoryKind::alone) take_run(memory, plan);
+  if (memory.blocks[plan.block].kind != MemoryKind::alone) reserve_run(memory, plan);
   settle(memory, committed_bytes(memory));
   return MemoryRange{plan.block, plan.offset, plan.bytes};
 }
 
-void give_memory(Device& device, MemoryRange& range) {
+void release_memory(Device& device, MemoryRange& range) {
   if (range.block == MemoryRange::kNone) return;
   DeviceMemory& memory = device.memory;
-  const MemoryRange given = std::exchange(range, {});
-  MemoryBlock& block = memory.blocks[given.block];
-  if (block.kind != MemoryKind::alone) give_run(memory, block, {given.offset, given.bytes});
+  const MemoryRange released = std::exchange(range, {});
+  MemoryBlock& block = memory.blocks[released.block];
+  if (block.kind != MemoryKind::alone) release_run(memory, block, {released.offset, released.bytes});
   // One empty block is kept, because committed bytes include it in any case.
   const bool spare = block.kind == MemoryKind::device && block.bytes == memory.block_bytes;
   const auto is_other = [&](const MemoryBlock& other) { return &other != &block && is_empty(other); };
   if (block.kind == MemoryKind::alone || (is_empty(block) && (!spare || std::ranges::any_of(memory.blocks, is_other))))
-    free_block(device, given.block);
+    free_block(device, released.block);
   settle(memory, committed_bytes(memory));
 }
 

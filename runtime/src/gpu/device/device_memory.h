@@ -53,7 +53,7 @@ struct DeviceMemory {
   std::uint64_t unit_bytes = 1;
   std::uint64_t block_bytes = kLeastBlockBytes;
   Ledger* ledger = nullptr;           ///< committed_bytes are reserved from it; null: no budget
-  std::uint64_t taken_bytes = 0;      ///< bytes that are reserved from the ledger
+  std::uint64_t reserved_bytes = 0;   ///< bytes that are reserved from the ledger
   std::uint64_t allocated_bytes = 0;  ///< size of all blocks
   std::uint64_t free_bytes = 0;       ///< free bytes of blocks of kind device, in whole units
   std::uint32_t block_count = 0;
@@ -83,9 +83,9 @@ struct MemoryRequest {
 
 /// errors  out_of_memory: the ledger or the hook; device_lost; unsupported: no memory type fits; internal: the hook returned an invalid
 /// block
-Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request);
+Result<MemoryRange> reserve_memory(Device& device, const MemoryRequest& request);
 /// The GPU must be done with it. range: may be empty, and is empty afterwards
-void give_memory(Device& device, MemoryRange& range);
+void release_memory(Device& device, MemoryRange& range);
 
 /// Frees the empty block that is kept. Nothing may be reserved after it.
 void close_memory(Device& device);

@@ -52,7 +52,7 @@ void GrowingBuffers::forget(const BufferSizes& gone) {
   });
 }
 
-bool GrowingBuffers::take(Uploads& uploads, DeferredDeletion& deletion) {
+bool GrowingBuffers::replace(Uploads& uploads, DeferredDeletion& deletion) {
   const bool some = !larger_.empty();
   for (const Larger& larger : larger_) {
     Buffer& smaller = *larger.size.buffer;

@@ -46,7 +46,7 @@ class GrowingBuffers {
   /// Forgets buffers that are destroyed without a successor.
   void forget(const BufferSizes& gone);
   /// Replaces smaller buffers by larger ones. True if there were any
-  bool take(Uploads& uploads, DeferredDeletion& deletion);
+  bool replace(Uploads& uploads, DeferredDeletion& deletion);
 
  private:
   struct Larger {

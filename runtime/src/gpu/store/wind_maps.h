@@ -11,7 +11,7 @@ class WindMaps {
  public:
   /// device: outlives this object
   WindMaps(Device& device, const coppice_allocator& allocator) : device_(device), allocator_(allocator) {}
-  ~WindMaps() { give_copy(); }
+  ~WindMaps() { release_copy(); }
   WindMaps(const WindMaps&) = delete;
   WindMaps& operator=(const WindMaps&) = delete;
 
@@ -21,8 +21,8 @@ class WindMaps {
   Result<void> upload(Uploads& uploads, const Buffer& maps);
 
  private:
-  Result<void> take(const coppice_wind& wind);
-  void give_copy();
+  Result<void> copy_map(const coppice_wind& wind);
+  void release_copy();
 
   Device& device_;
   coppice_allocator allocator_;

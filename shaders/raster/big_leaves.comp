@@ -38,7 +38,7 @@ ivec2 row_of(Rows rows, Drawn drawn, int row) {
 }
 
 void main() {
-  uint count = min(rounds[push.round].big.count, kBigCapacity);
+  uint count = min(culling_passes[push.culling_pass].big.count, kBigCapacity);
   for (uint i = group_index(); i < count; i += gl_NumWorkGroups.x) {
     uvec2 big = big_items[i];
     WorkItem work = work_at(big.x);

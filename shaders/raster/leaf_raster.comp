@@ -30,8 +30,8 @@ uint four_rows(Edges edges, vec2 block, float y, float width) {
 
 vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) + 0.5; }
 
-// Draws one block of a leaf's rectangle. It finds the covered pixels by rows, removes those that outline and transparency leave out, and then
-// visits the remaining pixels, so that the expensive atomic runs for pixels of the leaf only.
+// Draws one block of a leaf's rectangle. It finds the covered pixels by rows, removes those that outline and transparency leave out, and
+// then visits the remaining pixels, so that the expensive atomic runs for pixels of the leaf only.
 // Loops end at the bottom here: software drivers run a loop's body once more to find that no invocation is left in it.
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   vec2 block = vec2(corner);
@@ -78,11 +78,11 @@ void raster_leaf(Shared group, uint at, Leaf leaf, uvec2 big, bool shown) {
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
     // If some leaves found no place, the second pass draws all of them here: the depth decides which one is visible.
-    uint place = kPass != kName                              ? atomicAdd(rounds[push.round].big.count, 1)
-                 : rounds[push.round].big.count > kBigCapacity ? kBigCapacity
-                                                               : 0;
+    uint place = kPass != kName                                               ? atomicAdd(culling_passes[push.culling_pass].big.count, 1)
+                 : culling_passes[push.culling_pass].big.count > kBigCapacity ? kBigCapacity
+                                                                              : 0;
     if (kPass != kName && place < kBigCapacity) {
-      atomicMax(rounds[push.round].big.groups[0], min(place + 1, kMaxDispatchGroups));
+      atomicMax(culling_passes[push.culling_pass].big.groups[0], min(place + 1, kMaxDispatchGroups));
       big_items[place] = big;
     }
     seen = place >= kBigCapacity;

@@ -39,7 +39,7 @@ struct Appended {
 };
 
 // Reserves places in work_items for the clusters of a list. Each instance has one place in any case.
-bool reserve(uint cluster_count) { return atomicAdd(rounds[0].reserved, cluster_count) + cluster_count <= kWorkClusters; }
+bool reserve(uint cluster_count) { return atomicAdd(culling_passes[0].reserved, cluster_count) + cluster_count <= kWorkClusters; }
 
 bool has_mesh_lists(Plant plant) { return plant.mesh_list_count > 0; }
 
@@ -107,8 +107,8 @@ bool append_wood(Candidate candidate, uint wood_lod, inout Appended appended) {
 
 // Few instances come here. hardware_draws.comp writes their draws, because software drivers would run that code for all instances.
 void leave_to_hardware(MeshDraws draws) {
-  uint place = atomicAdd(rounds[0].draws.count, 1);
-  atomicMax(rounds[0].draws.groups[0], groups_for(place + 1, push.lanes));
+  uint place = atomicAdd(culling_passes[0].draws.count, 1);
+  atomicMax(culling_passes[0].draws.groups[0], groups_for(place + 1, push.lanes));
   items[items.length() - 1 - place] = packed(draws);
 }
 
@@ -141,15 +141,15 @@ void cull(uint slot, inout Appended appended, inout Tally tally) {
   uint wood_lod = wood_lod_of(candidate, column);
   if (append_wood(candidate, wood_lod, appended)) wood_lod = kMaxWoodLods;
 
-  float round_share = float(push.round) / float(kRasterRounds - 1);
-  show_debug_color(candidate, column, Shown(quads || meshes_rasterised, meshes, float(leaf_count), round_share));
+  float pass_share = float(push.culling_pass) / float(kCullingPasses - 1);
+  show_debug_color(candidate, column, Shown(quads || meshes_rasterised, meshes, float(leaf_count), pass_share));
   bool by_hardware = meshes && !meshes_rasterised;
   if (by_hardware || wood_lod != kMaxWoodLods) leave_to_hardware(MeshDraws(slot, by_hardware, wood_lod));
 }
 
 void main() {
   Tally tally = Tally(0, 0, 0);
-  uint block_count = min(rounds[push.round].blocks.count, uint(visible_blocks.length()));
+  uint block_count = min(culling_passes[push.culling_pass].blocks.count, uint(visible_blocks.length()));
   for (uint i = group_index(); i < block_count; i += gl_NumWorkGroups.x) {
     uint slot = visible_blocks[i] * kBlockSlots + gl_LocalInvocationIndex;
     Appended appended = Appended(kNoItem, WorkItem(0, 0, uvec2(0)), kNoItem, kNoItem);

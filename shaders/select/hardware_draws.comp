@@ -15,7 +15,7 @@
 layout(local_size_x_id = 1) in;
 
 void main() {
-  uint count = min(rounds[0].draws.count, uint(items.length()));
+  uint count = min(culling_passes[0].draws.count, uint(items.length()));
   for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
     MeshDraws draws = unpacked(items[items.length() - 1 - i]);
     uint plant_index = plant_at(draws.slot);

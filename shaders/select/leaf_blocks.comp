@@ -15,7 +15,7 @@
 layout(local_size_x = kCullGroupSize) in;
 
 // The culling pass for a size on screen, as a share of the picture's height.
-uint round_of(float share) {
+uint culling_pass_of(float share) {
   if (share > 0.55) return 0;
   if (share > 0.22) return 1;
   return share > 0.08 ? 2 : 3;
@@ -30,13 +30,13 @@ void main() {
   float radius_m = block.radius_m + kMostWindReach * view.wind.most_load * block.max_instance_radius_m;
   float nearest_m = size_distance_m(center) - block.radius_m;
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
-  if (round_of(size_px / float(push.height_px)) != push.round) return;
+  if (culling_pass_of(size_px / float(push.height_px)) != push.culling_pass) return;
   if (!sphere_in_view(center, radius_m)) return;
   if (occluded(center, radius_m)) {
     atomicAdd(counters.occluded_instances, block.instance_count);
     return;
   }
-  uint place = atomicAdd(rounds[push.round].blocks.count, 1);
-  atomicMax(rounds[push.round].blocks.groups[0], min(place + 1, kMaxDispatchGroups));
+  uint place = atomicAdd(culling_passes[push.culling_pass].blocks.count, 1);
+  atomicMax(culling_passes[push.culling_pass].blocks.groups[0], min(place + 1, kMaxDispatchGroups));
   visible_blocks[place] = index;
 }

@@ -171,7 +171,7 @@ void expand_each(uint count) {
 }
 
 void main() {
-  uint count = min(rounds[push.round].items.count, uint(items.length()));
+  uint count = min(culling_passes[push.culling_pass].items.count, uint(items.length()));
   if (kTogether != 0) expand_together(count);
   else expand_each(count);
 }

@@ -38,7 +38,7 @@ bool occluded_from(uint eye, vec3 center, float radius_m) {
 
 // True if no eye that has the sphere in view sees it.
 bool occluded(vec3 center, float radius_m) {
-  if (push.round < push.hides_from) return false;
+  if (push.culling_pass < push.hides_from) return false;
   if (kEyes == 1) return occluded_from(0, center, radius_m);
   for (uint eye = 0; eye < kEyes; ++eye)
     if (sphere_in_eye(eye, center, radius_m) && !occluded_from(eye, center, radius_m)) return false;

@@ -11,8 +11,8 @@ void append_item(uint item) {
   uint count = subgroupBallotBitCount(which), first = 0;
   if (count == 0) return;
   if (subgroupElect()) {
-    first = atomicAdd(rounds[push.round].items.count, count);
-    atomicMax(rounds[push.round].items.groups[0], groups_for(first + count, push.expand_items));
+    first = atomicAdd(culling_passes[push.culling_pass].items.count, count);
+    atomicMax(culling_passes[push.culling_pass].items.groups[0], groups_for(first + count, push.expand_items));
   }
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(which);
   if (item != kNoItem) items[place] = item;
@@ -22,19 +22,19 @@ void append_item(uint item) {
 void wake_tiles() {
   uvec3 finest = tile_level(0);
   uint finest_count = finest.x * finest.y;
-  rounds[push.round].finest_tiles.groups[0] = (finest_count + push.lanes - 1) / push.lanes;
-  rounds[push.round].other_tiles.groups[0] = (tile_count() - finest_count + push.lanes - 1) / push.lanes;
+  culling_passes[push.culling_pass].finest_tiles.groups[0] = (finest_count + push.lanes - 1) / push.lanes;
+  culling_passes[push.culling_pass].other_tiles.groups[0] = (tile_count() - finest_count + push.lanes - 1) / push.lanes;
 }
 
 // Returns the first of `count` new places of a list in the pass. They may lie beyond the capacity.
 uint take_places(uint list, uint count) {
   uint first;
   if (list == kLeafWork) {
-    first = atomicAdd(rounds[push.round].work.count, count);
-    atomicMax(rounds[push.round].work.groups[0], groups_for(min(first + count, push.work_capacity), push.leaf_clusters));
+    first = atomicAdd(culling_passes[push.culling_pass].work.count, count);
+    atomicMax(culling_passes[push.culling_pass].work.groups[0], groups_for(min(first + count, push.work_capacity), push.leaf_clusters));
   } else {
-    first = atomicAdd(rounds[push.round].splats.count, count);
-    atomicMax(rounds[push.round].splats.groups[0], groups_for(min(first + count, push.work_capacity), push.splat_clusters));
+    first = atomicAdd(culling_passes[push.culling_pass].splats.count, count);
+    atomicMax(culling_passes[push.culling_pass].splats.groups[0], groups_for(min(first + count, push.work_capacity), push.splat_clusters));
   }
   if (first == 0) wake_tiles();
   return first + earlier_work(list);

@@ -72,7 +72,7 @@ uint wood_lod_of(Candidate candidate, CoppiceColumn column) {
 struct Shown {
   bool rasterised, meshes;
   float leaf_count;
-  float round_share;  // share of the rasterised instances: 0 in the first culling pass, 1 in the last
+  float pass_share;  // share of the rasterised instances: 0 in the first culling pass, 1 in the last
 };
 
 void show_debug_color(Candidate candidate, CoppiceColumn column, Shown shown) {
@@ -82,7 +82,7 @@ void show_debug_color(Candidate candidate, CoppiceColumn column, Shown shown) {
   if (view.debug_view == kDebugLod) color = shown.meshes ? vec3(1.0) : ramp(log2(shown.leaf_count) / doublings);
   if (view.debug_view == kDebugPath)
     color = shown.rasterised ? vec3(0.1, 0.8, 0.1) : shown.meshes ? vec3(0.9, 0.1, 0.7) : kHardwareLeaves;
-  if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(shown.round_share);
+  if (view.debug_view == kDebugOcclusion && shown.rasterised) color = ramp(shown.pass_share);
   if (view.debug_view == kDebugError) {
     float error_px = shown.meshes ? 0.0 : coppice_error_px(candidate.table, shown.leaf_count, column);
     color = ramp(log2(max(2.0 * error_px, 1.0)) / 6.0);

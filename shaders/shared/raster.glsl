@@ -13,7 +13,7 @@
 #include "raster_reads.glsl"
 
 layout(set = 1, binding = 1, scalar) readonly buffer BlockBuffer { InstanceBlock blocks[]; };
-layout(set = 1, binding = 2, scalar) buffer RoundBuffer { RasterRound rounds[]; };
+layout(set = 1, binding = 2, scalar) buffer CullingPassBuffer { CullingPass culling_passes[]; };
 layout(set = 1, binding = 3, scalar) buffer VisibleBlockBuffer { uint visible_blocks[]; };
 // For slot_of and list_of; from the end on MeshDraws of all passes.
 layout(set = 1, binding = 4, scalar) buffer ItemBuffer { uint items[]; };
@@ -34,12 +34,12 @@ uint work_place(uint list, uint index) { return list == kSplatWork ? index : pus
 // Number of clusters of a list in earlier passes.
 uint earlier_work(uint list) {
   uint count = 0;
-  for (uint i = 0; i < push.round; ++i) count += list == kSplatWork ? rounds[i].splats.count : rounds[i].work.count;
+  for (uint i = 0; i < push.culling_pass; ++i) count += list == kSplatWork ? culling_passes[i].splats.count : culling_passes[i].work.count;
   return count;
 }
 // Number of clusters in a pass's list, limited to the last place.
 uint work_count(uint list, uint earlier) {
-  uint count = list == kSplatWork ? rounds[push.round].splats.count : rounds[push.round].work.count;
+  uint count = list == kSplatWork ? culling_passes[push.culling_pass].splats.count : culling_passes[push.culling_pass].work.count;
   return min(count, push.work_capacity - min(earlier, push.work_capacity));
 }
 

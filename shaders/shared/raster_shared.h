@@ -13,7 +13,7 @@ namespace coppice::gpu {
 const uint kBlockSlots = kCullGroupSize;
 // A frame has several culling passes, large instances first. The engine's depth, and the pixels of earlier passes, hide blocks, instances
 // and clusters of the next.
-const uint kRasterRounds = 4;
+const uint kCullingPasses = 4;
 // Maximum of clusters in a frame, before any is culled. Further instances are drawn with a cut of one cluster, for which there is space in
 // any case.
 const uint kWorkClusters = 1u << 19;
@@ -57,19 +57,19 @@ struct ClusterMotion {
 COPPICE_GPU_LAYOUT(ClusterMotion, 48);
 const uint kMotionGroups = 256;  // groups of cluster_motion.comp, which process all clusters of a frame
 
-struct RasterRound {
+struct CullingPass {
   RasterStage blocks, items, work, splats, big;
   RasterStage finest_tiles, other_tiles;  // no groups if the pass draws nothing
   // Used in pass 0 only, for all passes:
   RasterStage draws;  // instances that the hardware draws
   uint reserved;      // clusters reserved by instances so far
 };
-COPPICE_GPU_LAYOUT(RasterRound, 132);
+COPPICE_GPU_LAYOUT(CullingPass, 132);
 
 // Push constants of every pass of the rasteriser. A depth key grows towards the eye as View::key_row says; its bits are those of a float
 // above 0.
 struct RasterPush {
-  uint round;
+  uint culling_pass;
   uint width_px;
   uint height_px;
   float splat_px;      // clusters with a grain up to this length are drawn as splats

@@ -67,7 +67,7 @@ class Backend {
   virtual ~Backend() = default;
 
   [[nodiscard]] virtual const BackendLimits& limits() const = 0;
-  /// Minimum of the memory budget if reserved_bytes of the ledger are taken before any plant.
+  /// Minimum of the memory budget if reserved_bytes of the ledger are reserved before any plant.
   [[nodiscard]] virtual std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const = 0;
   virtual void set_memory_budget(std::uint64_t bytes) = 0;
   /// errors  device_lost: now or earlier

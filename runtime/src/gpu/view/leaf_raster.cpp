@@ -254,12 +254,12 @@ Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterVi
   view.has_velocity = has_content(attachments, COPPICE_CONTENT_VELOCITY);
   view.reversed_depth = is_reversed(attachments.depth_compare);
   view.depth_step = depth_step(attachments);
-  return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
-                                                        kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
+  return move_into(view.culling_passes, create_buffer(device_, {"coppice culling passes", kCullingPasses * sizeof(CullingPass),
+                                                                kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
-  for (Buffer* buffer : {&view.rounds, &view.work, &view.motion, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
+  for (Buffer* buffer : {&view.culling_passes, &view.work, &view.motion, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
   destroy_set(device_, view.set);
 }
 
@@ -295,7 +295,7 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
   const Buffer& work = work_of(view);
   const std::array<Bound, kStorageCount + kTexelCount> bound{{{&view.picture},
                                                               {&buffers_.blocks},
-                                                              {&view.rounds},
+                                                              {&view.culling_passes},
                                                               {&buffers_.visible_blocks},
                                                               {&buffers_.items},
                                                               {&work},
@@ -347,7 +347,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
   const auto capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
   view.debug_view = camera.debug_view;
   view.eye_count = eye_count;
-  view.push = {.round = 0,
+  view.push = {.culling_pass = 0,
                .width_px = camera.width_px,
                .height_px = camera.height_px,
                .splat_px = kSplat_px,
@@ -366,15 +366,16 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
 }
 
 void LeafRaster::record_start(VkCommandBuffer cmd, const RasterView& view) const {
-  std::array<RasterRound, kRasterRounds> rounds{};
-  for (RasterRound& round : rounds) {
-    for (RasterStage* stage : {&round.blocks, &round.items, &round.big, &round.draws}) stage->groups[1] = stage->groups[2] = 1;
-    for (RasterStage* stage : {&round.work, &round.splats, &round.finest_tiles, &round.other_tiles}) {
+  std::array<CullingPass, kCullingPasses> culling_passes{};
+  for (CullingPass& culling_pass : culling_passes) {
+    for (RasterStage* stage : {&culling_pass.blocks, &culling_pass.items, &culling_pass.big, &culling_pass.draws})
+      stage->groups[1] = stage->groups[2] = 1;
+    for (RasterStage* stage : {&culling_pass.work, &culling_pass.splats, &culling_pass.finest_tiles, &culling_pass.other_tiles}) {
       stage->groups[1] = view.eye_count;
       stage->groups[2] = 1;
     }
   }
-  device_.vk.vkCmdUpdateBuffer(cmd, view.rounds.buffer, 0, sizeof rounds, rounds.data());
+  device_.vk.vkCmdUpdateBuffer(cmd, view.culling_passes.buffer, 0, sizeof culling_passes, culling_passes.data());
   device_.vk.vkCmdFillBuffer(cmd, view.picture.buffer, 0,
                              std::uint64_t{view.eye_count} * view.push.width_px * view.push.height_px * 2 * sizeof(std::uint32_t), 0);
   device_.vk.vkCmdFillBuffer(cmd, view.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
@@ -391,28 +392,28 @@ void LeafRaster::barrier(VkCommandBuffer cmd) const {
                      VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
-void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const {
+void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewPass& of, std::uint64_t stage_offset) const {
   bind(cmd, pipeline);
-  device_.vk.vkCmdDispatchIndirect(cmd, of.view.rounds.buffer, of.round * sizeof(RasterRound) + stage_offset);
+  device_.vk.vkCmdDispatchIndirect(cmd, of.view.culling_passes.buffer, of.culling_pass * sizeof(CullingPass) + stage_offset);
 }
 
-void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const {
+void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewPass& of, GpuTimer* timer) const {
   const std::span<const RasterPass> drawn = passes(of.view.debug_view);
   for (const RasterPass pass : drawn) {
     if (pass != drawn.front()) barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(RasterRound, splats));
+    dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(CullingPass, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
-    dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(RasterRound, work));
+    dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(CullingPass, work));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(RasterRound, big));
+    dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(CullingPass, big));
     if (timer != nullptr && pass != drawn.back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 
-void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewRound& of) const {
-  dispatch_stage(cmd, *pipelines_.finest_tiles, of, offsetof(RasterRound, finest_tiles));
+void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewPass& of) const {
+  dispatch_stage(cmd, *pipelines_.finest_tiles, of, offsetof(CullingPass, finest_tiles));
   barrier(cmd);
-  dispatch_stage(cmd, *pipelines_.other_tiles, of, offsetof(RasterRound, other_tiles));
+  dispatch_stage(cmd, *pipelines_.other_tiles, of, offsetof(CullingPass, other_tiles));
   barrier(cmd);
 }
 
@@ -451,22 +452,22 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull&
     record_occluder(cmd, view, constants);
     mark(Pass::tiles);
   }
-  for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
-    const ViewRound of{view, round};
-    constants.round = round;
+  for (std::uint32_t culling_pass = 0; culling_pass < kCullingPasses; ++culling_pass) {
+    const ViewPass of{view, culling_pass};
+    constants.culling_pass = culling_pass;
     push(cmd, constants);
     bind(cmd, *pipelines_.blocks.of(view.eye_count));
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view, view.eye_count), of, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view, view.eye_count), of, offsetof(CullingPass, blocks));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(RasterRound, items));
+    dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(CullingPass, items));
     barrier(cmd);
     mark(Pass::cull);
     record_leaves(cmd, of, cull.timer);
     barrier(cmd);
     mark(Pass::leaves);
-    if (round + 1 == kRasterRounds) break;
+    if (culling_pass + 1 == kCullingPasses) break;
     record_tiles(cmd, of);
     mark(Pass::tiles);
   }
@@ -474,7 +475,7 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull&
     bind(cmd, *pipelines_.motion);
     vk.vkCmdDispatch(cmd, kMotionGroups, 1, 1);
   }
-  dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(RasterRound, draws));
+  dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(CullingPass, draws));
 }
 
 void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const {

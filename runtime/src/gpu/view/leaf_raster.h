@@ -43,7 +43,7 @@ InstanceBlock gpu_block(const InstanceBounds& bounds);
 
 /// The rasteriser's state of a view.
 struct RasterView {
-  Buffer rounds;  ///< RasterRound[kRasterRounds]
+  Buffer culling_passes;  ///< CullingPass[kCullingPasses]
   Buffer work;    ///< WorkItem[]: work_items of raster.glsl, by instance slot. Pixels of the picture name them. Not for views of only depth
   Buffer motion;  ///< ClusterMotion[], one for each work item; only with velocity
   Buffer picture, tiles;  ///< for all its eyes, one after the other; as large as the view's maximum so far
@@ -139,13 +139,13 @@ class LeafRaster {
   Result<void> rebuild_set(RasterView& view);
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
   /// A culling pass of a view.
-  struct ViewRound {
+  struct ViewPass {
     const RasterView& view;
-    std::uint32_t round = 0;
+    std::uint32_t culling_pass = 0;
   };
-  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const;
-  void record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const;
-  void record_tiles(VkCommandBuffer cmd, const ViewRound& of) const;
+  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewPass& of, std::uint64_t stage_offset) const;
+  void record_leaves(VkCommandBuffer cmd, const ViewPass& of, GpuTimer* timer) const;
+  void record_tiles(VkCommandBuffer cmd, const ViewPass& of) const;
   void push(VkCommandBuffer cmd, const RasterPush& constants) const;
   void record_occluder(VkCommandBuffer cmd, const RasterView& view, const RasterPush& constants) const;
   void barrier(VkCommandBuffer cmd) const;

@@ -146,11 +146,11 @@ void OpenScene::open_species(std::uint64_t frame_number) {
     if (!wanted) break;
     const auto started = context_.start_open(wanted->path);
     // If max_plants are open, others may be closing: it is retried like an opening that finds no memory.
-    if (!started && ++species_tries_ < Streamer::kOpenTries) {
+    if (!started && ++species_attempts_ < Streamer::kOpenAttempts) {
       species_frame_ = frame_number + Streamer::kOpenRetryFrames;
       break;
     }
-    species_tries_ = 0;
+    species_attempts_ = 0;
     stream_->species_opening(wanted->species);
     if (started) {
       opening_.push_back({wanted->species, *started});

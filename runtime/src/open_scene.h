@@ -115,10 +115,10 @@ class OpenScene {
   BoundedList<Opening> opening_;
   BoundedList<Growing> growing_;
   TreeChanges changes_;
-  bool begun_ = false;                ///< begin_frame has been called
-  std::uint64_t species_frame_ = 0;   ///< no plant is opened before this frame
-  std::uint32_t species_tries_ = 0;   ///< attempts at the next one
-  std::uint64_t reserved_bytes_ = 0;  ///< reserved from the ledger
+  bool begun_ = false;                  ///< begin_frame has been called
+  std::uint64_t species_frame_ = 0;     ///< no plant is opened before this frame
+  std::uint32_t species_attempts_ = 0;  ///< attempts at the next one
+  std::uint64_t reserved_bytes_ = 0;    ///< reserved from the ledger
 };
 
 }  // namespace coppice

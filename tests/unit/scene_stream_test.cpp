@@ -305,7 +305,7 @@ TEST(SceneStream, AReadThatFailsIsToldOnce) {
   ASSERT_EQ(owner.log.lines.size(), 1u);
   EXPECT_TRUE(
       test::mentions(owner.log.lines[0], {"wood/a.forest: tile 0", std::strerror(EIO), "byte " + std::to_string(owner.io.fail_offset)}));
-  EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadTries});
+  EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadAttempts});
   EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
 }
 
@@ -317,7 +317,7 @@ TEST(SceneStream, EveryReadMayFailAFewTimes) {
       owner.io.files["wood/a.forest"] = scene_bytes();
       owner.io.fault = fault;
       owner.io.fault_at = n;
-      owner.io.fault_tries = kReadTries - 1;
+      owner.io.fault_attempts = kReadAttempts - 1;
       owner.log.lines.clear();
       owner.open(8);
       ASSERT_NE(owner.stream, nullptr) << n;

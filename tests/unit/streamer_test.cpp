@@ -881,7 +881,7 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
   }
   ASSERT_TRUE(failed);
   EXPECT_EQ(failed->error().status, Status::out_of_memory);
-  EXPECT_EQ(tried, (Streamer::kOpenTries - 1) * Streamer::kOpenRetryFrames);
+  EXPECT_EQ(tried, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
 }
 
 TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {

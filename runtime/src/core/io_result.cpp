@@ -33,8 +33,8 @@ Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t of
 }
 
 bool ReadRetry::pause(std::uint64_t now_ns) {
-  if (++failed_tries >= kReadTries) return false;
-  again_ns = now_ns + (kFirstPause_ns << 2 * (failed_tries - 1));
+  if (++failed_attempts >= kReadAttempts) return false;
+  again_ns = now_ns + (kFirstPause_ns << 2 * (failed_attempts - 1));
   return true;
 }
 

@@ -19,12 +19,12 @@ Error open_error(std::int64_t result);
 Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset);
 
 /// Number of attempts at a read. The pauses between them are 50, 200 and 800 ms.
-inline constexpr std::uint32_t kReadTries = 4;
+inline constexpr std::uint32_t kReadAttempts = 4;
 
 /// Counts the attempts at one read, or at several that are waited for together. Every failure is retried: a hook need not know which ones
 /// are temporary.
 struct ReadRetry {
-  std::uint32_t failed_tries = 0;
+  std::uint32_t failed_attempts = 0;
   std::uint64_t again_ns = 0;  ///< time of the next attempt; 0: none is scheduled
 
   /// Notes a failed attempt and schedules the next one at again_ns. False if it was the last.

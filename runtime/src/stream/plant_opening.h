@@ -16,12 +16,12 @@ struct PlantOpening {
 
   HookArray<char> name;  ///< source.name
   PlantSource source;
-  std::uint32_t index = 0;         ///< index of the plant
-  bool blocking = false;           ///< the caller waits: it skips the queue and decodes on its own thread
-  bool cancelled = false;          ///< removed once nothing is running
-  std::uint32_t failed_tries = 0;  ///< failed attempts for lack of memory
-  std::uint64_t start_frame = 0;   ///< queued: do not start before this frame
-  Step step = Step::queued;        ///< the step that is running
+  std::uint32_t index = 0;            ///< index of the plant
+  bool blocking = false;              ///< the caller waits: it skips the queue and decodes on its own thread
+  bool cancelled = false;             ///< removed once nothing is running
+  std::uint32_t failed_attempts = 0;  ///< failed attempts for lack of memory
+  std::uint64_t start_frame = 0;      ///< queued: do not start before this frame
+  Step step = Step::queued;           ///< the step that is running
   std::unique_ptr<PlantStream> plant;
   std::array<std::uint8_t, sizeof(coppice_file_header)> header{};
   HookBuffer front;

@@ -12,7 +12,7 @@ enum class Residency : std::uint8_t {
   decoded,   ///< in CPU memory, for the GPU side to upload
   resident,  ///< the GPU side has acknowledged the upload
   evicting,  ///< no longer drawn, but unfinished frames of the GPU may still read it
-  failed,    ///< damaged, or unreadable in kReadTries attempts: logged once, never requested again
+  failed,    ///< damaged, or unreadable in kReadAttempts attempts: logged once, never requested again
 };
 inline constexpr std::uint32_t kResidencyCount = 7;
 

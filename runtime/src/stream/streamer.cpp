@@ -194,7 +194,7 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   PlantOpening& opening = s.opening_at(plant);
   const auto open = s.advance_opening(opening);
   if (open && !*open) return std::nullopt;
-  if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_tries < kOpenTries) {
+  if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_attempts < kOpenAttempts) {
     s.release(opening);
     if (opening.step != PlantOpening::Step::queued) --s.started_count;
     opening.restart(s.frame_number + kOpenRetryFrames);

@@ -147,7 +147,7 @@ class Streamer {
   Result<std::uint32_t> open_plant(const PlantSource& source);
 
   /// Opens without waiting and returns the index at once; finish_open, called from time to time, tells the result. Up to kMostOpening
-  /// plants are read and decoded at a time. If memory is short there are kOpenTries attempts, kOpenRetryFrames apart. errors
+  /// plants are read and decoded at a time. If memory is short there are kOpenAttempts attempts, kOpenRetryFrames apart. errors
   /// out_of_memory: max_plants are open; not logged
   Result<std::uint32_t> start_open(const PlantSource& source);
   /// Returns nothing while the plant is being opened. Afterwards the plant is open, or it failed and its index is free again.
@@ -156,7 +156,7 @@ class Streamer {
   /// Does not wait: the index is free once running work has come back.
   void cancel_open(std::uint32_t plant);
   static constexpr std::size_t kMostOpening = 8;
-  static constexpr std::uint32_t kOpenTries = 8;
+  static constexpr std::uint32_t kOpenAttempts = 8;
   static constexpr std::uint64_t kOpenRetryFrames = 30;
 
   /// Ends all demand for the plant. Its chunks come out of take_evicted and release, then its index out of take_closed_plants.

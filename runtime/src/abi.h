@@ -14,7 +14,7 @@
 namespace coppice {
 
 /// Maximum size of a struct, now and later. A larger size means that struct_size was never set.
-inline constexpr std::size_t kMostStructBytes = 4096;
+inline constexpr std::size_t kMaxStructBytes = 4096;
 
 template <class T>
 T zeroed_struct() {

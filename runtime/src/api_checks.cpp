@@ -17,8 +17,8 @@ namespace {
 constexpr double kMaxPosition_m = 3.3e7;  // overflows the numbers of cells
 constexpr double kMaxCenter_m = 1e9;
 constexpr float kMaxWind_mps = 100.0f;
-constexpr std::uint32_t kLeastMapSide = 2, kMostMapSide = 256;
-constexpr double kLeastMapExtent_m = 1e-3;
+constexpr std::uint32_t kMinMapSide = 2, kMaxMapSide = 256;
+constexpr double kMinMapExtent_m = 1e-3;
 constexpr double kMaxTime_s = 1e9;
 constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
@@ -86,13 +86,13 @@ std::string position_problem(std::span<const double, 3> position, const dvec3& o
 
 std::string map_problem(const coppice_wind& wind) {
   for (const auto& [name, places] : {std::pair{"map_width", wind.map_width}, std::pair{"map_height", wind.map_height}})
-    if (places < kLeastMapSide || places > kMostMapSide)
-      return std::string(name) + " is " + std::to_string(places) + ", not within " + std::to_string(kLeastMapSide) + " to " +
-             std::to_string(kMostMapSide);
+    if (places < kMinMapSide || places > kMaxMapSide)
+      return std::string(name) + " is " + std::to_string(places) + ", not within " + std::to_string(kMinMapSide) + " to " +
+             std::to_string(kMaxMapSide);
   for (const auto& [name, corner] : {std::pair{"map_min", &wind.map_min}, std::pair{"map_max", &wind.map_max}})
     if (std::string problem = double_problem(name, *corner, kMaxPosition_m); !problem.empty()) return problem;
   for (int axis = 0; axis < 2; ++axis)
-    if (!(wind.map_max[axis] - wind.map_min[axis] >= kLeastMapExtent_m)) return "map_max is not above map_min by a millimetre or more";
+    if (!(wind.map_max[axis] - wind.map_min[axis] >= kMinMapExtent_m)) return "map_max is not above map_min by a millimetre or more";
   const std::span<const float> map(wind.map, std::size_t{2} * wind.map_width * wind.map_height);
   return range_problem({"map", map, -kMaxWind_mps, kMaxWind_mps});
 }

@@ -19,7 +19,7 @@ inline constexpr float kMaxMatrix = 1e10f;
 struct Field {
   const char* name;
   std::span<const float> values;
-  float least, most;
+  float minimum, maximum;
 };
 
 std::string range_problem(const Field& field);
@@ -30,12 +30,12 @@ std::string range_problem(const Field (&fields)[count]) {
   return {};
 }
 
-std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most);
+std::string size_problem(const char* name, std::uint32_t value, std::uint32_t maximum);
 std::string flag_problem(const char* name, std::uint32_t value);
 /// Checks a field that later versions may use.
 std::string reserved_problem(std::uint32_t value);
 
-std::string double_problem(const char* name, std::span<const double> values, double most);
+std::string double_problem(const char* name, std::span<const double> values, double maximum);
 
 /// what: the required property, for the message
 std::string unit_problem(const char* name, std::span<const float> values, const char* what = "not of unit length");

@@ -31,9 +31,9 @@ std::string index_problem(std::uint32_t index, std::size_t count) {
 std::string output_problem(const coppice_leaf_layout& layout, const coppice_leaf_output& output) {
   if (output.vertices == nullptr || output.indices == nullptr)
     return output.vertices == nullptr ? "output.vertices is null" : "output.indices is null";
-  constexpr std::uint32_t kMostNarrow = 1u << 16;
-  return layout.index_bytes == 2 && output.vertex_count > kMostNarrow ? "layout.index_bytes is 2, and the cut has more than 65,536 vertices"
-                                                                      : "";
+  constexpr std::uint32_t kMaxNarrow = 1u << 16;
+  return layout.index_bytes == 2 && output.vertex_count > kMaxNarrow ? "layout.index_bytes is 2, and the cut has more than 65,536 vertices"
+                                                                     : "";
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
   context->streamer_ = std::move(streamer);
   context->max_plants_ = limits.max_plants - kReloadSlots;
-  context->least_budget_bytes_ = context->backend_->least_budget_bytes(context->ledger_.reserved());
+  context->min_budget_bytes_ = context->backend_->min_budget_bytes(context->ledger_.reserved());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
@@ -101,12 +101,12 @@ Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBac
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
-  if (bytes >= least_budget_bytes_) return {};
+  if (bytes >= min_budget_bytes_) return {};
   constexpr double kMiB = 1 << 20;
   char detail[200];
   std::snprintf(detail, sizeof detail, "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant",
-                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(least_budget_bytes_) / kMiB) / 10,
-                static_cast<unsigned long long>(least_budget_bytes_));
+                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(min_budget_bytes_) / kMiB) / 10,
+                static_cast<unsigned long long>(min_budget_bytes_));
   return Error{Status::invalid_argument, "memory budget", Error::kNoOffset, detail};
 }
 
@@ -327,7 +327,7 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   if (count <= slots_.items.size()) return {};
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
-  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = limits().max_plants});
+  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .maximum = limits().max_plants});
   constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) +
                                        sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
@@ -352,7 +352,7 @@ Result<void> Context::grow_plants() {
   for (ViewEntry& view : views_)
     if (view.open) COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
   if (needed <= capacity) return {};
-  SceneSize size{.plants = roomy_count({.now = capacity, .needed = needed, .most = limits().max_plants})};
+  SceneSize size{.plants = roomy_count({.now = capacity, .needed = needed, .maximum = limits().max_plants})};
   if (backend_->reserve_bytes(size) > ledger_.free()) size.plants = needed;
   COPPICE_CHECK(check_fits(backend_->reserve_bytes(size)));
   return backend_->reserve(size);
@@ -385,9 +385,9 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   ledger_.begin_frame(frame.frame_number);
   const coppice_wind& blows = *frame.wind;
   const std::size_t map_floats = blows.map == nullptr ? 0 : std::size_t{2} * blows.map_width * blows.map_height;
-  FrameWind wind{{.wind = blows, .origin_m = origin(), .most_map_mps = most_wind_mps({blows.map, map_floats})}, wind_};
+  FrameWind wind{{.wind = blows, .origin_m = origin(), .max_map_mps = max_wind_mps({blows.map, map_floats})}, wind_};
   wind.before.wind.time_s = blows.time_before_s;
-  for (LodView& lod : lods_) lod.reach_share = gpu::kMostWindReach * most_wind_load(wind.now);
+  for (LodView& lod : lods_) lod.reach_share = gpu::kMaxWindReach * max_wind_load(wind.now);
   wind_ = wind.now;
   wind_.wind.map = nullptr;  // the engine's, valid only within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
@@ -425,7 +425,7 @@ Result<void> Context::upload_decoded() {
     // The rest is handed out again. Chunks without which a plant cannot be drawn come first, whatever the time.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
-    if (chunk.bytes <= limits().sizes.most_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
+    if (chunk.bytes <= limits().sizes.max_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
     if (!ledger_.fits(limits().sizes.slack_bytes)) break;
     if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);

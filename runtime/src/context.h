@@ -268,7 +268,7 @@ class Context {
   BoundedList<LodPlant> lod_plants_;  ///< by slot: the same for selection on the CPU
   std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
-  std::uint64_t least_budget_bytes_ = 0;
+  std::uint64_t min_budget_bytes_ = 0;
   std::uint64_t slot_upload_bytes_ = 0;  ///< reserved until new slots are copied to the GPU
   std::uint64_t frame_number_ = 0, completed_number_ = 0;
   PlacedWind wind_;  ///< the last frame's, without its map; none before

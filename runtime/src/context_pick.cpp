@@ -13,7 +13,7 @@ namespace coppice {
 namespace {
 
 /// Maximum leaves of the cut that is tested: a cut as coarse as its crown takes some microseconds.
-constexpr std::uint32_t kMostPickedLeaves = 512;
+constexpr std::uint32_t kMaxPickedLeaves = 512;
 
 /// An instance whose sphere the ray enters.
 struct Candidate {
@@ -108,7 +108,7 @@ Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const
   if (gpu::leaf_share_of(instance) == 0.0f) return hit;
   const gpu::LeafBox leaves = gpu::leaf_box(gpu::gpu_plant(this->file(file).plant));
   const Ray in_crown = quantised_ray(ray, leaves.min, leaves.step);
-  for_each_leaf(*streamer_, file, std::min(streamer_->state(file).resident_leaf_count, kMostPickedLeaves), [&](const PageNode& node) {
+  for_each_leaf(*streamer_, file, std::min(streamer_->state(file).resident_leaf_count, kMaxPickedLeaves), [&](const PageNode& node) {
     const vec3 a = point(node.corners[0]), b = point(node.corners[1]), c = point(node.corners[2]), d = point(node.corners[3]);
     nearer(std::min(triangle_hit(in_crown, {a, b, c}), triangle_hit(in_crown, {a, c, d})), COPPICE_HIT_CROWN);
   });

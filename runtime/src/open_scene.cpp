@@ -16,7 +16,7 @@ namespace {
 
 /// A tile that is larger than this when it arrives grows up in several frames, unless too many others do.
 constexpr float kGrowFrom_px = 3.0f;
-constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
+constexpr std::uint32_t kGrowFrames = 16, kMaxGrowing = 16;
 /// Memory of an instance: its slot (about 190 bytes), draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceBytes = 224;
 
@@ -70,13 +70,13 @@ Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, std::uint32
 Result<void> OpenScene::allocate() {
   const SceneFile& file = stream_->file();
   const coppice_allocator& allocator = context_.hooks().allocator;
-  std::uint32_t most_placed = 0;
-  for (const SceneTile& tile : file.tiles) most_placed = std::max(most_placed, tile.entry.instance_count);
+  std::uint32_t max_placed = 0;
+  for (const SceneTile& tile : file.tiles) max_placed = std::max(max_placed, tile.entry.instance_count);
   COPPICE_CHECK(allocate_into(tiles_, allocator, file.tiles.size()));
   COPPICE_CHECK(allocate_into(plants_, allocator, file.species.size()));
-  COPPICE_CHECK(placed_.make_room(allocator, most_placed));
-  COPPICE_CHECK(opening_.make_room(allocator, Streamer::kMostOpening));
-  COPPICE_CHECK(growing_.make_room(allocator, kMostGrowing));
+  COPPICE_CHECK(placed_.make_room(allocator, max_placed));
+  COPPICE_CHECK(opening_.make_room(allocator, Streamer::kMaxOpening));
+  COPPICE_CHECK(growing_.make_room(allocator, kMaxGrowing));
   const std::uint64_t bytes = tiles_.bytes() + plants_.bytes() + placed_.items.bytes() + opening_.items.bytes() + growing_.items.bytes();
   COPPICE_CHECK(context_.check_fits(bytes));
   context_.ledger().reserve(bytes);

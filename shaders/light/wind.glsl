@@ -12,14 +12,14 @@ CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0,
 // bounds.
 const float kFlutterReach = 0.01;
 float flutter_reach_m(Instance instance) {
-  float left_m = kMostWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
+  float left_m = kMaxWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
   return clamp(left_m, 0.0, kFlutterReach * plants[instance.plant].sphere_radius);
 }
 
 // Maximum motion of a place of an instance, m in the world.
 float wind_reach_m(Instance instance) {
   float reach_m = wind_float(table_of(instance.plant), kReachWord) + flutter_reach_m(instance);
-  return instance.scale * view.wind.most_load * reach_m;
+  return instance.scale * view.wind.max_load * reach_m;
 }
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }

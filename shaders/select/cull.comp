@@ -23,7 +23,7 @@ void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint f
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   float reach_m = candidate.reach_m - candidate.radius_m;
-  for (uint i = 0; i < min(end - first, kMostListClusters); ++i) {
+  for (uint i = 0; i < min(end - first, kMaxListClusters); ++i) {
     uint shown_count = 0;
     if (i < cluster_count) {
       Cluster cluster = cluster_at(list, i);

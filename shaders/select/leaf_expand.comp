@@ -100,7 +100,7 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
     from.merged = list_of(item) < kWoodLists ? merged_share(from.plant, from.leaf_count) : 0.0;
     from.reach_m = wind_reach_m(instance);
     from.object_px = instance.scale * view.focal_px;
-    count = min(cluster_count(item, from.plant, from.list), kMostListClusters);
+    count = min(cluster_count(item, from.plant, from.list), kMaxListClusters);
   }
   uvec2 drawn = uvec2(0);
   for (uint i = first; for_some(i < count); i += step) {

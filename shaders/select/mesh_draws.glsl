@@ -20,7 +20,7 @@ MeshDraws unpacked(uint word) {
 // Returns the first cluster of a mesh from `at` on that is in view, or that is not; list.range_count if there is none. reach_m:
 // wind_reach_m
 uint find_cluster(ClusterList list, Instance instance, float reach_m, uint at, bool in_view) {
-  for (; at < min(list.range_count, kMostListClusters); ++at) {
+  for (; at < min(list.range_count, kMaxListClusters); ++at) {
     Cluster cluster = cluster_at(list, at);
     if (sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m) == in_view) break;
   }

@@ -53,6 +53,6 @@ void append_work(uint list, bool some, WorkItem work) {
 // The hardware draws clusters whose leaves are larger on average, px, because it shows their texture; in shadow maps it draws none. A
 // threshold that an instance's bias raises enlarges leaves everywhere; those of far plants have no visible texture.
 float hardware_leaf_px(float error_px) {
-  const float kThresholds = 6.0, kMostFactor = 4.0;
-  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * error_px, push.split_px, kMostFactor * push.split_px);
+  const float kThresholds = 6.0, kMaxFactor = 4.0;
+  return view.is_shadow != 0 ? 1e9 : clamp(kThresholds * error_px, push.split_px, kMaxFactor * push.split_px);
 }

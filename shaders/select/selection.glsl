@@ -27,8 +27,8 @@ bool is_candidate(Instance instance) { return instance.plant != kNoPlant && (ins
 Candidate candidate_of(uint slot, Instance instance) {
   Plant plant = plants[instance.plant];
   // Loops run through the table, so counts from memory are limited.
-  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, min(plant.error_level_count, kMostErrorLevels),
-                                    min(plant.error_size_count, kMostErrorSizes), min(plant.wood_lod_count, kMaxWoodLods));
+  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, min(plant.error_level_count, kMaxErrorLevels),
+                                    min(plant.error_size_count, kMaxErrorSizes), min(plant.wood_lod_count, kMaxWoodLods));
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
   float distance_m = size_distance_m(center);

@@ -24,7 +24,7 @@ layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer {
 
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
 // The engine's depth of each eye before plants. Only compute shaders see it.
-layout(set = 0, binding = 11) uniform sampler2D occluders[kMostEyes];
+layout(set = 0, binding = 11) uniform sampler2D occluders[kMaxEyes];
 layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;  // two floats each
 // Instance[]: former places of instances that have moved since the frame before.
 layout(set = 0, binding = 13) uniform usamplerBuffer moved_texels;

@@ -156,10 +156,10 @@ COPPICE_FN float coppice_leaf_count(CoppiceTable table, CoppiceColumn column, fl
 /// Minimum number of leaves for a small plant, per threshold of its width. Its error is small because it is small, but a crown of one or
 /// two leaves looks smaller than the crown. Beyond the maximum the table asks for more by itself.
 COPPICE_CONST float kCoppiceLeavesPerThreshold = 2.0f;
-COPPICE_CONST float kCoppiceMostKeptLeaves = 32.0f;
+COPPICE_CONST float kCoppiceMaxKeptLeaves = 32.0f;
 /// The cut to draw for a size: coppice_leaf_count, but at least the minimum for small plants.
 COPPICE_FN float coppice_drawn_leaf_count(CoppiceTable table, CoppiceColumn column, float threshold_px) {
-  float kept = min(kCoppiceLeavesPerThreshold * column.size_px, kCoppiceMostKeptLeaves * threshold_px) / max(threshold_px, 1e-6f);
+  float kept = min(kCoppiceLeavesPerThreshold * column.size_px, kCoppiceMaxKeptLeaves * threshold_px) / max(threshold_px, 1e-6f);
   kept = min(kept, float(coppice_table_leaf_count(table, table.level_count - 1u)));
   return max(coppice_leaf_count(table, column, threshold_px), kept);
 }

@@ -22,7 +22,7 @@ const uint kClusterLeaves = 128;
 const uint kBlockClusters = kPageNodes / kClusterLeaves;
 // Number of bits that name a cluster of a list.
 const uint kClusterBits = 20;
-const uint kMostListClusters = 1u << kClusterBits;
+const uint kMaxListClusters = 1u << kClusterBits;
 const uint kNoPlant = 0xffffffffu;
 const uint kNoTexture = 0xffffffffu;
 // coppice_debug_view.
@@ -53,13 +53,13 @@ const float kMaxCrownSlope = 2.0f;
 // The share of the sky that a leaf standing for a whole crown sees.
 const float kBulkSky = 0.8f;
 // Maximum of levels and sizes in an error table.
-const uint kMostErrorLevels = 32, kMostErrorSizes = 16;
+const uint kMaxErrorLevels = 32, kMaxErrorSizes = 16;
 // Number of words of one plant in the buffer of packed tables: those of coppice_lod.h, of leaf meshes and wood LoDs too, then those of
 // coppice_wind.h, a PlantWind and the nodes of its grid.
-const uint kWindWord = kMostErrorLevels + kMostErrorSizes + (kMostErrorLevels + 1 + kMaxWoodLods) * kMostErrorSizes;
+const uint kWindWord = kMaxErrorLevels + kMaxErrorSizes + (kMaxErrorLevels + 1 + kMaxWoodLods) * kMaxErrorSizes;
 const uint kWindNodes = 15;
-const uint kMostWindNodes = 8 * 8 * 8;
-const uint kTableStride = kWindWord + kWindNodes + kMostWindNodes;
+const uint kMaxWindNodes = 8 * 8 * 8;
+const uint kTableStride = kWindWord + kWindNodes + kMaxWindNodes;
 
 // Cluster lists of a plant: one per ready cut, the pages, one per wood LoD, one per chunk of leaf meshes. Ready cut i is one cluster with
 // the leaves of rung i of the ladder (coppice_lod.h). An instance that needs more than kReadyLeaves is drawn from the pages.
@@ -170,7 +170,7 @@ COPPICE_GPU_LAYOUT(CardLook, 32);
 
 // A place in the world is a place in a cell, from its middle, m, and three signed 16-bit numbers of the cell.
 const float kCellSide_m = 1024.0f;
-const int kMostCell = 32767;
+const int kMaxCell = 32767;
 
 // world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot. coppice_light.h unpacks.
 struct Instance {
@@ -265,10 +265,10 @@ COPPICE_GPU_LAYOUT(Plant, 188);
 const uint kWindWaves = 3;
 const float kWindPeriod_s = 256.0f;
 // Maximum motion of a plant, relative to its sphere's radius.
-const float kMostWindReach = 0.05f;
+const float kMaxWindReach = 0.05f;
 // Places in coppice_wind.map. One map is the frame's, the other that of the frame before. Row-major: velocity that is added to the wind, x
 // and z, m/s
-const uint kMostMapPlaces = 256u * 256u, kWindMaps = 2u;
+const uint kMaxMapPlaces = 256u * 256u, kWindMaps = 2u;
 struct WindNow {
   vec3 direction;  // unit, horizontal, downwind
   float load;      // 0: still air; 1: a gale
@@ -276,16 +276,16 @@ struct WindNow {
   float time_s;            // 0..kWindPeriod_s
   vec4 waves[kWindWaves];  // sine of (x * x + y * z + z), times w; for places from the view's eye, m
   float speed_mps;
-  float most_load;  // for any plant: load, and more if the map may add to it
-  uvec2 map;        // its first place in wind_maps, and 1; on the CPU its address. 0: there is no map
-  uvec2 map_size;   // places along x and z
-  vec2 map_first;   // x and z of the first one from the view's eye, m
+  float max_load;  // for any plant: load, and more if the map may add to it
+  uvec2 map;       // its first place in wind_maps, and 1; on the CPU its address. 0: there is no map
+  uvec2 map_size;  // places along x and z
+  vec2 map_first;  // x and z of the first one from the view's eye, m
   vec2 map_places_per_m;
 };
 COPPICE_GPU_LAYOUT(WindNow, 112);
 
 // One of a view's eyes. Planes' normals point inside: dot(xyz, p) + w >= 0.
-const uint kMostEyes = 2;
+const uint kMaxEyes = 2;
 struct Eye {
   mat4 clip_from_world;
   mat4 clip_from_world_before;  // the frame before's, for places in this frame's world space
@@ -300,7 +300,7 @@ COPPICE_GPU_LAYOUT(Eye, 308);
 // The view of a frame. In shaders world space begins at the view's eye, or at the middle of two, so that floats are precise near it; only
 // this struct has the eye in full. focal_px and near_m determine sizes.
 struct View {
-  Eye eyes[kMostEyes];
+  Eye eyes[kMaxEyes];
   ivec3 eye_cell;
   vec3 eye_in_cell;
   uint layer_mask;  // instances that share no bit with it are not drawn

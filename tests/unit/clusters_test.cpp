@@ -530,7 +530,7 @@ TEST(Clusters, AMeshIsWholeInItsBlock) {
       constexpr std::uint64_t kBase = 0x1fffffff0ull;
       auto block = build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
       ASSERT_TRUE(block);
-      EXPECT_LE(block->bytes.size(), most_mesh_bytes(kind, 4, 2, clusters));
+      EXPECT_LE(block->bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
       EXPECT_EQ(block->index_count, 6u);
       EXPECT_EQ(block->materials.count(), 1u);
       EXPECT_TRUE(block->materials[1]);

@@ -133,8 +133,8 @@ TEST_F(LeafMeshStream, AreWorthTheErrorTheyRemoveByAllTheirBytes) {
   const PlantDemand demand = demand_of(800.0f, 3.0f);  // 4 px of error, of which the threshold hides 2 less its spread
   const DemandedDetail demanded = demanded_detail(valued, demand, view);
   EXPECT_TRUE(demanded.leaf_meshes);
-  const float least_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
-  EXPECT_NEAR(leaf_mesh_value(valued, demanded, demand, view), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
+  const float min_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
+  EXPECT_NEAR(leaf_mesh_value(valued, demanded, demand, view), 3.0f * (4.0f - min_px) / 1000.0f, 1e-5f);
   valued.leaf_mesh_bytes = 0;
   EXPECT_FALSE(demanded_detail(valued, demand, view).leaf_meshes) << "a plant without";
 }

@@ -760,7 +760,7 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
   std::vector<std::uint32_t> opening;
   for (int i = 0; i < 12; ++i) opening.push_back(*streamer->start_open(i % 2 == 0 ? "a" : "small"));
   EXPECT_EQ(streamer->start_open("a").error().status, Status::out_of_memory);
-  std::size_t most_open = 0, decodes = 0;
+  std::size_t max_open = 0, decodes = 0;
   for (int i = 0; i < 40 && !opening.empty(); ++i) {
     frames(1, {});
     std::erase_if(opening, [&](std::uint32_t plant) {
@@ -769,13 +769,13 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
       EXPECT_EQ(finished.has_value(), streamer->is_open(plant));
       return finished.has_value();
     });
-    most_open = std::max(most_open, io.open_count);
+    max_open = std::max(max_open, io.open_count);
     decodes += jobs.waiting.size();
     if (i % 2 == 0) io.answer_all();
     if (i % 3 == 0) jobs.run_all();
   }
   EXPECT_TRUE(opening.empty());
-  EXPECT_EQ(most_open, 12u);
+  EXPECT_EQ(max_open, 12u);
   EXPECT_GE(decodes, 12u) << "what is pinned is decoded by jobs";
   for (std::uint32_t plant = 0; plant < 12; ++plant) streamer->close_plant(plant);
   frames(5, {});
@@ -822,7 +822,7 @@ TEST_F(StreamerTest, NoMoreThanEightAreReadAtATime) {
   EXPECT_EQ(io.open_count, 0u) << "nothing is touched by the call";
   for (int i = 0; i < 3; ++i)
     for (std::uint32_t plant = 0; plant < 12; ++plant) EXPECT_FALSE(streamer->finish_open(plant));
-  EXPECT_EQ(io.open_count, Streamer::kMostOpening);
+  EXPECT_EQ(io.open_count, Streamer::kMaxOpening);
   io.deferred = false;
   io.answer_all();
 }

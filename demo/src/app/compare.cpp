@@ -83,15 +83,15 @@ struct Samples {
   std::vector<Luminance> pictures, switched;  ///< with the pose's cuts, and with those of an eye beside it
 };
 
-void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Samples& samples) {
+void visit(Session& session, const Pose& pose, std::uint32_t min_frames, Samples& samples) {
   settle(session, pose, 0);
-  if (least_frames > 1) warm_up(session, pose, 0);
+  if (min_frames > 1) warm_up(session, pose, 0);
   const auto start = Clock::now();
   std::uint32_t frames = 0;
   do {
     render_frame(session, pose, 0, 0);
     ++frames;
-  } while (frames < least_frames || ms_since(start) < kTimed_ms);
+  } while (frames < min_frames || ms_since(start) < kTimed_ms);
   wait_for_frames(session.device, session.ring);
   samples.times_ms.push_back(ms_since(start) / static_cast<float>(frames));
   samples.leaves.push_back(session.statistics.last_view.drawn_leaf_count);

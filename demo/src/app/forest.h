@@ -26,7 +26,7 @@ struct Forest {
   std::unique_ptr<Log> log;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
-  std::array<coppice_view, kMostPanes> views{};          ///< the picture, or its panes; 0: not there
+  std::array<coppice_view, kMaxPanes> views{};           ///< the picture, or its panes; 0: not there
   std::array<coppice_view, Shadows::kMaps> sun_views{};  ///< the shadow maps; 0 without them
   std::vector<coppice_plant> plants;
   std::vector<Species> species;                  ///< per plant

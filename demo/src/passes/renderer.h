@@ -31,7 +31,7 @@ struct Weather {
 };
 
 /// Cameras side by side in a picture, at most.
-constexpr std::size_t kMostPanes = 2;
+constexpr std::size_t kMaxPanes = 2;
 
 /// What a camera shows in a frame.
 struct FrameView {
@@ -92,9 +92,9 @@ struct Renderer {
     Buffer uniforms, tufts, mounds;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
-  std::array<std::array<PaneSet, kMostPanes>, FrameRing::kSlots> panes;
+  std::array<std::array<PaneSet, kMaxPanes>, FrameRing::kSlots> panes;
   /// Of the frame before.
-  std::array<glm::mat4, kMostPanes> clip_from_world_before;
+  std::array<glm::mat4, kMaxPanes> clip_from_world_before;
   float time_before_s = 0;
   std::array<glm::vec4, 4> gusts_before{};
 
@@ -133,7 +133,7 @@ void set_shadows(Renderer& renderer, std::uint32_t size_px);
 
 /// Records the scene: `draw_plants` of all views first (it may change every binding), their light, then ground, grass and sky.
 /// slot   FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
-/// views  at most kMostPanes, beside each other
+/// views  at most kMaxPanes, beside each other
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,
                   const std::function<void()>& draw_plants);
 

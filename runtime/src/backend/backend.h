@@ -68,7 +68,7 @@ class Backend {
 
   [[nodiscard]] virtual const BackendLimits& limits() const = 0;
   /// Minimum of the memory budget if reserved_bytes of the ledger are reserved before any plant.
-  [[nodiscard]] virtual std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const = 0;
+  [[nodiscard]] virtual std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const = 0;
   virtual void set_memory_budget(std::uint64_t bytes) = 0;
   /// errors  device_lost: now or earlier
   [[nodiscard]] virtual Result<void> device_state() const = 0;
@@ -90,7 +90,7 @@ class Backend {
   virtual void remove_plant(std::uint32_t plant) = 0;
 
   virtual void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) = 0;
-  /// Bytes of chunks that upload_chunk accepts in this frame. A chunk larger than limits().sizes.most_staged_bytes needs no staging.
+  /// Bytes of chunks that upload_chunk accepts in this frame. A chunk larger than limits().sizes.max_staged_bytes needs no staging.
   [[nodiscard]] virtual std::uint64_t staging_bytes() const = 0;
   /// errors  out_of_memory: the chunk is not resident, try again; others: it never will be
   virtual Result<void> upload_chunk(const DecodedChunk& chunk) = 0;

@@ -315,8 +315,8 @@ std::size_t light_leaves(const WoodSpan& mesh, const MeshSource& source, std::sp
   };
   const std::span<Triangle> shown(triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows));
   // If the triangles do not follow the leaf's outline, they would look worse than its quad.
-  constexpr float kMostPartial = 0.2f;
-  if (partial_m2 > kMostPartial * area_m2) return 0;
+  constexpr float kMaxPartial = 0.2f;
+  if (partial_m2 > kMaxPartial * area_m2) return 0;
   gather_leaves(mesh, shown);
   return shown.size();
 }
@@ -357,7 +357,7 @@ void MeshBlock::move(std::uint64_t base) {
   move_address(list.blocks, base);
 }
 
-std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves) {
+std::uint64_t max_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves) {
   // Two neighbouring clusters hold more leaves than one could, or they are the last of a group: with holes, without, or not drawn as
   // leaves.
   constexpr std::uint64_t kMeanLeaves = kClusterLeaves / 2;

@@ -43,7 +43,7 @@ struct MeshBlock {
 Result<MeshBlock> build_mesh(MeshKind kind, const WoodSpan& mesh, const MeshSource& source, const coppice_allocator& allocator);
 
 /// Maximum length of a block for these counts. leaves: MeshSource::leaves
-std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves);
+std::uint64_t max_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves);
 /// Temporary memory of build_mesh.
 std::uint64_t mesh_scratch_bytes(std::uint64_t triangle_count);
 

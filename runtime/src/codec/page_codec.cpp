@@ -87,20 +87,20 @@ std::uint8_t digit_of(char hexadecimal) {
   return static_cast<std::uint8_t>(hexadecimal <= '9' ? hexadecimal - '0' : hexadecimal - 'a' + 10);
 }
 
-/// Writes the default weights of a context. If the page may use fewer kinds or cards, it gets the first `most`.
-std::size_t default_digits(std::size_t context, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+/// Writes the default weights of a context. If the page may use fewer kinds or cards, it gets the first `maximum`.
+std::size_t default_digits(std::size_t context, std::size_t maximum, std::array<std::uint8_t, 256>& digits) {
   const char* text = page_model::kDefaultWeights[context];
   std::size_t count = 0;
-  for (; count < most && text[count] != 0; ++count) digits[count] = digit_of(text[count]);
+  for (; count < maximum && text[count] != 0; ++count) digits[count] = digit_of(text[count]);
   return count;
 }
 
 /// Reads a context's weights: a count, then that many digits, two to a byte.
-Result<std::size_t> read_digits(HeaderReader& reader, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+Result<std::size_t> read_digits(HeaderReader& reader, std::size_t maximum, std::array<std::uint8_t, 256>& digits) {
   const std::size_t at = reader.at();
   if (!reader.has(1)) return bad_page("page tables", at);
   const std::size_t count = reader.number(1) + 1;
-  if (count > most) return bad_page("page tables", at);
+  if (count > maximum) return bad_page("page tables", at);
   if (!reader.has((count + 1) / 2)) return bad_page("page tables", at);
   for (std::size_t i = 0; i < count; i += 2) {
     const std::uint32_t pair = reader.number(1);
@@ -119,13 +119,13 @@ Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::ui
   if (stored >> Context::kContextCount != 0) return bad_page("page tables", at);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     std::array<std::uint8_t, 256> digits;
-    const std::size_t most = alphabet(context, header, card_count);
+    const std::size_t maximum = alphabet(context, header, card_count);
     std::size_t& usual = decoders.usual[context];
     if ((stored >> context & 1) != 0) {
-      COPPICE_TRY(count, read_digits(reader, most, digits));
+      COPPICE_TRY(count, read_digits(reader, maximum, digits));
       decoders.symbols[context].set_table(std::span(digits).first(count));
       usual = 0;
-    } else if (const std::size_t count = default_digits(context, most, digits); usual != count) {
+    } else if (const std::size_t count = default_digits(context, maximum, digits); usual != count) {
       decoders.symbols[context].set_table(std::span(digits).first(count));
       usual = count;
     }
@@ -168,7 +168,7 @@ Result<PageHeader> read_sections(Bytes bytes, const PageInfo& info, DecoderPool:
   COPPICE_CHECK(read_tables(reader, header, info.card_count, decoders));
   COPPICE_CHECK(start_symbols(reader, decoders));
   const std::size_t at = reader.at();
-  if (reader.left() > BitReader::kMostBytes || !decoders.bits.start(reader.take(reader.left()))) return bad_page("page plain bits", at);
+  if (reader.left() > BitReader::kMaxBytes || !decoders.bits.start(reader.take(reader.left()))) return bad_page("page plain bits", at);
   return header;
 }
 

@@ -54,7 +54,7 @@ inline constexpr std::size_t kSymbolCount = [] {
 }();
 /// Maximum of plain bits of a split: two numbers of at most 27 bits, and three residuals of 16 bits for each of four corners. The symbol
 /// holds the highest bit of each.
-inline constexpr std::uint32_t kMostPlainBits = 2 * 26 + 4 * 3 * 15;
+inline constexpr std::uint32_t kMaxPlainBits = 2 * 26 + 4 * 3 * 15;
 
 /// Default weights of the symbols, one hexadecimal digit a symbol (symbol_weight). Measured over the trees of 13 plants. A page may give
 /// its own.

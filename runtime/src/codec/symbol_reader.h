@@ -25,11 +25,11 @@ namespace coppice {
 /// Reads symbols of one context. Damaged input gives symbols of the table and never a read outside the block; finished() finds it.
 class SymbolReader {
  public:
-  /// most  number of symbols in the alphabet. Allocates all memory for its tables
-  explicit SymbolReader(std::size_t most) {
-    std::vector<std::uint32_t> probabilities(most);
+  /// maximum  number of symbols in the alphabet. Allocates all memory for its tables
+  explicit SymbolReader(std::size_t maximum) {
+    std::vector<std::uint32_t> probabilities(maximum);
     probabilities.back() = kProbabilityOne;
-    draco_.rans_build_look_up_table(probabilities.data(), static_cast<std::uint32_t>(most));
+    draco_.rans_build_look_up_table(probabilities.data(), static_cast<std::uint32_t>(maximum));
   }
 
   /// digits  as for share_out
@@ -76,17 +76,17 @@ class SymbolReader {
 class BitReader {
  public:
   static constexpr std::size_t kLengthBytes = 4, kWordBytes = 4;  ///< as Draco stores them
-  static constexpr std::size_t kMostBytes =
-      kLengthBytes + kWordBytes * (COPPICE_PAGE_SPLITS * page_model::kMostPlainBits / (8 * kWordBytes) + 1);
+  static constexpr std::size_t kMaxBytes =
+      kLengthBytes + kWordBytes * (COPPICE_PAGE_SPLITS * page_model::kMaxPlainBits / (8 * kWordBytes) + 1);
 
   /// Allocates memory for any page.
   BitReader() {
-    std::array<std::uint8_t, kMostBytes> longest{};
-    for (std::size_t i = 0; i < kLengthBytes; ++i) longest[i] = static_cast<std::uint8_t>((kMostBytes - kLengthBytes) >> (8 * i));
+    std::array<std::uint8_t, kMaxBytes> longest{};
+    for (std::size_t i = 0; i < kLengthBytes; ++i) longest[i] = static_cast<std::uint8_t>((kMaxBytes - kLengthBytes) >> (8 * i));
     start(longest);
   }
 
-  /// Starts to read; false if the bytes are not entirely Draco's. bytes  at most kMostBytes
+  /// Starts to read; false if the bytes are not entirely Draco's. bytes  at most kMaxBytes
   bool start(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());

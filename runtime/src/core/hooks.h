@@ -158,15 +158,15 @@ Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocat
 /// Arguments of roomy_count.
 struct Growth {
   std::uint32_t now = 0, needed = 0;
-  std::uint32_t first = 0;  ///< the first capacity
-  std::uint32_t most = 0;   ///< maximum; >= needed
-  std::uint32_t step = 1;   ///< the result is a multiple of it, or the maximum
+  std::uint32_t first = 0;    ///< the first capacity
+  std::uint32_t maximum = 0;  ///< maximum; >= needed
+  std::uint32_t step = 1;     ///< the result is a multiple of it, or the maximum
 };
 /// Returns one and a half times the present capacity, or `needed` if that is more. Adding n elements one by one then copies 3 n at most.
 constexpr std::uint32_t roomy_count(const Growth& growth) {
   if (growth.needed <= growth.now) return growth.now;
   const std::uint64_t target = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.most, (target + growth.step - 1) / growth.step * growth.step));
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.maximum, (target + growth.step - 1) / growth.step * growth.step));
 }
 
 /// Bytes from the allocator hook.

@@ -45,9 +45,9 @@ struct vec2 {
 
 /// Converts a number to a half and back. Values beyond the largest half become that; values below 2^-14 become 0.
 inline uint half_of(float x) {
-  constexpr float kMost = 65504.0f, kLeast = 1.0f / 16384.0f;
-  const float size = std::min(std::fabs(x), kMost);
-  if (!(size >= kLeast)) return 0;
+  constexpr float kMaximum = 65504.0f, kMinimum = 1.0f / 16384.0f;
+  const float size = std::min(std::fabs(x), kMaximum);
+  if (!(size >= kMinimum)) return 0;
   const uint bits = std::bit_cast<uint>(size) + 0xfffu + (std::bit_cast<uint>(size) >> 13u & 1u);
   return (x < 0.0f ? 0x8000u : 0u) | std::min((bits >> 13u) - (112u << 10u), 0x7bffu);
 }

@@ -28,16 +28,16 @@ T copy_at(std::span<const std::uint8_t> bytes, std::uint64_t offset) {
 /// A count, its limits, and its place in its struct.
 struct CountField {
   const char* name;
-  std::uint64_t value, least, most;
+  std::uint64_t value, minimum, maximum;
   std::size_t offset;
 };
 
 /// at  offset of the struct in the file. errors  bad_file: the first count outside its limits
 inline Result<void> check_count_fields(std::span<const CountField> fields, std::uint64_t at) {
   for (const CountField& field : fields)
-    if (field.value < field.least || field.value > field.most)
+    if (field.value < field.minimum || field.value > field.maximum)
       return bad_field(field.name, at + field.offset,
-                       std::to_string(field.value) + " is not in " + std::to_string(field.least) + ".." + std::to_string(field.most));
+                       std::to_string(field.value) + " is not in " + std::to_string(field.minimum) + ".." + std::to_string(field.maximum));
   return {};
 }
 

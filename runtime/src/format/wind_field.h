@@ -38,11 +38,11 @@ float wind_height_share(const coppice_file_wind& head, float y_m);
 WindSample sample_wind(const WindField& field, const float (&position)[3]);
 
 /// Maximum distance that full wind moves any point, m: bend_m + lean_m lean + sway_m |sway|, at the node where that is largest.
-double most_wind_move_m(const WindField& field);
+double max_wind_move_m(const WindField& field);
 
 /// Maximum motion of two points against each other in full wind, as a share of their distance: a bound on the sum of the three terms'
 /// gradients, cell by cell, as FORMAT.md says.
-double most_wind_growth(const WindField& field);
+double max_wind_growth(const WindField& field);
 
 /// at  offset of WIND in the file. errors  bad_file: the first field outside its range
 Result<void> check_wind_head(const coppice_file_wind& head, std::uint64_t at);

@@ -23,7 +23,7 @@ constexpr VkAccessFlags2 kReads = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCES
                                   VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT;
 
 std::uint64_t block_bytes(std::uint64_t budget_bytes) {
-  return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kLeastBlockBytes, DeviceMemory::kMostBlockBytes);
+  return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kMinBlockBytes, DeviceMemory::kMaxBlockBytes);
 }
 
 }  // namespace
@@ -74,8 +74,8 @@ Renderer::~Renderer() {
 
 // Lowers limits to what the device binds, culls in one dispatch and draws in one call.
 void Renderer::lower_limits() {
-  const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
-    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
+  const auto lower = [](std::uint32_t& limit, std::uint64_t maximum) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, maximum));
   };
   lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
   lower(desc_.views.max_instances, device_.max_draw_count);
@@ -90,11 +90,11 @@ BufferSizes Renderer::sizes(const Capacity& needed) {
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), kTexels | kTo | kFrom, true, VK_FORMAT_R32G32B32A32_UINT});
-  sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::most_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
+  sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::max_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
              kTexels | kTo, false, VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t), kTexels | kTo | kFrom, true});
-  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMostMapPlaces : 1) * sizeof(vec2), kTexels | kTo, false,
+  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMaxMapPlaces : 1) * sizeof(vec2), kTexels | kTo, false,
              VK_FORMAT_R32G32_UINT});
   views_.add_sizes(capacity, sizes);
   return sizes;
@@ -262,15 +262,15 @@ void Renderer::set_memory_budget(std::uint64_t bytes) {
 }
 
 // A larger budget has larger blocks.
-std::uint64_t Renderer::least_budget_bytes(std::uint64_t reserved_bytes) const {
+std::uint64_t Renderer::min_budget_bytes(std::uint64_t reserved_bytes) const {
   const std::uint64_t without_block = reserved_bytes - committed_bytes(device_.memory);
   DeviceMemory memory = device_.memory;
-  std::uint64_t least = 0;
-  for (std::uint64_t next = reserved_bytes; next != least; next = without_block + committed_bytes(memory)) {
-    least = next;
-    memory.block_bytes = whole_units(memory, block_bytes(least));
+  std::uint64_t minimum = 0;
+  for (std::uint64_t next = reserved_bytes; next != minimum; next = without_block + committed_bytes(memory)) {
+    minimum = next;
+    memory.block_bytes = whole_units(memory, block_bytes(minimum));
   }
-  return least;
+  return minimum;
 }
 
 std::uint64_t Renderer::staging_bytes() const {

@@ -97,7 +97,7 @@ class Renderer {
   /// True if the frame's upload succeeded: only then its views may be culled.
   [[nodiscard]] bool can_cull() const { return upload_state_ == UploadState::uploaded; }
   /// Minimum of the memory budget if reserved_bytes of the ledger are reserved before any plant.
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const;
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
   [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
   [[nodiscard]] const PipelineSet& pipelines() const { return pipelines_; }

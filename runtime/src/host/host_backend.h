@@ -22,7 +22,7 @@ class HostBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const override { return reserved_bytes; }
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override { return reserved_bytes; }
   void set_memory_budget(std::uint64_t) override {}
   [[nodiscard]] Result<void> device_state() const override { return {}; }
   void fill_stats(coppice_stats&) const override {}

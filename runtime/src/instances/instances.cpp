@@ -23,8 +23,8 @@ constexpr std::size_t block_count(std::size_t slot_count, std::uint32_t block_sl
   return (slot_count + block_slots - 1) / block_slots;
 }
 
-Error too_many(std::uint32_t most) {
-  return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(most)};
+Error too_many(std::uint32_t maximum) {
+  return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(maximum)};
 }
 
 /// quaternion: about unit length
@@ -44,8 +44,8 @@ vec4 product(const vec4& a, const vec4& b) {
 
 /// Returns Instance::rotation: the sign of w, which otherwise has no meaning, mirrors a plant. mirrored: by its scale
 vec4 instance_rotation(const float (&rotation)[4], bool mirrored) {
-  constexpr float kLeastW = 1e-12f;
-  const vec4 unit{rotation[0], rotation[1], rotation[2], std::copysign(std::max(std::abs(rotation[3]), kLeastW), rotation[3])};
+  constexpr float kMinW = 1e-12f;
+  const vec4 unit{rotation[0], rotation[1], rotation[2], std::copysign(std::max(std::abs(rotation[3]), kMinW), rotation[3])};
   return std::signbit(unit.w) == mirrored ? unit : unit * -1.0f;
 }
 
@@ -180,7 +180,7 @@ Result<void> InstanceTable::reserve(std::uint32_t slot_count) {
 }
 
 std::uint32_t InstanceTable::roomy(std::uint32_t slot_count) const {
-  return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .most = max_instances_, .step = kDirtyBlockSlots});
+  return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .maximum = max_instances_, .step = kDirtyBlockSlots});
 }
 
 Result<std::uint32_t> InstanceTable::slots_for(std::size_t added) const {
@@ -428,7 +428,7 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   if (then.plant == kNoPlant) {
     tell_before(slot, kCame);
   } else if (then.before == 0 && !stands_alike(then, instance)) {
-    const bool room = moved_count_ < most_moved(capacity());
+    const bool room = moved_count_ < max_moved(capacity());
     if (room) arrays_.moved[moved_count_++] = then;
     tell_before(slot, room ? moved_count_ : kCame);
   }

@@ -188,7 +188,7 @@ class InstanceTable {
   /// kMovedShare move at once, the rest count as added.
   void forget_moves();
   static constexpr std::uint32_t kMovedShare = 8;
-  [[nodiscard]] static std::uint32_t most_moved(std::uint32_t slot_count) { return (slot_count + kMovedShare - 1) / kMovedShare; }
+  [[nodiscard]] static std::uint32_t max_moved(std::uint32_t slot_count) { return (slot_count + kMovedShare - 1) / kMovedShare; }
 
   /// Returns the first run of slots to upload and marks it clean; empty if there is none.
   SlotRange take_dirty();

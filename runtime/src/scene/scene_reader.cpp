@@ -28,8 +28,8 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr float kMaxCoordinate_m = 1e7f;  // beyond it a step of a float is a metre
 
-bool in_range(float value, float least, float most) {
-  return value >= least && value <= most;  // false for NaN
+bool in_range(float value, float minimum, float maximum) {
+  return value >= minimum && value <= maximum;  // false for NaN
 }
 
 Result<void> check_counts(const coppice_scene_header& header) {

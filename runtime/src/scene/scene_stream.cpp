@@ -142,7 +142,7 @@ struct SceneStream::State {
   void free_read(Read& read);
   void give_up_tile(std::uint32_t tile);
   void choose(std::uint32_t block_count);
-  void drop_small(float below_px, std::uint32_t most_blocks);
+  void drop_small(float below_px, std::uint32_t max_blocks);
   void request_tiles(std::uint32_t block_count);
   bool start_tile(std::uint32_t tile);
   bool settle_species(Read& read);
@@ -195,7 +195,7 @@ Result<void> SceneStream::State::name_species() {
 
 Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledger& ledger, const char* path,
                                                        const SceneStreamOptions& options) {
-  COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
+  COPPICE_ASSERT(options.min_px > 0.0f && options.max_in_flight > 0);
   std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "scene"};
   const auto opened = [&]() -> Result<void> {
@@ -217,7 +217,7 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
   }
   state->counters.instance_count = state->file.header.instance_count;
   state->counters.tile_count = state->file.header.tile_count;
-  state->threshold_px = options.least_px;
+  state->threshold_px = options.min_px;
   std::unique_ptr<SceneStream> stream(new (std::nothrow) SceneStream(std::move(state)));
   if (!stream) return Error{Status::out_of_memory, "scene"};
   return stream;
@@ -351,9 +351,9 @@ void SceneStream::State::finish(Read& read) {
 
 // Chooses the largest tiles that fit, and requests them by size until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
-  sizes.count = gather_tiles(file, eyes, options.least_px, tile_scratch.span(), sizes.items.span());
+  sizes.count = gather_tiles(file, eyes, options.min_px, tile_scratch.span(), sizes.items.span());
   for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
-  threshold_px = fit_tiles(file, sizes.span(), options.least_px, block_count, tile_scratch.span());
+  threshold_px = fit_tiles(file, sizes.span(), options.min_px, block_count, tile_scratch.span());
   for (const TileSize& size : sizes.span())
     if (size.wanted) wanted_frame[size.tile] = frame;
   drop_small(kKeepShare * threshold_px, 0);
@@ -361,8 +361,8 @@ void SceneStream::State::choose(std::uint32_t block_count) {
   request_tiles(block_count);
 }
 
-// Drops resident tiles that are smaller than below_px and not wanted, smallest first, until no more than most_blocks are used.
-void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
+// Drops resident tiles that are smaller than below_px and not wanted, smallest first, until no more than max_blocks are used.
+void SceneStream::State::drop_small(float below_px, std::uint32_t max_blocks) {
   small.clear();
   for (std::uint32_t i = 0; i < resident_count; ++i)
     if (const float px = tile_size_px(file.tiles[resident[i]], eyes); px < below_px && wanted_frame[resident[i]] != frame)
@@ -370,7 +370,7 @@ void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
   const std::span<TileSize> leaving = small.span();
   std::ranges::sort(leaving, {}, &TileSize::size_px);
   std::size_t count = 0;
-  for (; count < leaving.size() && used_blocks > most_blocks; ++count) {
+  for (; count < leaving.size() && used_blocks > max_blocks; ++count) {
     const std::uint32_t tile = resident[leaving[count].tile];
     give_up_tile(tile);
     dropped.push_back(tile);

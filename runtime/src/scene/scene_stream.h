@@ -25,7 +25,7 @@
 namespace coppice {
 
 struct SceneStreamOptions {
-  float least_px = 1.0f;             ///< tiles whose largest plant is smaller on screen are not in demand; > 0
+  float min_px = 1.0f;               ///< tiles whose largest plant is smaller on screen are not in demand; > 0
   std::uint32_t max_in_flight = 32;  ///< reads and decodes of tiles together
   AssetFolder plants;                ///< the folder that they must be in
   std::uint64_t (*clock_ns)() = now_ns;

@@ -26,7 +26,7 @@ float distance_m(const vec3& low, const vec3& high, const SceneEye& eye) {
 }
 
 /// Maximum size in the tile and below it: its descendants stand in its square and have no larger plants.
-float most_size_px(const SceneTile& tile, const SceneEye& eye) {
+float max_size_px(const SceneTile& tile, const SceneEye& eye) {
   // The square at any height.
   if (eye.parallel) return size_px(tile.entry.max_radius, 1.0f, eye);
   const float x = gap(eye.position_m.x, tile.square_min_m[0], tile.square_min_m[0] + tile.square_side_m);
@@ -63,7 +63,7 @@ std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes,
   scratch[0] = 0;
   for (std::size_t i = 0; i < visit_count; ++i) {
     const SceneTile& tile = scene.tiles[scratch[i]];
-    if (std::ranges::none_of(eyes, [&](const SceneEye& eye) { return most_size_px(tile, eye) >= floor_px; })) continue;
+    if (std::ranges::none_of(eyes, [&](const SceneEye& eye) { return max_size_px(tile, eye) >= floor_px; })) continue;
     const float size = tile_size_px(tile, eyes);
     if (size >= floor_px) out[found++] = {.tile = scratch[i], .size_px = size};
     const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));
@@ -72,21 +72,21 @@ std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes,
   return found;
 }
 
-float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count,
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float min_px, std::uint32_t block_count,
                 std::span<std::uint32_t> scratch) {
   std::array<std::uint32_t, kBinCount> blocks{};
   for (const TileSize& tile : tiles)
-    if (tile.size_px >= least_px) blocks[bin_of(tile.size_px)] += tile_blocks(scene.tiles[tile.tile]);
+    if (tile.size_px >= min_px) blocks[bin_of(tile.size_px)] += tile_blocks(scene.tiles[tile.tile]);
   std::uint32_t room = block_count;
   std::uint32_t bin = kBinCount;
   while (bin > 0 && blocks[bin - 1] <= room) room -= blocks[--bin];
-  for (TileSize& tile : tiles) tile.wanted = tile.size_px >= least_px && bin_of(tile.size_px) >= bin;
-  if (bin == 0) return least_px;
+  for (TileSize& tile : tiles) tile.wanted = tile.size_px >= min_px && bin_of(tile.size_px) >= bin;
+  if (bin == 0) return min_px;
   // The step that fits in part. If the eye is in many tiles at once, they all have the same size.
   const std::uint32_t last = bin - 1;
   std::size_t partial_count = 0;
   for (std::uint32_t i = 0; i < tiles.size(); ++i)
-    if (tiles[i].size_px >= least_px && bin_of(tiles[i].size_px) == last) scratch[partial_count++] = i;
+    if (tiles[i].size_px >= min_px && bin_of(tiles[i].size_px) == last) scratch[partial_count++] = i;
   const std::span<std::uint32_t> partial = scratch.first(partial_count);
   std::ranges::sort(partial, [&](std::uint32_t i, std::uint32_t j) {
     const TileSize &a = tiles[i], &b = tiles[j];
@@ -98,7 +98,7 @@ float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_p
     tiles[i].wanted = needed <= room;
     if (tiles[i].wanted) room -= needed;
   }
-  return std::max(least_px, bin_start_px(last));
+  return std::max(min_px, bin_start_px(last));
 }
 
 }  // namespace coppice

@@ -48,13 +48,13 @@ float tile_size_px(const SceneTile& tile, std::span<const SceneEye> eyes);
 std::size_t gather_tiles(const SceneFile& scene, std::span<const SceneEye> eyes, float floor_px, std::span<std::uint32_t> scratch,
                          std::span<TileSize> out);
 
-/// Marks the largest tiles as wanted. If all tiles of at least least_px have at most block_count blocks together, it marks those. Otherwise
+/// Marks the largest tiles as wanted. If all tiles of at least min_px have at most block_count blocks together, it marks those. Otherwise
 /// it marks tiles above a threshold that rises in steps of a sixteenth of an octave, and as many tiles of the next lower step as still fit,
 /// kept ones first.
-/// tiles    from gather_tiles with floor_px <= least_px
+/// tiles    from gather_tiles with floor_px <= min_px
 /// scratch  [tiles], any value
 /// returns  the threshold: the start of the last step that is wanted, entirely or in part
-float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float least_px, std::uint32_t block_count,
+float fit_tiles(const SceneFile& scene, std::span<TileSize> tiles, float min_px, std::uint32_t block_count,
                 std::span<std::uint32_t> scratch);
 
 }  // namespace coppice

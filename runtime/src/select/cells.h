@@ -24,7 +24,7 @@ inline dvec3 world_place(const CellPlace& at) {
 /// Beyond the last cell the place is far from the cell's middle.
 inline CellPlace cell_place(const dvec3& place) {
   const auto cell_of = [](double at) {
-    return static_cast<int>(std::clamp(std::round(at / double{kCellSide_m}), double{-kMostCell}, double{kMostCell}));
+    return static_cast<int>(std::clamp(std::round(at / double{kCellSide_m}), double{-kMaxCell}, double{kMaxCell}));
   };
   const ivec3 cell{cell_of(place.x), cell_of(place.y), cell_of(place.z)};
   return {cell, (place - world_place({cell, vec3(0.0f)})).rounded()};

@@ -24,7 +24,7 @@ float whole_hz(float period_s) {
   return std::max(std::round(gpu::kWindPeriod_s / period_s), 1.0f) / gpu::kWindPeriod_s;
 }
 
-static_assert(gpu::kMostWindNodes == COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE);
+static_assert(gpu::kMaxWindNodes == COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE);
 
 }  // namespace
 
@@ -50,7 +50,7 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
   std::ranges::transform(numbers, words.begin(), [](float number) { return std::bit_cast<std::uint32_t>(number); });
   words[7] = head.node_side;
   // Rounded up, because it is a bound.
-  words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(most_wind_move_m(field)), HUGE_VALF));
+  words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(max_wind_move_m(field)), HUGE_VALF));
   static_assert(sizeof(coppice_file_wind_node) == sizeof(std::uint32_t));
   std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
 }
@@ -71,20 +71,20 @@ void set_map(const PlacedWind& wind, const dvec3& eye_m, gpu::WindNow& now) {
   now.map_first = {static_cast<float>(blows.map_min[0] - eye[0]), static_cast<float>(blows.map_min[1] - eye[1])};
   now.map_places_per_m = {static_cast<float>((blows.map_width - 1) / (blows.map_max[0] - blows.map_min[0])),
                           static_cast<float>((blows.map_height - 1) / (blows.map_max[1] - blows.map_min[1]))};
-  now.most_load = most_wind_load(wind);
+  now.max_load = max_wind_load(wind);
 }
 
 }  // namespace
 
-float most_wind_load(const PlacedWind& wind) {
-  return gpu::wind_load(level_speed_mps(wind.wind) + wind.most_map_mps);
+float max_wind_load(const PlacedWind& wind) {
+  return gpu::wind_load(level_speed_mps(wind.wind) + wind.max_map_mps);
 }
 
-float most_wind_mps(std::span<const float> map) {
-  float most = 0.0f;
-  for (std::size_t i = 0; i + 1 < map.size(); i += 2) most = std::max(most, map[i] * map[i] + map[i + 1] * map[i + 1]);
+float max_wind_mps(std::span<const float> map) {
+  float maximum = 0.0f;
+  for (std::size_t i = 0; i + 1 < map.size(); i += 2) maximum = std::max(maximum, map[i] * map[i] + map[i + 1] * map[i + 1]);
   // Rounded up, because it is a bound.
-  return std::nextafter(std::sqrt(most), HUGE_VALF);
+  return std::nextafter(std::sqrt(maximum), HUGE_VALF);
 }
 
 gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
@@ -96,7 +96,7 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
   gpu::WindNow now{};
   now.direction = {static_cast<float>(along_x), 0.0f, static_cast<float>(along_z)};
   now.speed_mps = level_speed_mps(wind);
-  now.load = now.most_load = gpu::wind_load(now.speed_mps);
+  now.load = now.max_load = gpu::wind_load(now.speed_mps);
   now.gustiness = wind.gustiness;
   now.time_s = static_cast<float>(std::fmod(wind.time_s, double{gpu::kWindPeriod_s}));
   for (std::size_t i = 0; i < kWaves.size(); ++i) {

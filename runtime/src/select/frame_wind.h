@@ -15,7 +15,7 @@ namespace coppice {
 struct PlacedWind {
   coppice_wind wind{};            ///< the map's data is read when a frame begins, and not afterwards
   dvec3 origin_m{0, 0, 0};        ///< the origin that the map's rectangle counts from
-  float most_map_mps = 0.0f;      ///< highest speed in the map
+  float max_map_mps = 0.0f;       ///< highest speed in the map
   std::uint64_t map_address = 0;  ///< WindNow::map; 0: there is no map
 };
 
@@ -25,10 +25,10 @@ struct FrameWind {
 };
 
 /// Maximum load anywhere, which limits how far plants move.
-float most_wind_load(const PlacedWind& wind);
+float max_wind_load(const PlacedWind& wind);
 
 /// Maximum speed of a map, [places][2]; rounded up.
-float most_wind_mps(std::span<const float> map);
+float max_wind_mps(std::span<const float> map);
 
 /// Number of words behind a plant's table: gpu::kWindNodes, and one for each node.
 std::size_t wind_word_count(const WindField& field);

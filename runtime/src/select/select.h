@@ -26,7 +26,7 @@ struct LodEye {
   std::int32_t x_px = 0, y_px = 0;
 };
 
-inline constexpr std::size_t kMostEyes = 2;
+inline constexpr std::size_t kMaxEyes = 2;
 
 /// The camera for selection.
 struct LodView {
@@ -42,7 +42,7 @@ struct LodView {
   bool full = false;            ///< COPPICE_LOD_FULL: every resident leaf, or its leaf meshes if they are resident, and the finest wood
   bool parallel = false;        ///< orthographic: sizes do not depend on distance
   vec3 toward_viewer{0, 0, 1};  ///< unit: the axis of a perspective, for two eyes the first's; against the rays of a parallel view
-  std::array<LodEye, kMostEyes> eyes{};
+  std::array<LodEye, kMaxEyes> eyes{};
   std::uint32_t eye_count = 1;
 };
 

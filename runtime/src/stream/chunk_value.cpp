@@ -7,7 +7,7 @@ namespace coppice {
 namespace {
 
 /// Value of a chunk in demand whose gain in the table is 0, px an instance: small beside any measured gain, so that it comes last.
-constexpr float kLeastGainPx = 1e-4f;
+constexpr float kMinGainPx = 1e-4f;
 /// Share of a plant's size that counts as wrong while a texture is missing.
 constexpr float kMissingTextureError = 0.25f;
 /// Leaf meshes are requested when their quads' error is at this share of the threshold, so that they have arrived when it reaches the
@@ -15,7 +15,7 @@ constexpr float kMissingTextureError = 0.25f;
 constexpr float kLeafMeshHeadStart = 0.5f;
 
 /// The smallest threshold any instance may have.
-float least_threshold_px(const LodView& view) {
+float min_threshold_px(const LodView& view) {
   return view.full ? 0.0f : view.error_px * (1.0f - lod::kCoppiceThresholdSpread);
 }
 
@@ -33,7 +33,7 @@ float summed_gain_px(const PlantDemand& demand, float threshold_px, Before error
     if (weight == 0.0f) continue;
     const float size_px = bin_size_px(demand, bin);
     const float fall = std::max(error_before(size_px), threshold_px) - std::max(error_after(size_px), threshold_px);
-    gain += weight * std::max(fall, kLeastGainPx);
+    gain += weight * std::max(fall, kMinGainPx);
   }
   return gain;
 }
@@ -62,7 +62,7 @@ std::uint32_t demanded_leaf_count(const ValuedPlant& plant, const PlantDemand& d
 
 bool demands_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
   if (!(demand.max_size_px > 0.0f) || plant.leaf_mesh_bytes == 0) return false;
-  const float threshold_px = kLeafMeshHeadStart * least_threshold_px(view);
+  const float threshold_px = kLeafMeshHeadStart * min_threshold_px(view);
   return view.full || lod::coppice_needs_leaf_meshes(plant.table, column_of(plant, demand.max_size_px), threshold_px);
 }
 
@@ -70,7 +70,7 @@ DemandedDetail demanded_detail(const ValuedPlant& plant, const PlantDemand& dema
   DemandedDetail demanded;
   demanded.finest_wood = plant.table.wood_lod_count;
   if (!(demand.max_size_px > 0.0f)) return demanded;
-  const float threshold_px = least_threshold_px(view);
+  const float threshold_px = min_threshold_px(view);
   demanded.leaf_meshes = for_others || demands_leaf_meshes(plant, demand, view);
   const std::uint32_t leaves =
       view.full ? plant.leaf_count : std::min(demanded_leaf_count(plant, demand, threshold_px, demanded.leaf_meshes), plant.leaf_count);
@@ -96,7 +96,7 @@ float page_value(const ValuedPlant& plant, const DemandedDetail& demanded, const
     const std::uint32_t end = std::min(page + run, demanded.page_count);
     const float before = first_leaf_count(plant, page), after = first_leaf_count(plant, end);
     const float gain = summed_gain_px(
-        demand, least_threshold_px(view), [&](float size_px) { return error_px_at(plant.table, before, size_px); },
+        demand, min_threshold_px(view), [&](float size_px) { return error_px_at(plant.table, before, size_px); },
         [&](float size_px) { return error_px_at(plant.table, after, size_px); });
     best = std::max(best, gain / (static_cast<float>(end - page) * static_cast<float>(plant.page_bytes)));
     if (end == demanded.page_count) break;
@@ -109,7 +109,7 @@ float wood_value(const ValuedPlant& plant, const DemandedDetail& demanded, const
   if (lod < demanded.finest_wood || lod >= plant.table.wood_lod_count) return 0.0f;
   const bool coarsest = lod + 1 == plant.table.wood_lod_count;
   const float gain = summed_gain_px(
-      demand, least_threshold_px(view),
+      demand, min_threshold_px(view),
       [&](float size_px) { return coarsest ? size_px : lod::coppice_wood_error_px(plant.table, lod + 1, column_of(plant, size_px)); },
       [&](float size_px) { return lod::coppice_wood_error_px(plant.table, lod, column_of(plant, size_px)); });
   return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));
@@ -125,7 +125,7 @@ float texture_value(const DemandedDetail& demanded, const PlantDemand& demand, s
 float leaf_mesh_value(const ValuedPlant& plant, const DemandedDetail& demanded, const PlantDemand& demand, const LodView& view) {
   if (!demanded.leaf_meshes) return 0.0f;
   const float gain = summed_gain_px(
-      demand, least_threshold_px(view),
+      demand, min_threshold_px(view),
       [&](float size_px) { return lod::coppice_leaf_mesh_error_px(plant.table, column_of(plant, size_px)); }, [](float) { return 0.0f; });
   return gain / static_cast<float>(std::max<std::uint64_t>(plant.leaf_mesh_bytes, 1));
 }

@@ -164,7 +164,7 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
 Result<LodView> demand_view(const coppice_camera& camera, const dvec3& origin_m) {
   if (!(camera.error_px > 0.0f) || !std::isfinite(camera.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
   const EyeInput first{camera.view_from_world, camera.clip_from_view, camera.x_px, camera.y_px};
-  std::array<EyeInput, kMostEyes> inputs{first, first};
+  std::array<EyeInput, kMaxEyes> inputs{first, first};
   LodView result;
   if (camera.second_eye != nullptr) {
     const coppice_eye& second = *camera.second_eye;

@@ -39,9 +39,9 @@ struct DemandAhead {
   bool known = false;                 ///< `finished` holds a measurement
 };
 
-/// Number of blocks that a frame measures, or more if that would make more than kMostAheadParts parts.
+/// Number of blocks that a frame measures, or more if that would make more than kMaxAheadParts parts.
 inline constexpr std::size_t kAheadBlocks = 4096;
-inline constexpr std::size_t kMostAheadParts = 8;
+inline constexpr std::size_t kMaxAheadParts = 8;
 /// A frame that takes longer than its neighbours makes a step that differs from both; after a stop or a turn the steps keep differing.
 inline constexpr std::uint32_t kHitchFrames = 2;
 

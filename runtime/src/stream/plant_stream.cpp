@@ -160,7 +160,7 @@ ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
     return bytes;
   }
   bytes.gpu = plant.mesh(id).gpu_bytes;
-  if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
+  if (bytes.gpu == 0) bytes.gpu = gpu::max_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
   bytes.upload = bytes.gpu;
   bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t) +
                gpu::mesh_scratch_bytes(shape.triangle_count);
@@ -278,7 +278,7 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   }
   const bool stored = chunk.id.kind == ChunkKind::texture && !plant.texture_uploads[chunk.id.index].decoded;
   if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // stored ones are uploaded as they are
-  if (bytes.gpu > plant.gpu.most_staged_bytes) bytes.upload += bytes.gpu;
+  if (bytes.gpu > plant.gpu.max_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
 

@@ -18,13 +18,13 @@ constexpr std::size_t kMaxUploads = 256;    ///< maximum of chunks in a take_dec
 constexpr std::uint32_t kFirstPlants = 64;  ///< capacity at the beginning
 
 /// Number of places in the scratch lists.
-std::size_t most_requests(const PlantStream& plant) {
+std::size_t max_requests(const PlantStream& plant) {
   return plant.chunks.size() - plant.file.plant.page_count + 1;
 }
 
 /// Bytes of those lists, which grow by half.
 std::uint64_t list_bytes(const PlantStream& plant) {
-  return most_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
+  return max_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
     if (opening.step != Step::queued && opening.step != Step::decoding && repeat_read(opening, options.clock_ns)) return false;
     switch (opening.step) {
       case Step::queued: {
-        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMostOpening)) return false;
+        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMaxOpening)) return false;
         COPPICE_CHECK(start_header(opening, hooks, options.gpu));
         opening.plant->decoders = &decoders;
         ++started_count;
@@ -113,9 +113,9 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
 }
 
 Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
-  std::size_t count = most_requests(plant);
+  std::size_t count = max_requests(plant);
   for (const auto& open : used_plants())
-    if (open) count += most_requests(*open);
+    if (open) count += max_requests(*open);
   COPPICE_CHECK(requests.make_room(hooks.allocator, count));
   return indivisible.make_room(hooks.allocator, count);
 }
@@ -411,7 +411,7 @@ bool Streamer::begin_upload(ChunkId id) {
   Chunk& chunk = plant.chunk(id.kind, id.index);
   if (chunk.residency != Residency::decoded) return false;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).gpu;
-  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.most_staged_bytes ? bytes : 2 * bytes);
+  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.max_staged_bytes ? bytes : 2 * bytes);
   return true;
 }
 
@@ -480,9 +480,9 @@ Streamer::Pending Streamer::pending(ChunkId id) const {
   if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Pending::no;
   const PlantStream& plant = *s.plants[id.plant];
   const coppice_file_plant& counts = plant.file.plant;
-  const std::array<std::uint32_t, kChunkKindCount> most = {counts.page_count, counts.wood_lod_count, counts.texture_count,
-                                                           counts.leaf_mesh_count};
-  if (id.index >= most[static_cast<std::size_t>(id.kind)]) return Pending::no;
+  const std::array<std::uint32_t, kChunkKindCount> maximum = {counts.page_count, counts.wood_lod_count, counts.texture_count,
+                                                              counts.leaf_mesh_count};
+  if (id.index >= maximum[static_cast<std::size_t>(id.kind)]) return Pending::no;
   const Chunk& chunk = plant.chunk(id.kind, id.index);
   if (!chunk.pending) return Pending::no;
   return chunk.residency == Residency::evicting ? Pending::dropped : Pending::added;

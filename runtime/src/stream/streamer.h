@@ -32,10 +32,10 @@ namespace coppice {
 
 /// Memory that the GPU side will need for a chunk; the streamer reserves it before it starts a read.
 struct GpuSizes {
-  std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
-  std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks, for the rounding of images and buffers
-  std::uint64_t most_staged_bytes = UINT64_MAX;  ///< a larger chunk has a copy of itself while it is uploaded
-  bool mesh_leaves = false;                      ///< gpu::MeshSource::leaves
+  std::uint64_t plant_bytes = 0;                ///< per open plant: tables, descriptors
+  std::uint64_t slack_bytes = 0;                ///< stays free beside all chunks, for the rounding of images and buffers
+  std::uint64_t max_staged_bytes = UINT64_MAX;  ///< a larger chunk has a copy of itself while it is uploaded
+  bool mesh_leaves = false;                     ///< gpu::MeshSource::leaves
   /// A host draws: meshes and pages are in the form of coppice.h, the streamer counts their memory, and the host acknowledges chunks that
   /// it has copied or freed.
   bool host = false;
@@ -146,7 +146,7 @@ class Streamer {
   /// log line names file, field and byte); out_of_memory: the hook, the budget, or max_plants are open
   Result<std::uint32_t> open_plant(const PlantSource& source);
 
-  /// Opens without waiting and returns the index at once; finish_open, called from time to time, tells the result. Up to kMostOpening
+  /// Opens without waiting and returns the index at once; finish_open, called from time to time, tells the result. Up to kMaxOpening
   /// plants are read and decoded at a time. If memory is short there are kOpenAttempts attempts, kOpenRetryFrames apart. errors
   /// out_of_memory: max_plants are open; not logged
   Result<std::uint32_t> start_open(const PlantSource& source);
@@ -155,7 +155,7 @@ class Streamer {
   [[nodiscard]] std::optional<Result<void>> finish_open(std::uint32_t plant);
   /// Does not wait: the index is free once running work has come back.
   void cancel_open(std::uint32_t plant);
-  static constexpr std::size_t kMostOpening = 8;
+  static constexpr std::size_t kMaxOpening = 8;
   static constexpr std::uint32_t kOpenAttempts = 8;
   static constexpr std::uint64_t kOpenRetryFrames = 30;
 

@@ -68,17 +68,17 @@ bool Streamer::State::may_evict(const PlantStream& plant, const Chunk& chunk, Ev
 
 // Among a plant's pages only the last one that is not chosen yet is a candidate.
 Chunk* Streamer::State::least_valuable_candidate(EvictionCandidates candidates) {
-  Chunk* least = nullptr;
-  float least_value = std::numeric_limits<float>::infinity();
-  bool least_is_demanded = true;
+  Chunk* lowest = nullptr;
+  float lowest_value = std::numeric_limits<float>::infinity();
+  bool lowest_is_demanded = true;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
     if (!may_evict(plant, chunk, candidates)) return;
     const bool is_demanded = demanded_recently(plant, chunk);
     const float value = value_of(plant, chunk);
-    if (is_demanded != least_is_demanded ? is_demanded : !(value < least_value)) return;
-    least = &chunk;
-    least_value = value;
-    least_is_demanded = is_demanded;
+    if (is_demanded != lowest_is_demanded ? is_demanded : !(value < lowest_value)) return;
+    lowest = &chunk;
+    lowest_value = value;
+    lowest_is_demanded = is_demanded;
   };
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
@@ -86,7 +86,7 @@ Chunk* Streamer::State::least_valuable_candidate(EvictionCandidates candidates) 
       consider(*plant, plant->chunk(ChunkKind::page, plant->eviction_page_end - 1));
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i]);
   }
-  return least;
+  return lowest;
 }
 
 std::uint64_t Streamer::State::idle_bytes() const {

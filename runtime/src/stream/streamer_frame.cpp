@@ -85,8 +85,8 @@ bool Streamer::State::stale(const Transfer& transfer) const {
   return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
 }
 
-void Streamer::State::collect(std::uint32_t least) {
-  const auto in_time = [&] { return least > 0 || options.clock_ns() < hand_over_until; };
+void Streamer::State::collect(std::uint32_t minimum) {
+  const auto in_time = [&] { return minimum > 0 || options.clock_ns() < hand_over_until; };
   bool progress = true;
   while (progress) {
     progress = false;
@@ -94,7 +94,7 @@ void Streamer::State::collect(std::uint32_t least) {
       Transfer* next = completions.take();
       if (next == nullptr) break;
       Transfer& transfer = *next;
-      if (least > 0) --least;
+      if (minimum > 0) --minimum;
       progress = true;
       if (transfer.stage == TransferStage::reading)
         finish_read(transfer);
@@ -106,11 +106,11 @@ void Streamer::State::collect(std::uint32_t least) {
   }
 }
 
-void Streamer::State::collect_in_time(std::uint32_t least) {
+void Streamer::State::collect_in_time(std::uint32_t minimum) {
   const std::uint64_t start = options.clock_ns();
   const std::uint64_t left = options.hand_over_budget_ns - std::min(options.hand_over_budget_ns, counters.hand_over_ns);
   hand_over_until = left < UINT64_MAX - start ? start + left : UINT64_MAX;
-  collect(least);
+  collect(minimum);
   counters.hand_over_ns += options.clock_ns() - start;
 }
 

@@ -145,8 +145,8 @@ struct Streamer::State {
 
   // In streamer_frame.cpp:
   /// Takes over finished transfers until the frame's time for it is up, but at least `least` of them.
-  void collect_in_time(std::uint32_t least);
-  void collect(std::uint32_t least);
+  void collect_in_time(std::uint32_t minimum);
+  void collect(std::uint32_t minimum);
   void finish_read(Transfer& transfer);
   /// Handles a read that did not give all its bytes: it is retried, or the chunk has failed.
   void fail_read(Transfer& transfer);

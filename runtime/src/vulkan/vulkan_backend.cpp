@@ -43,12 +43,12 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
               .max_view_width_px = renderer_->device().max_view_width,
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
-                        .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
+                        .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
                         .mesh_leaves = renderer_->has_raster(),
                         .block_textures = renderer_->device().block_textures}} {}
 
-std::uint64_t VulkanBackend::least_budget_bytes(std::uint64_t reserved_bytes) const {
-  return renderer_->least_budget_bytes(reserved_bytes);
+std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
+  return renderer_->min_budget_bytes(reserved_bytes);
 }
 
 void VulkanBackend::fill_stats(coppice_stats& stats) const {

@@ -22,7 +22,7 @@ class VulkanBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const VulkanOptions& vulkan, const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t reserved_bytes) const override;
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override;
   void set_memory_budget(std::uint64_t bytes) override { renderer_->set_memory_budget(bytes); }
   [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
   void fill_stats(coppice_stats& stats) const override;

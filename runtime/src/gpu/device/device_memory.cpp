@@ -60,19 +60,19 @@ std::uint64_t free_bytes_of(const MemoryBlock& block) {
 /// Finds the fullest block with enough space, so that others empty; in it the smallest run.
 void find_run(const DeviceMemory& memory, const MemoryRequest& request, Plan& plan) {
   const std::uint64_t alignment = std::max<std::uint64_t>(request.requirements.alignment, memory.granule);
-  std::uint64_t least_free = ~std::uint64_t{0};
+  std::uint64_t min_free = ~std::uint64_t{0};
   for (std::uint32_t index = 0; index < memory.blocks.size(); ++index) {
     const MemoryBlock& block = memory.blocks[index];
     if (!accepts(memory, block, request)) continue;
     const std::uint64_t free = free_bytes_of(block);
-    if (free < plan.bytes || free >= least_free) continue;
-    std::uint64_t least_run = ~std::uint64_t{0};
+    if (free < plan.bytes || free >= min_free) continue;
+    std::uint64_t min_run = ~std::uint64_t{0};
     for (std::size_t i = 0; i < block.free.size(); ++i) {
       const FreeRun& run = block.free[i];
       const std::uint64_t start = round_up(block.source.offset + run.offset, alignment) - block.source.offset;
-      if (start + plan.bytes > run.offset + run.bytes || run.bytes >= least_run) continue;
-      least_free = free;
-      least_run = run.bytes;
+      if (start + plan.bytes > run.offset + run.bytes || run.bytes >= min_run) continue;
+      min_free = free;
+      min_run = run.bytes;
       plan.block = index;
       plan.run = i;
       plan.offset = start;
@@ -112,17 +112,17 @@ Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   const std::uint64_t bytes = round_up(request.requirements.size, memory.granule);
   const Plan alone{.bytes = bytes, .block_bytes = bytes};
   if (request.kind == MemoryKind::alone) return alone;
-  const std::uint64_t most = std::max(limit_bytes(memory), committed_after(memory, alone));
+  const std::uint64_t maximum = std::max(limit_bytes(memory), committed_after(memory, alone));
   Plan plan{.bytes = bytes};
   find_run(memory, request, plan);
-  if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= most ? plan : alone;
+  if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= maximum ? plan : alone;
   // A request above half a block would leave too much of one unused.
   if (bytes > memory.block_bytes / 2) return alone;
   plan.kind = request.kind;
   plan.block_bytes = memory.block_bytes;
   const std::uint64_t after = committed_after(memory, plan);
   // If less than a block is left beside it, a chunk with reserved bytes must still find them.
-  return after <= committed_after(memory, alone) || after + memory.block_bytes <= most ? plan : alone;
+  return after <= committed_after(memory, alone) || after + memory.block_bytes <= maximum ? plan : alone;
 }
 
 Result<std::uint32_t> find_memory_type(const DeviceMemory& memory, std::uint32_t type_bits, VkMemoryPropertyFlags properties) {
@@ -255,8 +255,8 @@ void release_run(DeviceMemory& memory, MemoryBlock& block, FreeRun run) {
 }  // namespace
 
 void set_granularity(DeviceMemory& memory, std::uint64_t buffer_image_granularity) {
-  constexpr std::uint64_t kMostGranule = 1024;
-  memory.images_apart = buffer_image_granularity > kMostGranule;
+  constexpr std::uint64_t kMaxGranule = 1024;
+  memory.images_apart = buffer_image_granularity > kMaxGranule;
   if (!memory.images_apart) memory.granule = std::max(memory.granule, buffer_image_granularity);
 }
 

@@ -44,14 +44,14 @@ struct MemoryRange {
 
 struct DeviceMemory {
   /// Limits of a block's size; the minimum is also the size while a context is created.
-  static constexpr std::uint64_t kLeastBlockBytes = 256ull << 10, kMostBlockBytes = 32ull << 20;
+  static constexpr std::uint64_t kMinBlockBytes = 256ull << 10, kMaxBlockBytes = 32ull << 20;
 
   coppice_device_memory hook{};  ///< without functions: use vkAllocateMemory
   VkPhysicalDeviceMemoryProperties properties{};
   std::uint64_t granule = 256;  ///< offsets and sizes of ranges are multiples of it; a power of two
   bool images_apart = false;    ///< bufferImageGranularity is more than the granule
   std::uint64_t unit_bytes = 1;
-  std::uint64_t block_bytes = kLeastBlockBytes;
+  std::uint64_t block_bytes = kMinBlockBytes;
   Ledger* ledger = nullptr;           ///< committed_bytes are reserved from it; null: no budget
   std::uint64_t reserved_bytes = 0;   ///< bytes that are reserved from the ledger
   std::uint64_t allocated_bytes = 0;  ///< size of all blocks

@@ -33,7 +33,7 @@ VkImageMemoryBarrier2 layout_change(const Device& device, VkImage image, VkImage
 }  // namespace
 
 Result<void> Uploads::create() {
-  COPPICE_CHECK(moves_.make_room(allocator_, kMostMoves));
+  COPPICE_CHECK(moves_.make_room(allocator_, kMaxMoves));
   return move_into(ring_, create_buffer(device_, {"coppice staging", kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
 }
 

@@ -74,7 +74,7 @@ class Uploads {
   struct RingMark {
     std::uint64_t frame, head;
   };
-  static constexpr std::size_t kMostMoves = 16;  ///< maximum of buffers that grow in a frame
+  static constexpr std::size_t kMaxMoves = 16;  ///< maximum of buffers that grow in a frame
 
   Result<Slice> stage(std::uint64_t bytes);
   void record_copies(VkCommandBuffer cmd, std::span<Copy> copies);

@@ -12,7 +12,7 @@ namespace {
 
 /// The value for WindNow::map: never 0.
 std::uint64_t address_of(std::uint32_t place) {
-  return std::uint64_t{1} << 32 | place * kMostMapPlaces;
+  return std::uint64_t{1} << 32 | place * kMaxMapPlaces;
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ Result<void> WindMaps::begin_frame(FrameWind& wind) {
 
 Result<void> WindMaps::copy_map(const coppice_wind& wind) {
   const std::size_t count = std::size_t{2} * wind.map_width * wind.map_height;
-  COPPICE_ASSERT(count <= 2 * kMostMapPlaces);
+  COPPICE_ASSERT(count <= 2 * kMaxMapPlaces);
   if (!fits_buffer(device_, count * sizeof(float))) return Error{Status::out_of_memory, "the memory budget has no room for the map"};
   COPPICE_CHECK(allocate_into(copy_, allocator_, count));
   if (device_.memory.ledger != nullptr) device_.memory.ledger->reserve(copy_.bytes());
@@ -49,7 +49,7 @@ Result<void> WindMaps::copy_map(const coppice_wind& wind) {
 
 Result<void> WindMaps::upload(Uploads& uploads, const Buffer& maps) {
   if (copy_.empty()) return {};
-  COPPICE_CHECK(uploads.copy(bytes_of(std::as_const(copy_).span()), maps, std::uint64_t{place_} * kMostMapPlaces * sizeof(vec2)));
+  COPPICE_CHECK(uploads.copy(bytes_of(std::as_const(copy_).span()), maps, std::uint64_t{place_} * kMaxMapPlaces * sizeof(vec2)));
   release_copy();
   is_uploaded_ = true;
   return {};

@@ -94,14 +94,14 @@ std::uint64_t DrawLists::needed_parts(std::uint32_t plant) const {
 }
 
 /// An instance always has a command for a cut of one cluster. If it finds none for its clusters, it is drawn coarser, or rasterised.
-/// most_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
-void DrawLists::place(std::uint64_t most_clusters, bool parts) {
+/// max_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
+void DrawLists::place(std::uint64_t max_clusters, bool parts) {
   std::uint64_t command_count = 0, list_count = 0;
   for (std::uint32_t i = 0; i < count_; ++i) {
     Plant& record = records_[i];
     const std::uint64_t count = record.instance_count;
     record.leaf_command_base = static_cast<std::uint32_t>(command_count);
-    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(record.leaf_command_capacity, most_clusters));
+    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(record.leaf_command_capacity, max_clusters));
     command_count += count + record.leaf_command_capacity;
     record.part_base = static_cast<std::uint32_t>(command_count);
     record.part_capacity = parts ? kPartCommands : 0;

@@ -55,7 +55,7 @@ class DrawLists {
   static bool grow(Device& device, DeferredDeletion& deletion, std::uint64_t needed_bytes, Buffer& commands);
   [[nodiscard]] std::uint64_t needed_commands(const Device& device, std::uint32_t plant) const;
   [[nodiscard]] std::uint64_t needed_parts(std::uint32_t plant) const;
-  void place(std::uint64_t most_clusters, bool parts);
+  void place(std::uint64_t max_clusters, bool parts);
 
   coppice_allocator allocator_;
   HookArray<Plant> records_;

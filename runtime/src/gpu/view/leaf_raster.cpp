@@ -57,7 +57,7 @@ constexpr float kSplit_px = 12.0f;
 constexpr float kSplat_px = 4.0f;
 
 /// Minimum number of slots in the size of cluster lists.
-constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
+constexpr std::uint32_t kMinWorkSlots = 1u << 17;
 
 /// Constants 0 to 7 of the rasteriser's shaders.
 struct Constants {
@@ -113,7 +113,7 @@ float depth_step(const AttachmentDesc& attachments) {
 
 /// Most of it does not depend on the slots. It grows in few steps, because each step takes all of it twice for some frames.
 std::uint64_t work_capacity(std::uint32_t slots) {
-  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
+  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kMinWorkSlots));
 }
 
 BufferSize work_size(Buffer& work, std::uint32_t slots) {

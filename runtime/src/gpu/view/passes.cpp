@@ -35,7 +35,7 @@ constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[static_cast<std::uint32_t>(FrameBinding::instances)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[kMaps] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
-  bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMostEyes};
+  bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMaxEyes};
   bindings[kWind] = bindings[kMoved] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kAllStages};
   return bindings;
 }();

@@ -60,7 +60,7 @@ struct DrawPipelines {
 
 /// Pipelines of a pass over instances, for views of one eye and of two.
 struct EyePipelines {
-  std::array<Pipeline*, kMostEyes> by_eyes{};
+  std::array<Pipeline*, kMaxEyes> by_eyes{};
 
   [[nodiscard]] Pipeline* of(std::uint32_t eye_count) const { return by_eyes[eye_count - 1]; }
 };
@@ -78,7 +78,7 @@ struct CullPipelines {
 template <class Add>
 EyePipelines for_each_eye_count(const Add& add) {
   EyePipelines added;
-  for (std::uint32_t eyes = 1; eyes <= kMostEyes; ++eyes) added.by_eyes[eyes - 1] = add(eyes);
+  for (std::uint32_t eyes = 1; eyes <= kMaxEyes; ++eyes) added.by_eyes[eyes - 1] = add(eyes);
   return added;
 }
 
@@ -121,7 +121,7 @@ DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& att
 struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding
   std::array<VkImageView, kMaxShadowMaps> maps{};
-  std::array<VkImageView, kMostEyes> occluders{};
+  std::array<VkImageView, kMaxEyes> occluders{};
   const Buffer* wind_maps = nullptr;
   const Buffer* moved = nullptr;
 };

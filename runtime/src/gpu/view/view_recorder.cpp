@@ -45,7 +45,7 @@ struct ViewKind {
   bool depth_alone = false;
 };
 
-static_assert(kMostEyes == coppice::kMostEyes);
+static_assert(kMaxEyes == coppice::kMaxEyes);
 
 /// Maps (x, y, depth key, 1), x and y of clip space times w, to the world. Gauss-Jordan elimination with pivoting of rows.
 mat4 world_from_key(const LodEye& eye) {
@@ -397,15 +397,15 @@ bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, VkPipeli
 
 /// Draws the commands from `first` on; element `count` of the plant's draw_counts gives their number, at most `most`.
 void ViewRecorder::draw_indirect(VkCommandBuffer cmd, const Buffer& commands, std::uint32_t plant, const IndirectDraws& draws) const {
-  if (draws.most == 0) return;
+  if (draws.maximum == 0) return;
   const Functions& vk = shared_.device.vk;
   const VkDeviceSize first = VkDeviceSize{draws.first} * sizeof(DrawCommand);
   // Single commands use counts too, because after draws with a count lavapipe of Mesa 22.3 uses that count for draws without.
   if (shared_.device.draw_counts)
     vk.vkCmdDrawIndexedIndirectCount(cmd, commands.buffer, first, buffers_.draw_counts.buffer,
-                                     (kDrawCounts * plant + draws.count) * sizeof(std::uint32_t), draws.most, sizeof(DrawCommand));
+                                     (kDrawCounts * plant + draws.count) * sizeof(std::uint32_t), draws.maximum, sizeof(DrawCommand));
   else
-    vk.vkCmdDrawIndexedIndirect(cmd, commands.buffer, first, draws.most, sizeof(DrawCommand));
+    vk.vkCmdDrawIndexedIndirect(cmd, commands.buffer, first, draws.maximum, sizeof(DrawCommand));
 }
 
 void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const {

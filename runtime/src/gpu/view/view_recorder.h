@@ -25,7 +25,7 @@ struct SceneBuffers {
   Buffer moved;           ///< Instance[]: InstanceTable::moved
   Buffer plants, tables;  ///< Plant[] and the words of packed tables, by plant
   Buffer quad_indices;    ///< uint16, for as many leaf quads as a cluster has
-  Buffer wind_maps;       ///< vec2[kWindMaps][kMostMapPlaces], or one place before the first map
+  Buffer wind_maps;       ///< vec2[kWindMaps][kMaxMapPlaces], or one place before the first map
 };
 
 /// Numbers of objects that buffers have space for.
@@ -129,7 +129,7 @@ class ViewRecorder {
   };
   /// Commands from `first` on; this element of the plant's draw_counts gives their number.
   struct IndirectDraws {
-    std::uint32_t first = 0, count = 0, most = 0;
+    std::uint32_t first = 0, count = 0, maximum = 0;
   };
 
   Result<void> rebuild_set();

@@ -186,7 +186,7 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
 /// How far the wind moves the largest plants to and fro, at most: a twentieth of their radius in a gale, and less in less (coppice_wind).
 /// load: coppice_gusts'
 float sway_m(const Session& session, float load) {
-  constexpr float kUnknownRadius_m = 5;  // of a scene's
+  constexpr float kUnknownRadius_m = 5;  // assumed radius of a scene's plant
   float radius_m = session.forest.species.empty() ? kUnknownRadius_m : 0;
   for (const Species& species : session.forest.species) radius_m = std::max(radius_m, species.radius_m);
   return 0.05f * load * radius_m;

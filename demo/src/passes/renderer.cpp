@@ -112,7 +112,7 @@ void write_sets(const Renderer& renderer) {
     for (const Renderer::PaneSet& pane : panes) write_set(renderer, pane);
 }
 
-/// Of what is drawn to the scene.
+/// Makes the pipeline of a draw to the scene.
 PipelineDesc scene_desc(const Renderer& renderer) {
   constexpr std::uint32_t kHasSkyMap = 4, kIsDeferred = 8;
   PipelineDesc desc;

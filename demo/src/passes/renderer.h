@@ -35,7 +35,7 @@ constexpr std::size_t kMaxPanes = 2;
 
 /// What a camera shows in a frame.
 struct FrameView {
-  VkRect2D pane = {};  ///< of the picture's drawn part
+  VkRect2D pane = {};  ///< its part of the picture's drawn part
   glm::mat4 view_from_world;
   glm::mat4 clip_from_view;  ///< moved by jitter_px
   glm::mat4 unmoved_clip_from_world;
@@ -73,7 +73,7 @@ struct Renderer {
   /// is less than the picture is enlarged to it.
   VkExtent2D drawn = {}, blends = {};
   Image scene;                  ///< linear radiance
-  Image albedo, normal, light;  ///< of plants; there where they are lit here
+  Image albedo, normal, light;  ///< the plants' surfaces, if the demo lights them
   Image velocity;               ///< px, and 2 in z where depth and cameras say it; there if wanted
   Image depth;                  ///< reversed
   Image toned;                  ///< display values before they are blended over time
@@ -87,13 +87,13 @@ struct Renderer {
   Image ground_height_image;
   Image ground_litter_image;
   Buffer mound_indices;
-  /// Of a pane in a frame.
+  /// The set of a pane in a frame.
   struct PaneSet {
     Buffer uniforms, tufts, mounds;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
   std::array<std::array<PaneSet, kMaxPanes>, FrameRing::kSlots> panes;
-  /// Of the frame before.
+  /// The matrices of the frame before.
   std::array<glm::mat4, kMaxPanes> clip_from_world_before;
   float time_before_s = 0;
   std::array<glm::vec4, 4> gusts_before{};

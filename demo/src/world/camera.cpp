@@ -21,7 +21,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kEyeHeight_m = 1.7f;
 constexpr float kWalkingPace_mps = 1.4f;
 constexpr float kNear_m = 0.1f;
-constexpr float kMaxValue = 1e6f;  // of a keyframe, metres or degrees: what is interpolated between such values stays finite
+constexpr float kMaxValue = 1e6f;  // limit of a keyframe's values, metres or degrees, so that interpolated values stay finite
 constexpr double kMaxTime_s = 1e9;
 constexpr float kMinFov_deg = 1, kMaxFov_deg = 170;
 constexpr float kFar_m = 40000;  // a scene is tens of kilometres wide; reversed depth does not mind
@@ -91,7 +91,7 @@ Keyframe parse_keyframe(const std::string& line, const std::string& place) {
 
 /// How far from the box's middle the camera must be to see all of it, with some room round it.
 float framing_distance_m(const Box& box, const Pose& pose, float aspect) {
-  constexpr float kFilled = 0.95f;  // of the picture's width or height
+  constexpr float kFilled = 0.95f;  // share of the picture's width or height
   const float up_share = kFilled * std::tan(0.5f * pose.fov_y_rad), right_share = up_share * aspect;
   const glm::vec3 ahead = forward(pose), side = right(pose), up = glm::cross(side, ahead);
   const glm::vec3 half = 0.5f * (box.max - box.min);

@@ -19,7 +19,7 @@ constexpr float kCrownShare = 0.62f;
 constexpr float kMaxLean_rad = 0.05f;
 // Neighbours' crowns may interlock: stems this share of the summed crown radii apart.
 constexpr float kSpacingShare = 0.62f;
-// Of grown plants, in sizes of their file.
+// Scales of grown plants, relative to their file.
 constexpr float kSmallestScale = 0.66f, kLargestScale = 1.24f;
 
 /// Accepted plants of crowns up to max_crown_m by square cell, for neighbour queries.

@@ -53,7 +53,7 @@ std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) cons
 
 void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
-  stats.pipelines_wanted = renderer_->pipelines().wanted_count();
+  stats.pipelines_wanted = renderer_->pipelines().requested_count();
   stats.pipelines_built = renderer_->pipelines().built_count();
   const gpu::PipelineTimes times = renderer_->pipelines().times();
   stats.pipelines_ms = times.sum_ms;

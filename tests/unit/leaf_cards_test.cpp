@@ -188,13 +188,13 @@ TEST(LeafCards, QuadHoldsALeafThatReachesBehindItsStalk) {
         {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5}}});
   plant.wood.positions = {{-0.01f, 0.0f, 0.0f}, {-0.01f, 0.001f, 0.0f}, {-0.01f, 0.0f, 0.001f}};
   const Foliage foliage = carded(plant);
-  float least_x = 1.0f, most_x = 0.0f;
+  float min_x = 1.0f, max_x = 0.0f;
   for (const glm::vec3& corner : foliage.quads[0]) {
-    least_x = std::min(least_x, corner.x);
-    most_x = std::max(most_x, corner.x);
+    min_x = std::min(min_x, corner.x);
+    max_x = std::max(max_x, corner.x);
   }
-  EXPECT_NEAR(least_x, -0.4f, 1e-5f);
-  EXPECT_NEAR(most_x, 2.0f, 1e-5f);
+  EXPECT_NEAR(min_x, -0.4f, 1e-5f);
+  EXPECT_NEAR(max_x, 2.0f, 1e-5f);
 }
 
 TEST(LeafCards, QuadIsCroppedToWhatTheTextureShows) {

@@ -88,7 +88,7 @@ class Picture {
   /// Whether a leaf of a fade leaves a sample to what is behind it: the gaps between the leaves that it stands for.
   static bool is_gap(std::uint8_t fade, std::size_t leaf, std::size_t sample) {
     const std::uint64_t hash = (leaf * 0x9e3779b97f4a7c15u) ^ (sample * 0xc2b2ae3d27d4eb4fu);
-    return ((hash ^ (hash >> 29)) * 0xbf58476d1ce4e5b9u >> 60) < gaps_of(fade);
+    return ((hash ^ (hash >> 29)) * 0xbf58476d1ce4e5b9u >> 60) < transparency_of(fade);
   }
 
   void paint(const PaintedTriangle& triangle, std::uint8_t fade, std::size_t leaf) {

@@ -43,7 +43,7 @@ bool is_all_wood(const coppice_file_plant& plant) {
 }
 
 WindSummary wind_summary(const WindField& field) {
-  WindSummary summary{field.head, 0.0f, 0.0f, most_wind_move_m(field), most_wind_growth(field)};
+  WindSummary summary{field.head, 0.0f, 0.0f, max_wind_move_m(field), max_wind_growth(field)};
   for (const coppice_file_wind_node& node : field.nodes) {
     const float sway_cos = static_cast<float>(node.sway_cos) / 127.0f, sway_sin = static_cast<float>(node.sway_sin) / 127.0f;
     summary.max_lean_m = std::max(summary.max_lean_m, field.head.lean_m * static_cast<float>(node.lean) / 255.0f);

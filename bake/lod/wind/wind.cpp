@@ -302,7 +302,7 @@ void set_box(const Box& all, const Stand& stand, double min_m, coppice_file_wind
 void keep_within_limits(double radius_m, Wind& wind) {
   const auto keeps = [&] {
     const WindField field{wind.head, wind.nodes};
-    return most_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m && most_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
+    return max_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m && max_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
   };
   const auto shrink = [&](float share) { wind.head.bend_m *= share, wind.head.lean_m *= share, wind.head.sway_m *= share; };
   for (int i = 0; i < 100 && !keeps(); ++i) shrink(0.99f);

@@ -130,8 +130,8 @@ WindField field_of(const Wind& wind) {
 }
 
 bool keeps_limits(const Wind& wind, double radius_m) {
-  return most_wind_move_m(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_MOVE * radius_m &&
-         most_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
+  return max_wind_move_m(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_MOVE * radius_m &&
+         max_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
 }
 
 /// The largest factor in [low, high] with which `of(factor)` keeps the limits; `low` if none does.

@@ -1,8 +1,8 @@
-#include "garbage.h"
+#include "deferred_deletion.h"
 
 namespace coppice::gpu {
 
-void Garbage::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+void DeferredDeletion::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
   frame_ = frame_number;
   std::erase_if(items_, [&](Item& item) {
     if (item.last_frame > completed_number) return false;

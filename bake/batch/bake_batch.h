@@ -99,7 +99,8 @@ struct BatchOptions {
   std::filesystem::path cache;  ///< folder; made if it is missing. Empty: no cache at all
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
   JobLimits limits;             ///< of each plant
-  /// A folder takes the place of `cache`, unless it is only read. A folder that is only read, and a server, are asked for what `cache` lacks.
+  /// A folder takes the place of `cache`, unless it is only read. A folder that is only read, and a server, are asked for what `cache`
+  /// lacks.
   SharedCache shared = {};
   bool other_batches = false;           ///< others that say so too may use `cache` at the same time; else that is refused
   bool explain = false;                 ///< fill BatchResult::because

@@ -40,7 +40,7 @@ class BatchCaches {
 
   JobCache jobs_;
   std::optional<FileLock> lock_;
-  std::unique_ptr<HttpCache> server_;            // where jobs_ points to
+  std::unique_ptr<HttpCache> server_;             // where jobs_ points to
   std::unique_ptr<std::vector<KnownKey>> known_;  // likewise
   std::uint32_t failures_in_a_row_ = 0;
   CacheReport report_;

@@ -23,8 +23,8 @@ struct TaskPlan {
 /// remaining work for every slot down to min_task_ms, so that all slots end at about the same time. The same costs give the same tasks.
 std::vector<PlantGroup> plan_tasks(std::span<const PlantCost> costs, const TaskPlan& plan);
 
-/// Deals the plants out to `count` >= 1 shards of nearly equal cost: the slowest first, each to the shard that has least. Indices of a shard
-/// rise. The same costs give the same shards on every machine. Shards may be empty.
+/// Deals the plants out to `count` >= 1 shards of nearly equal cost: the slowest first, each to the shard that has least. Indices of a
+/// shard rise. The same costs give the same shards on every machine. Shards may be empty.
 std::vector<PlantGroup> plan_shards(std::span<const PlantCost> costs, std::uint32_t count);
 
 }  // namespace coppice::bake

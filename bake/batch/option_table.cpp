@@ -72,7 +72,8 @@ BakeOption number(std::string name, std::string type, std::string help, T least,
   BakeOption option{std::move(name), std::move(type), std::move(help)};
   option.set = [=](BakeRequest& request, const std::string& text) -> Result<void> {
     const auto value = number_of<T>(text);
-    if (!value || !(*value >= least && *value <= greatest)) return wrong(text + ": a number from " + exact(least) + " to " + exact(greatest));
+    if (!value || !(*value >= least && *value <= greatest))
+      return wrong(text + ": a number from " + exact(least) + " to " + exact(greatest));
     member(request.options) = *value;
     return {};
   };
@@ -83,7 +84,9 @@ BakeOption number(std::string name, std::string type, std::string help, T least,
 template <class Member>
 BakeOption text(std::string name, std::string type, std::string help, Member member) {
   BakeOption option{std::move(name), std::move(type), std::move(help)};
-  option.set = [=](BakeRequest& request, const std::string& value) -> Result<void> { return member(request.options) = value, Result<void>(); };
+  option.set = [=](BakeRequest& request, const std::string& value) -> Result<void> {
+    return member(request.options) = value, Result<void>();
+  };
   option.get = [=](const BakeOptions& options) { return member(options); };
   return option;
 }
@@ -97,7 +100,9 @@ BakeOption flag(std::string name, std::string help, std::function<void(BakeReque
     set(request, value == "true");
     return {};
   };
-  option.get = [get = std::move(get)](const BakeOptions& options) { return get(options) ? std::optional<std::string>("true") : std::nullopt; };
+  option.get = [get = std::move(get)](const BakeOptions& options) {
+    return get(options) ? std::optional<std::string>("true") : std::nullopt;
+  };
   return option;
 }
 
@@ -110,7 +115,8 @@ Result<void> set_unit(BakeRequest& request, const std::string& text) {
   double metres = number_of<double>(text).value_or(0.0);
   for (const auto& [name, length] : kUnits)
     if (text == name) metres = length;
-  if (!(metres >= kMinUnit_m && metres <= kMaxUnit_m)) return wrong(text + ": m, cm, mm, in, ft or a number of metres between 1e-9 and 1e9");
+  if (!(metres >= kMinUnit_m && metres <= kMaxUnit_m))
+    return wrong(text + ": m, cm, mm, in, ft or a number of metres between 1e-9 and 1e9");
   request.options.import.metres_per_unit = metres;
   return {};
 }
@@ -148,24 +154,27 @@ std::vector<BakeOption> bake_group() {
       "metric",
       "What orders the collapses: default is the least error of the picture, which measures best; mi is the paper's viewpoint mutual "
       "information; geometric merges what is nearest and most alike, for comparison",
-      {{"default", Metric::default_metric}, {"mi", Metric::mi}, {"geometric", Metric::geometric}}, [](auto& o) -> auto& { return o.metric; }));
+      {{"default", Metric::default_metric}, {"mi", Metric::mi}, {"geometric", Metric::geometric}},
+      [](auto& o) -> auto& { return o.metric; }));
   table.push_back(number<std::uint32_t>(
-      "views", "N",
-      "Viewpoints; 20 is the paper's dodecahedron. By default 20; 42 for the default metric, 32 of it for over 8,192 leaves", 1, kMaxViewCount,
-      [](auto& o) -> auto& { return o.view_count; }));
+      "views", "N", "Viewpoints; 20 is the paper's dodecahedron. By default 20; 42 for the default metric, 32 of it for over 8,192 leaves",
+      1, kMaxViewCount, [](auto& o) -> auto& { return o.view_count; }));
   table.back().get = [](const BakeOptions& o) { return o.view_count > 0 ? std::optional(exact(o.view_count)) : std::nullopt; };
-  table.push_back(number<std::uint32_t>("resolution", "PX", "Side of an item buffer in pixels", 16, kMaxResolutionPx,
-                                        [](auto& o) -> auto& { return o.collapse.resolution_px; }));
-  table.push_back(on_off("background", "Count the background as one more outcome",
-                         [](auto& o) -> auto& { return o.collapse.count_background; }));
+  table.push_back(number<std::uint32_t>(
+      "resolution", "PX", "Side of an item buffer in pixels", 16, kMaxResolutionPx,
+      [](auto& o) -> auto& { return o.collapse.resolution_px; }));
+  table.push_back(on_off(
+      "background", "Count the background as one more outcome", [](auto& o) -> auto& { return o.collapse.count_background; }));
   table.push_back(number<std::uint32_t>(
       "candidates", "N",
-      "The octree cell of candidates grows until it holds so many. The default metric looks at up to four times as many where what it merges "
+      "The octree cell of candidates grows until it holds so many. The default metric looks at up to four times as many where what it "
+      "merges "
       "no longer covers the crown",
       1, kMaxCandidateCount, [](auto& o) -> auto& { return o.collapse.candidate_count; }));
   table.push_back(flag(
       "quick",
-      "About ten times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and --candidates do "
+      "About ten times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and --candidates "
+      "do "
       "not say otherwise. The picture's error grows by about 5 %, of plants a few pixels large by a fifth",
       [](BakeRequest& request, bool on) { request.quick = on; }, [](const BakeOptions&) { return false; }));
   table.push_back(choice<Areas>(
@@ -175,15 +184,15 @@ std::vector<BakeOption> bake_group() {
           std::to_string(kMaxMeasuredLeaves) + " leaves and only before the first for more. Another driver may then give another file",
       {{"item-buffers", Areas::item_buffers}, {"vulkan", Areas::vulkan}}, [](auto& o) -> auto& { return o.areas; }));
   table.push_back(choice<TextureCoding>(
-      "textures", "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes",
+      "textures",
+      "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes",
       {{"bc", TextureCoding::bc}, {"rgba8", TextureCoding::rgba8}}, [](auto& o) -> auto& { return o.textures; }));
   table.push_back(number<float>(
-      "crown-normals", "SHARE",
-      "How leaves are lit: 0 each by its own normal, 1 by that of the crown's round shape there, which is softer", 0.0f, 1.0f,
-      [](auto& o) -> auto& { return o.crown_normals; }));
-  table.push_back(on_off("leaf-meshes",
-                         "Keep the leaves as they were modelled, to be drawn close up, where the error of their quads would be seen",
-                         [](auto& o) -> auto& { return o.leaf_meshes; }));
+      "crown-normals", "SHARE", "How leaves are lit: 0 each by its own normal, 1 by that of the crown's round shape there, which is softer",
+      0.0f, 1.0f, [](auto& o) -> auto& { return o.crown_normals; }));
+  table.push_back(on_off(
+      "leaf-meshes", "Keep the leaves as they were modelled, to be drawn close up, where the error of their quads would be seen",
+      [](auto& o) -> auto& { return o.leaf_meshes; }));
   table.push_back(number<float>(
       "wind-stiffness", "FACTOR",
       "How stiff the plant is in wind, against what its wood tells: 2 moves half as far, 0.5 twice as far where limits let it",
@@ -203,12 +212,14 @@ std::vector<BakeOption> bake_group() {
 
 std::vector<BakeOption> classes_group() {
   std::vector<BakeOption> table;
-  table.push_back(text("leaf-material", "REGEX",
-                       "All of the materials whose name this regular expression finds is leaves, everything else wood. Without it leaves are "
-                       "found by name, alpha mask, shape, repetition and colour",
-                       [](auto& o) -> auto& { return o.import.leaf_material; }));
-  table.push_back(text("wood-material", "REGEX", "All of the materials whose name this regular expression finds is wood",
-                       [](auto& o) -> auto& { return o.import.wood_material; }));
+  table.push_back(text(
+      "leaf-material", "REGEX",
+      "All of the materials whose name this regular expression finds is leaves, everything else wood. Without it leaves are "
+      "found by name, alpha mask, shape, repetition and colour",
+      [](auto& o) -> auto& { return o.import.leaf_material; }));
+  table.push_back(text(
+      "wood-material", "REGEX", "All of the materials whose name this regular expression finds is wood",
+      [](auto& o) -> auto& { return o.import.wood_material; }));
   table.push_back(
       {"classes", "F.json",
        "Say for each material what it is: {\"classes\": [{\"material\": \"^Leaves$\", \"class\": \"leaf\"}, ...]}. The first entry decides "
@@ -221,11 +232,11 @@ std::vector<BakeOption> classes_group() {
 
 std::vector<BakeOption> units_group() {
   std::vector<BakeOption> table;
-  table.push_back(choice<UpAxis>("up", "The file's axis that points to the sky; glTF says y, but not every exporter turns its z",
-                                 {{"y", UpAxis::y}, {"z", UpAxis::z}}, [](auto& o) -> auto& { return o.import.up; }));
+  table.push_back(choice<UpAxis>(
+      "up", "The file's axis that points to the sky; glTF says y, but not every exporter turns its z", {{"y", UpAxis::y}, {"z", UpAxis::z}},
+      [](auto& o) -> auto& { return o.import.up; }));
   table.push_back({"unit", "m|cm|mm|in|ft|FACTOR", "The file's unit of length, by name or as a number of metres; glTF says m",
-                   OptionGroup::units, set_unit,
-                   [](const BakeOptions& o) { return std::optional(exact(o.import.metres_per_unit, 17)); }});
+                   OptionGroup::units, set_unit, [](const BakeOptions& o) { return std::optional(exact(o.import.metres_per_unit, 17)); }});
   table.push_back(flag(
       "allow-outside", "Read files outside the input's folder where it names any; a scene may name plants outside its own",
       [](BakeRequest& request, bool on) { request.options.import.outside_files = on ? OutsideFiles::allowed : OutsideFiles::refused; },
@@ -236,15 +247,15 @@ std::vector<BakeOption> units_group() {
 
 std::vector<BakeOption> plant_group() {
   std::vector<BakeOption> table;
-  table.push_back(text("node", "NAME",
-                       "Of a file with several plants, take what is below nodes of this name, or whose names this regular expression finds",
-                       [](auto& o) -> auto& { return o.import.plant.node; }));
-  table.push_back({"variant", "N|all|whole",
-                   "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: the "
-                   "file is one plant, with its levels of detail and billboards",
-                   OptionGroup::plant, set_variant, [](const BakeOptions& o) {
-                     return std::optional(o.import.plant.whole ? std::string("whole") : exact(o.import.plant.variant));
-                   }});
+  table.push_back(text(
+      "node", "NAME", "Of a file with several plants, take what is below nodes of this name, or whose names this regular expression finds",
+      [](auto& o) -> auto& { return o.import.plant.node; }));
+  table.push_back(
+      {"variant", "N|all|whole",
+       "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: the "
+       "file is one plant, with its levels of detail and billboards",
+       OptionGroup::plant, set_variant,
+       [](const BakeOptions& o) { return std::optional(o.import.plant.whole ? std::string("whole") : exact(o.import.plant.variant)); }});
   return table;
 }
 
@@ -274,9 +285,12 @@ Result<BakeOptions> bake_options(const BakeRequest& request) {
   const auto quicken = [&](auto member, auto value) {
     if (request.quick && member(options) == member(defaults)) member(options) = value;
   };
-  quicken([](auto& o) -> auto& { return o.view_count; }, kQuickViewCount);
-  quicken([](auto& o) -> auto& { return o.collapse.resolution_px; }, kQuickResolution_px);
-  quicken([](auto& o) -> auto& { return o.collapse.candidate_count; }, kQuickCandidateCount);
+  quicken(
+      [](auto& o) -> auto& { return o.view_count; }, kQuickViewCount);
+  quicken(
+      [](auto& o) -> auto& { return o.collapse.resolution_px; }, kQuickResolution_px);
+  quicken(
+      [](auto& o) -> auto& { return o.collapse.candidate_count; }, kQuickCandidateCount);
   COPPICE_CHECK(check_areas(options));
   if (request.classes.empty()) return options;
   const bool is_json = request.classes.starts_with('{');

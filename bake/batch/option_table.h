@@ -1,7 +1,7 @@
 #pragma once
 
-// The options of a bake, each described once. The command line and its help, shell completion, lists of bake-all and the cache's key are all
-// made from this table.
+// The options of a bake, each described once. The command line and its help, shell completion, lists of bake-all and the cache's key are
+// all made from this table.
 
 #include <cstdint>
 #include <functional>
@@ -17,7 +17,7 @@ namespace coppice::bake {
 /// What a user asks for, before files are read: bake_options() makes it a bake's options.
 struct BakeRequest {
   BakeOptions options;
-  std::string classes;        ///< a file of rules, or the rules themselves as JSON; empty: none
+  std::string classes;  ///< a file of rules, or the rules themselves as JSON; empty: none
   bool quick = false;
   bool all_variants = false;  ///< a bake for each variant of the file
 };

@@ -14,7 +14,8 @@ void add_bake_options(CLI::App& command, BakeRequest& request, std::initializer_
       if (const auto done = option.set(request, text); !done) throw CLI::ValidationError(name, done.error().detail);
     };
     if (option.type.empty()) {
-      command.add_flag_callback(name, [set] { set("true"); }, option.help);
+      command.add_flag_callback(
+          name, [set] { set("true"); }, option.help);
       continue;
     }
     CLI::Option* added = command.add_option_function<std::string>(name, set, option.help)->type_name(option.type);

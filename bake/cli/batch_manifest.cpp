@@ -49,7 +49,8 @@ Result<BakeRequest> entry_request(const Json& entry, const std::string& place, c
       return wrong(Status::invalid_argument, "no such key in a manifest", here, "there are " + known_keys());
     const auto text = value_text(value);
     if (!text) return wrong(Status::invalid_argument, "neither a text, a number, true nor false", here);
-    if (const auto set = option->set(request, *text); !set) return wrong(Status::invalid_argument, set.error().what, here, set.error().detail);
+    if (const auto set = option->set(request, *text); !set)
+      return wrong(Status::invalid_argument, set.error().what, here, set.error().detail);
   }
   return request;
 }

@@ -99,8 +99,7 @@ void print_batch(const Batch& batch) {
   }
   const std::string jobs = batch.job_count == 0 ? "on the cluster" : std::to_string(batch.job_count) + " at a time";
   std::printf("%zu plants in %.1f s, %s: %zu baked, %zu cached, %zu failed\n", batch.plants.size(), batch.seconds, jobs.c_str(),
-              count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached),
-              count_of(batch, BatchOutcome::failed));
+              count_of(batch, BatchOutcome::baked), count_of(batch, BatchOutcome::cached), count_of(batch, BatchOutcome::failed));
 }
 
 void print_reasons(const Batch& batch) {

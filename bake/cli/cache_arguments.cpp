@@ -49,7 +49,7 @@ std::vector<std::string> shared_cache_options(const CacheArguments& arguments) {
 }
 
 nlohmann::ordered_json cache_json(const CacheReport& report) {
-  return {{"where", report.where}, {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
+  return {{"where", report.where},   {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
           {"unsent", report.unsent}, {"gave_up", report.gave_up}, {"trouble", report.trouble}};
 }
 

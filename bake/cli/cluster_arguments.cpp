@@ -58,7 +58,8 @@ void add_cluster_options(CLI::App& command, ClusterArguments& arguments) {
   command.add_flag("--slurm", arguments.slurm,
                    "Bake on the nodes of a Slurm cluster. OUT and the inputs must be in folders that all nodes share. What follows -- are "
                    "options of sbatch. The same command again takes up where this one was stopped");
-  command.add_flag("--print", arguments.print, "With --slurm: print the script of the tasks instead of submitting it, for other schedulers");
+  command.add_flag("--print", arguments.print,
+                   "With --slurm: print the script of the tasks instead of submitting it, for other schedulers");
   command
       .add_option("--coppice", arguments.coppice, "With --slurm: where the nodes have this program; by default where this machine has it")
       ->type_name("PATH");

@@ -8,8 +8,8 @@
 
 #include "asset_path.h"
 #include "atomic_file.h"
-#include "commands.h"
 #include "bake_arguments.h"
+#include "commands.h"
 #include "io_result.h"
 #include "level_import.h"
 #include "limit_arguments.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "command_line.h"
 #include "cluster_arguments.h"
+#include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"
 #include "endings.h"

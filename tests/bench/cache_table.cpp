@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "bake_cache.h"
-#include "http_cache.h"
 #include "cache_server.h"
+#include "http_cache.h"
 #include "places.h"
 #include "process.h"
 

@@ -187,7 +187,8 @@ TEST(Manifest, AnEntrySaysEverythingOfAPlant) {
 }
 
 TEST(Slurm, WhatSqueuePrintsIsReadAndOtherLinesAreSkipped) {
-  const JobState job = parse_job_state("3|RUNNING|None\n4|PENDING|JobHeldUser\n5|OUT_OF_MEMORY|None\n6|COMPLETING|None\nN/A|RUNNING|None\nslurm_load_jobs error: no\n");
+  const JobState job = parse_job_state(
+      "3|RUNNING|None\n4|PENDING|JobHeldUser\n5|OUT_OF_MEMORY|None\n6|COMPLETING|None\nN/A|RUNNING|None\nslurm_load_jobs error: no\n");
   EXPECT_EQ(job.running, 2u);
   EXPECT_EQ(job.pending, 1u);
   EXPECT_EQ(job.reason, "JobHeldUser");

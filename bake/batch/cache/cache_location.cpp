@@ -6,7 +6,6 @@
 #include <memory>
 #include <string_view>
 
-
 namespace coppice::bake {
 namespace {
 

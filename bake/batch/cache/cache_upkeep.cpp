@@ -28,7 +28,7 @@ struct ListedEntry {
 
 struct FolderContents {
   std::vector<ListedEntry> entries;
-  std::vector<fs::path> strays;      ///< plants without a record
+  std::vector<fs::path> strays;  ///< plants without a record
 };
 
 std::int64_t modified_s(const fs::path& path) {
@@ -76,9 +76,8 @@ Result<void> remove_entry(const fs::path& folder, const std::string& key) {
 
 /// Used longest ago first; of those used in the same second in order of their keys.
 void sort_by_use(std::vector<ListedEntry>& entries) {
-  std::ranges::sort(entries, [](const ListedEntry& a, const ListedEntry& b) {
-    return a.used_s != b.used_s ? a.used_s < b.used_s : a.key < b.key;
-  });
+  std::ranges::sort(entries,
+                    [](const ListedEntry& a, const ListedEntry& b) { return a.used_s != b.used_s ? a.used_s < b.used_s : a.key < b.key; });
 }
 
 }  // namespace

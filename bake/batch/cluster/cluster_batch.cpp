@@ -226,8 +226,8 @@ class ClusterRun {
       return job.error();
     }
     const std::string tasks = std::to_string(submission.tasks.size()) + (submission.tasks.size() == 1 ? " task" : " tasks");
-    batch_.say(tasks + (attempt == 1 ? "" : " for what was lost, with twice the memory and time,") + " as job " + *job + "; scancel " + *job +
-               " ends it");
+    batch_.say(tasks + (attempt == 1 ? "" : " for what was lost, with twice the memory and time,") + " as job " + *job + "; scancel " +
+               *job + " ends it");
     return {};
   }
 
@@ -300,8 +300,8 @@ class ClusterRun {
           results_[plant].error = "its task ended as " + state + "; " + submission.file(task, ".log").string() + " may say why";
     }
     for (const auto& [state, count] : lost)
-      batch_.say(std::to_string(count) + (count == 1 ? " task" : " tasks") + " did not finish: " + state + "; " + submission.folder.string() +
-                 " has the logs");
+      batch_.say(std::to_string(count) + (count == 1 ? " task" : " tasks") + " did not finish: " + state + "; " +
+                 submission.folder.string() + " has the logs");
   }
 
   const ClusterBatch& batch_;

@@ -77,7 +77,8 @@ bool chooses_memory(const std::vector<std::string>& options) {
   for (const char* variable : {"SBATCH_MEM_PER_NODE", "SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU"})
     if (std::getenv(variable) != nullptr) return true;
   return std::ranges::any_of(options, [](const std::string& word) {
-    return std::ranges::any_of(std::array{"--mem", "--mem-per-cpu", "--mem-per-gpu"}, [&](const char* option) { return names(word, option); });
+    return std::ranges::any_of(std::array{"--mem", "--mem-per-cpu", "--mem-per-gpu"},
+                               [&](const char* option) { return names(word, option); });
   });
 }
 
@@ -94,8 +95,8 @@ Result<std::string> submit_array(const std::filesystem::path& script, const std:
 }
 
 JobState parse_job_state(std::string_view lines) {
-  constexpr std::array kEnds{"BOOT_FAIL",   "CANCELLED", "COMPLETED",     "DEADLINE",  "FAILED",
-                             "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"};
+  constexpr std::array kEnds{"BOOT_FAIL", "CANCELLED",     "COMPLETED", "DEADLINE", "FAILED",
+                             "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "REVOKED",  "TIMEOUT"};
   JobState job;
   std::istringstream text{std::string(lines)};
   for (std::string line, number, state, reason; std::getline(text, line);) {

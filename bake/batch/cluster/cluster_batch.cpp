@@ -19,7 +19,6 @@
 #include "file_lock.h"
 #include "plant_record.h"
 #include "slurm.h"
-#include "temporary_file.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
@@ -57,10 +56,8 @@ Result<fs::path> make_folder(const ClusterBatch& batch) {
   if (::gmtime_r(&now, &calendar) != nullptr) static_cast<void>(std::strftime(time.data(), time.size(), "%Y%m%d-%H%M%S", &calendar));
   std::array<char, 96> name{};
   std::snprintf(name.data(), name.size(), "coppice-%s-%08x", time.data(), std::random_device()());
-  const fs::path folder = cluster_folder(batch) / name.data();
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return system_error("cannot make the folder", folder, error.value());
+  fs::path folder = cluster_folder(batch) / name.data();
+  COPPICE_CHECK(make_folder_of(folder / "run.sh"));
   return folder;
 }
 
@@ -195,18 +192,9 @@ class ClusterRun {
     BatchOptions options = batch_.options;
     options.look_up_only = options.other_batches = true;
     options.explain = false;
-    std::vector<std::uint32_t> plants = missing();
-    std::vector<BatchPlant> lacking;
-    for (const std::uint32_t plant : plants) lacking.push_back(batch_.plants[plant]);
-    std::vector<BatchResult> found(plants.size());
-    if (!options.cache.empty()) {
-      COPPICE_CHECK(move_into(found, bake_batch(lacking, options, {})));
-    }
-    for (std::size_t i = 0; i < plants.size(); ++i)
-      if (found[i].outcome == BatchOutcome::cached || !lacking[i].failure.empty()) {
-        if (!lacking[i].failure.empty()) found[i].error = lacking[i].failure;
-        end(plants[i], std::move(found[i]));
-      }
+    COPPICE_TRY(found, bake_batch(batch_.plants, options, {}));
+    for (std::uint32_t plant = 0; plant < found.size(); ++plant)
+      if (found[plant].outcome == BatchOutcome::cached || !batch_.plants[plant].failure.empty()) end(plant, std::move(found[plant]));
     return {};
   }
 
@@ -312,18 +300,12 @@ class ClusterRun {
   bool is_cancelled_ = false;
 };
 
-Result<void> make_cluster_folder(const ClusterBatch& batch) {
-  std::error_code error;
-  fs::create_directories(cluster_folder(batch), error);
-  if (error) return system_error("cannot make the folder", cluster_folder(batch), error.value());
-  return {};
-}
-
 }  // namespace
 
 Result<std::optional<std::vector<BatchResult>>> bake_on_cluster(const ClusterBatch& batch) {
-  COPPICE_CHECK(make_cluster_folder(batch));
-  COPPICE_TRY(lock, FileLock::take(cluster_folder(batch) / "lock", LockKind::alone, "another bake-all waits for this batch"));
+  const fs::path lock_file = cluster_folder(batch) / "lock";
+  COPPICE_CHECK(make_folder_of(lock_file));
+  COPPICE_TRY(lock, FileLock::take(lock_file, LockKind::alone, "another bake-all waits for this batch"));
   return ClusterRun(batch).bake();
 }
 

@@ -26,9 +26,9 @@ void add_completion_command(CLI::App& app, int* exit_code);
 /// Adds `evaluate` as the help lists it. Its words are coppice-lab's to read.
 void add_evaluate_command(CLI::App& app);
 
-/// Becomes coppice-lab where the command line is one of `evaluate`.
+/// Becomes coppice-lab where the command line is one of `evaluate`, or a shell completes one.
 /// words    without the program's name
 /// returns  the exit code where coppice-lab cannot be started; nothing for other commands
-std::optional<int> evaluate_in_lab(const std::vector<std::string>& words);
+std::optional<int> evaluate_in_lab(std::vector<std::string> words);
 
 }  // namespace coppice::bake

@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <new>
 #include <sstream>
+#include <string_view>
 
 #include "command_line.h"
+#include "completion.h"
 #include "endings.h"
 #include "failure_text.h"
 #include "output.h"
@@ -49,7 +51,10 @@ int run_program(const Program& program, int argc, char** argv) {
   program.declare(app, &exit_code);
   try {
     if (argc == 1 && !app.get_subcommands({}).empty()) throw CLI::CallForHelp();
-    app.parse(argc, argv);
+    if (argc > 1 && argv[1] == std::string_view(command_line::kCompleteOption))
+      std::fputs(command_line::completions(app, {argv + 2, argv + argc}).c_str(), stdout);
+    else
+      app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     std::ostringstream text;  // --help, --version
     exit_code = app.exit(success, text, text);

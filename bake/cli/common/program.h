@@ -21,7 +21,8 @@ struct Program {
   std::function<std::string(const std::vector<std::string>& words)> hint = {};
 };
 
-/// Runs the program on its command line: parses it, calls what was chosen, and prints help, usage errors and failures.
+/// Runs the program on its command line: parses it, calls what was chosen, and prints help, usage errors and failures. It also answers a
+/// shell that completes a command line.
 /// returns  the exit code: 0, 1 where something failed, 2 for a usage error
 int run_program(const Program& program, int argc, char** argv);
 

@@ -23,8 +23,8 @@ void add_completion_command(CLI::App& app, int* exit_code) {
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>(command_line::kShells.begin(), command_line::kShells.end())))
       ->type_name("SHELL");
-  command->callback([&app, shell, exit_code] {
-    std::fputs(command_line::completion_script(app, *shell).c_str(), stdout);
+  command->callback([name = app.get_name(), shell, exit_code] {
+    std::fputs(command_line::completion_script(name, *shell).c_str(), stdout);
     *exit_code = 0;
   });
 }

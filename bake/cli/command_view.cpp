@@ -1,13 +1,7 @@
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
-#include <optional>
-#include <sstream>
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
@@ -15,6 +9,7 @@
 #include "commands.h"
 #include "output.h"
 #include "progress_bar.h"
+#include "sibling_program.h"
 
 namespace coppice::bake {
 namespace {
@@ -38,20 +33,6 @@ Result<std::filesystem::path> cache_folder() {
   return Error{Status::invalid_argument, "no folder for baked plants: neither XDG_CACHE_HOME nor HOME is set"};
 }
 
-/// Beside this program, else in the folders of PATH.
-Result<std::filesystem::path> find_viewer() {
-  std::error_code unknown;
-  const std::filesystem::path own_folder = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(own_folder.string() + ":" + (path != nullptr ? path : ""));
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::filesystem::path file = std::filesystem::path(folder.empty() ? "." : folder) / kViewer;
-    if (std::filesystem::is_regular_file(file, unknown) && ::access(file.c_str(), X_OK) == 0) return file;
-  }
-  return Error{Status::io, "cannot show a plant: coppice-forest is neither beside this program nor in a folder of PATH", Error::kNoOffset,
-               own_folder.string()};
-}
-
 /// The baked plant: the input itself, or what the cache has of it.
 Result<std::filesystem::path> baked(const ViewArguments& arguments) {
   if (!is_plant_file(arguments.input)) return arguments.input;
@@ -69,23 +50,11 @@ Result<std::filesystem::path> baked(const ViewArguments& arguments) {
   return file;
 }
 
-/// Becomes the viewer. Back only where that fails.
-Error start(const std::filesystem::path& viewer, std::vector<std::string> words) {
-  words.insert(words.begin(), viewer.string());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  static_cast<void>(std::fflush(nullptr));
-  ::execv(viewer.c_str(), pointers.data());
-  return Error{Status::io, "cannot start", Error::kNoOffset, viewer.string() + ": " + std::strerror(errno)};
-}
-
 int run(const ViewArguments& arguments) {
   if (arguments.bake.all_variants)
     return report_failure(arguments.input,
                           Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"});
-  const auto viewer = find_viewer();
+  const auto viewer = find_program(kViewer);
   if (!viewer) return report_failure(arguments.input, viewer.error());
   const auto plant = baked(arguments);
   if (!plant) return report_failure(arguments.input, plant.error());
@@ -94,7 +63,7 @@ int run(const ViewArguments& arguments) {
   if (!arguments.screenshot.empty()) words.insert(words.end(), {"--screenshot", arguments.screenshot});
   if (arguments.headless) words.emplace_back("--headless");
   words.insert(words.end(), arguments.viewer.begin(), arguments.viewer.end());
-  return report_failure(arguments.input, start(*viewer, std::move(words)));
+  return report_failure(arguments.input, start_program(*viewer, std::move(words)));
 }
 
 }  // namespace

@@ -1,75 +1,84 @@
 #include "completion.h"
 
 #include <algorithm>
+#include <numeric>
 #include <regex>
+#include <set>
 
 #include <CLI/CLI.hpp>
 
 namespace coppice::command_line {
 namespace {
 
-std::vector<std::string> split(const std::string& text, char between) {
-  std::vector<std::string> parts;
-  for (std::size_t at = 0; at <= text.size();) {
-    parts.push_back(text.substr(at, text.find(between, at) - at));
-    at += parts.back().size() + 1;
-  }
-  return parts;
+std::string line(const std::string& word, const std::string& text = {}) {
+  return word + '\t' + text + '\n';
 }
 
-void add_once(std::vector<std::string>& words, const std::string& word) {
-  if (std::ranges::find(words, word) == words.end()) words.push_back(word);
-}
-
-/// The members of the first set in what CLI11 says of an option's checks: "{on,off}", and of a map "{on->1,off->0}".
-void add_members(const std::string& checks, std::vector<std::string>& words) {
+/// Adds a line for each member of the first set in what CLI11 says of an option's checks: "{on,off}", and of a map "{on->1,off->0}".
+void add_members(const std::string& checks, std::set<std::string>& lines) {
   const std::size_t begin = checks.find('{'), end = checks.find('}', begin);
   if (begin == std::string::npos || end == std::string::npos) return;
-  for (const std::string& member : split(checks.substr(begin + 1, end - begin - 1), ','))
-    add_once(words, member.substr(0, member.find("->")));
+  for (const std::string& member : CLI::detail::split(checks.substr(begin + 1, end - begin - 1), ','))
+    lines.insert(line(member.substr(0, member.find("->"))));
 }
 
-/// One alternative of a type name.
-void add_alternative(std::string name, ValueWords& value) {
-  static const std::regex ending_form(R"([A-Z]+(\.[a-z0-9]+))"), word_form("[a-z0-9_-]+");
-  static const std::string name_first = "NAME=", list_last = ",...";
-  if (name.starts_with(name_first)) {
-    value.is_named = true;
-    name.erase(0, name_first.size());
-  }
-  if (name.ends_with(list_last)) name.erase(name.size() - list_last.size());
+/// Adds lines for one of the alternatives in a type name.
+void add_alternative(const std::string& text, std::set<std::string>& lines) {
+  static const std::regex form(R"((?:NAME=)?(?:(FOLDER|.+/)|(FILE|[A-Z]+(\.[a-z0-9]+))|([a-z0-9_-]+))(?:,\.\.\.)?)");
   std::smatch found;
-  if (name == "FOLDER" || name.ends_with('/'))
-    value.is_folder = true;
-  else if (name == "FILE")
-    add_once(value.endings, "");
-  else if (std::regex_match(name, found, ending_form))
-    add_once(value.endings, found[1]);
-  else if (std::regex_match(name, word_form))
-    add_once(value.words, name);
+  if (!std::regex_match(text, found, form)) return;
+  if (found[1].matched || found[2].matched) lines.insert(line(":folder"));
+  if (found[2].matched) lines.insert(line(":file", found[3]));
+  if (found[4].matched) lines.insert(line(found[4]));
 }
 
-ValueWords value_of(const CLI::Option& option) {
+/// The lines for a value of the option, which begins in the current word at `begin`.
+std::string value_lines(const CLI::Option& option, const std::string& current, std::size_t begin = 0) {
+  // CLI11 has a type and what its values are checked for in one text: "KIND:{on,off}".
   const std::string type = option.get_type_name();
+  if (type.starts_with("NAME=")) {
+    begin = current.find('=', begin) + 1;
+    if (begin == 0) return "";
+  }
+  const char separator = option.get_delimiter();
+  if (separator != 0) begin = std::max(begin, current.rfind(separator) + 1);  // npos + 1 is 0
   const std::size_t checks = std::min(type.find(':'), type.size());
-  ValueWords value;
-  value.name = type.substr(0, checks);
-  if (value.name == "UINT" || value.name == "INT" || value.name == "FLOAT") value.name = "N";
-  value.separator = option.get_delimiter();
-  add_members(type.substr(checks), value.words);
-  for (const std::string& alternative : split(value.name, '|')) add_alternative(alternative, value);
-  return value;
+  std::set<std::string> lines;
+  add_members(type.substr(checks), lines);
+  for (const std::string& alternative : CLI::detail::split(type.substr(0, checks), '|')) add_alternative(alternative, lines);
+  const std::string before = begin > 0 ? line(":before", current.substr(0, begin)) : "";
+  return std::accumulate(lines.begin(), lines.end(), before + (separator != 0 ? line(":list") : ""));
 }
 
-OptionWords option_words(const CLI::Option& option) {
-  OptionWords words;
-  for (const std::string& name : option.get_snames()) words.names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) words.names.push_back("--" + name);
-  words.about = first_clause(option.get_description());
-  words.takes_value = option.get_items_expected_max() > 0;
-  words.repeats = words.takes_value && option.get_items_expected_max() > 1;
-  if (words.takes_value) words.value = value_of(option);
-  return words;
+std::string option_lines(const CLI::App& command) {
+  std::string text;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string about = first_clause(option->get_description());
+    for (const std::string& name : option->get_snames()) text += line("-" + name, about);
+    for (const std::string& name : option->get_lnames()) text += line("--" + name, about);
+  }
+  return text;
+}
+
+std::string command_lines(const CLI::App& app) {
+  std::string text;
+  for (const CLI::App* command : app.get_subcommands({})) text += line(command->get_name(), first_clause(command->get_description()));
+  return text;
+}
+
+/// Null: there is none of that name, or it is a flag.
+const CLI::Option* option_with_value(const CLI::App& command, const std::string& name) {
+  const CLI::Option* option = command.get_option_no_throw(name);
+  return option != nullptr && option->get_items_expected_max() > 0 ? option : nullptr;
+}
+
+/// The lines for a word that is no option, behind so many others.
+std::string place_lines(const CLI::App& command, std::size_t before, const std::string& current) {
+  std::size_t place = 0;
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional() && (place++ == before || (option->get_items_expected_max() > 1 && place <= before)))
+      return value_lines(*option, current);
+  return command_lines(command);
 }
 
 }  // namespace
@@ -84,40 +93,33 @@ std::string first_clause(const std::string& text) {
   return text;
 }
 
-CommandWords words_of(const CLI::App& app) {
-  CommandWords command;
-  command.name = app.get_name();
-  command.about = first_clause(app.get_description());
-  for (const CLI::Option* option : app.get_options()) {
-    if (option->get_positional()) {
-      command.places.push_back({option->get_items_expected_max() > 1, value_of(*option)});
-      if (command.places.back().value.name.empty()) command.places.back().value.name = option->get_name(true);
+std::string completions(const CLI::App& app, std::vector<std::string> words) {
+  const std::string current = words.empty() ? "" : words.back();
+  if (!words.empty()) words.pop_back();
+  const CLI::App* command = &app;
+  const CLI::Option* option = nullptr;  // whose value comes next
+  std::size_t places = 0;
+  bool only_places = false;
+  for (const std::string& word : words) {
+    if (option != nullptr) {
+      option = nullptr;
+    } else if (!only_places && word.size() > 1 && word.starts_with('-')) {
+      only_places = word == "--";
+      option = option_with_value(*command, word);
+    } else if (!command->get_subcommands({}).empty()) {
+      const auto named = command->get_subcommands([&word](const CLI::App* each) { return each->get_name() == word; });
+      if (named.empty()) return "";
+      command = named.front();
     } else {
-      command.options.push_back(option_words(*option));
+      ++places;
     }
   }
-  for (const CLI::App* sub_command : app.get_subcommands({})) command.commands.push_back(words_of(*sub_command));
-  return command;
-}
-
-std::string completion_script(const CLI::App& app, const std::string& shell) {
-  const CommandWords program = words_of(app);
-  return shell == "bash" ? bash_completion(program) : shell == "zsh" ? zsh_completion(program) : fish_completion(program);
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
-  return text;
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string text;
-  for (const std::string& word : words) text += (&word == words.data() ? "" : between) + word;
-  return text;
-}
-
-std::string function_name(const CommandWords& program) {
-  return replaced(program.name, "-", "_");
+  if (option != nullptr) return value_lines(*option, current);
+  if (only_places || !current.starts_with('-')) return place_lines(*command, places, current);
+  const std::size_t equals = current.find('=');
+  if (equals == std::string::npos) return option_lines(*command);
+  option = option_with_value(*command, current.substr(0, equals));
+  return option != nullptr ? value_lines(*option, current, equals + 1) : "";
 }
 
 }  // namespace coppice::command_line

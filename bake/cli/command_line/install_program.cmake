@@ -1,16 +1,18 @@
-# coppice_install_program(coppice_tool coppice completion)
+# coppice_install_program(coppice_tool coppice completion [WITH coppice_lab])
 # What `cmake --install` leaves of a program, component coppice_tools: the program, called `name`; its completion for bash, zsh and fish, which
 # it prints when it is asked for with `completion` and the shell's name; and man pages, one for it and one for each of its sub-commands. All of
-# that but the program is made by running it. The target coppice_tools builds all of that.
+# that but the program is made by running it. WITH: programs that its commands start, installed beside it. The target coppice_tools builds all
+# of that.
 function(coppice_install_program target name completion)
+  cmake_parse_arguments(ARG "" "" "WITH" ${ARGN})
   include(GNUInstallDirs)
   if(NOT TARGET coppice_tools)
     add_custom_target(coppice_tools)
   endif()
-  add_dependencies(coppice_tools ${target})
+  add_dependencies(coppice_tools ${target} ${ARG_WITH})
   # Libraries of the system need no path; those that the build found elsewhere are found there by the installed program too.
-  set_target_properties(${target} PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
-  install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT coppice_tools)
+  set_target_properties(${target} ${ARG_WITH} PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
+  install(TARGETS ${target} ${ARG_WITH} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT coppice_tools)
   if(CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
     message(STATUS "${name}: no man pages and no completion, because it does not run on this machine")
     return()
@@ -45,7 +47,7 @@ function(coppice_install_program target name completion)
   add_custom_command(
     OUTPUT ${manuals}/man1/${name}.1
     COMMAND ${script} ${HELP2MAN} $<TARGET_FILE:${target}> ${PROJECT_VERSION} ${manuals}/man1
-    DEPENDS ${target} ${script}
+    DEPENDS ${target} ${ARG_WITH} ${script}
     COMMENT "Man pages of ${name}"
     VERBATIM)
   add_custom_target(${target}_manuals ALL DEPENDS ${manuals}/man1/${name}.1)

@@ -89,8 +89,8 @@ struct Options {
   double doctor_limit_s = 60;       ///< for each of its trials
 };
 
-/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version or --completion printed, 2 after
-/// a usage error (already printed).
+/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version, --completion or --complete
+/// printed, 2 after a usage error (already printed).
 struct ParsedOptions {
   Options options;
   std::optional<int> exit_code;

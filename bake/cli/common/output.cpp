@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "atomic_file.h"
+#include "job_processes.h"
 #include "printable.h"
 
 namespace coppice::bake {
@@ -106,6 +107,32 @@ int finish_standard_output(int exit_code) {
   const int why = reason != 0 ? reason : errno;
   std::fprintf(stderr, "coppice: cannot write: %s: %s\n", kStandardOutput, why != 0 ? std::strerror(why) : "an earlier write failed");
   return 1;
+}
+
+int report_failure(const std::filesystem::path& file, const Error& error) {
+  const std::string message = error.message();
+  if (error.status == Status::out_of_memory)
+    std::fprintf(stderr, "coppice: out of memory%s\n", memory_limit_hint().c_str());
+  else if (message.find(file.string()) != std::string::npos)
+    std::fprintf(stderr, "coppice: %s\n", printable(message).c_str());
+  else
+    std::fprintf(stderr, "coppice: %s: %s\n", shown(file).c_str(), printable(message).c_str());
+  return 1;
+}
+
+void print_warnings(const std::filesystem::path& file, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    std::fprintf(stderr, "coppice: warning: %s: %s\n", shown(file).c_str(), printable(warning).c_str());
+}
+
+std::string readable_bytes(std::uint64_t bytes) {
+  static constexpr const char* kUnits[] = {"B", "kB", "MB", "GB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  for (; value >= 1000.0 && unit + 1 < std::size(kUnits); ++unit) value /= 1000.0;
+  char text[32];
+  std::snprintf(text, sizeof text, unit == 0 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
+  return text;
 }
 
 }  // namespace coppice::bake

@@ -3,12 +3,11 @@
 #include <memory>
 #include <utility>
 
-#include "class_arguments.h"
+#include "bake_arguments.h"
 #include "command_evaluate.h"
 #include "evaluate.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
-#include "import_arguments.h"
 #include "import_gltf.h"
 #include "limit_arguments.h"
 #include "material_split.h"
@@ -25,8 +24,7 @@ struct EvaluateArguments {
   std::vector<std::string> methods, level_sets;
   std::string reference = "quads";
   bool paper = false;
-  ClassArguments classes;
-  ImportArguments import;
+  BakeRequest bake;
   LimitArguments limits;
   EvaluateOptions options;
 };
@@ -61,7 +59,7 @@ bool outputs_possible(const EvaluateArguments& arguments) {
   const std::vector<std::filesystem::path> outputs = output_paths(arguments);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (outputs[i].empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input, arguments.classes.classes};
+    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes};
     for (std::size_t j = 0; j < outputs.size(); ++j)
       if (j != i) others.push_back(outputs[j]);
     const Content content = outputs[i] == arguments.source ? Content::binary : Content::text;
@@ -103,9 +101,8 @@ Result<std::vector<LevelSet>> level_sets_of(const EvaluateArguments& arguments) 
 
 Result<EvaluateOptions> options_of(const EvaluateArguments& arguments) {
   EvaluateOptions options = arguments.options;
-  COPPICE_TRY(import, import_options(arguments.classes));
-  options.import = std::move(import);
-  apply_import_arguments(arguments.import, options.import);
+  COPPICE_TRY(bake, bake_options(arguments.bake));
+  options.import = std::move(bake.import);
   options.reference = arguments.reference == "meshes" ? ReferenceKind::meshes : ReferenceKind::quads;
   options.setup = arguments.paper ? Setup::paper : Setup::ours;
   COPPICE_TRY(methods, methods_of(arguments));
@@ -144,7 +141,7 @@ int write_source(const EvaluateArguments& arguments, const EvaluateOptions& opti
 
 int run(const EvaluateArguments& arguments) {
   if (!outputs_possible(arguments)) return 1;
-  if (arguments.import.all_variants)
+  if (arguments.bake.all_variants)
     return report_failure(arguments.input, Error{Status::invalid_argument, "--variant all: evaluate takes one plant; give its number"});
   const auto options = options_of(arguments);
   if (!options) return report_failure(arguments.input, options.error());
@@ -261,9 +258,7 @@ void declare_evaluate(CLI::App& command, int* exit_code) {
   add_method_options(command, *arguments);
   add_picture_options(command, *arguments);
   add_outputs(command, *arguments);
-  add_class_options(command, arguments->classes);
-  add_import_options(command, arguments->import);
-  add_plant_options(command, arguments->import);
+  add_bake_options(command, arguments->bake, {OptionGroup::classes, OptionGroup::units, OptionGroup::plant});
   command.add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
       ->check(CLI::Range(0, 1024))
       ->type_name("N")

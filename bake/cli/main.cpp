@@ -1,6 +1,7 @@
 // The coppice command-line tool. One sub-command = one file in this folder.
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 #include "cluster_arguments.h"
 #include "command_line.h"

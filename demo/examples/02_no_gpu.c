@@ -216,7 +216,7 @@ typedef struct surface {
   const coppice_material* material;
   const chunk* texture; /* null, or not there yet: its colour alone */
   float color[3];       /* linear */
-  float share;          /* of its pixels that are drawn */
+  float share;          /* share of its pixels that are drawn */
 } surface;
 
 /* False: a hole. */

@@ -12,7 +12,7 @@ using glm::vec4;
 struct FrameUniforms {
   mat4 clip_from_world;
   mat4 world_from_clip;
-  mat4 clip_from_world_before;  // of the frame before
+  mat4 clip_from_world_before;  // the frame before's
   vec4 eye;                     // xyz position, m; w time, s
   vec4 sun_direction;           // xyz unit, towards the sun; w time of the frame before, s
   vec4 sun_color;               // linear radiance; w 1: plants are shown in the colours of a debug view
@@ -20,7 +20,7 @@ struct FrameUniforms {
   vec4 ground_color;            // ambient from below; w 1: there is forest beyond what is planted
   vec4 fog;                     // rgb colour, w density 1/m
   mat4 shadows[3];              // clip_from_world of the shadow maps, the finest first
-  mat4 sky_map;                 // of the map from above
+  mat4 sky_map;                 // matrix of the map from above
   vec4 ground;                  // x half side of the ground map, m; y exposure; zw size of what is enlarged to the picture, px
   vec4 leaf_color;              // the mean of the leaves of all plants
   vec4 drawn_px;                // xy size of the pane

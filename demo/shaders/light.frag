@@ -20,7 +20,7 @@ vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
   float alpha = roughness * roughness, exponent = 2.0 / (alpha * alpha) - 2.0;
   float mirrored = 0.04 + 0.96 * fifth_power(1.0 - max(dot(eye, between), 0.0));
   float lobe = (exponent + 2.0) * 0.125 * pow(max(dot(normal, between), 0.0), exponent) * max(dot(normal, sun), 0.0);
-  // Of the sky a leaf mirrors what other leaves do not hide, and they hide most of what is not above.
+  // A leaf mirrors only the sky that other leaves do not hide, and they hide most of the sky that is not above.
   float up = clamp(2.0 * dot(eye, normal) * normal.y - eye.y, 0.0, 1.0);
   float rim = (0.03 + 0.25 * (1.0 - roughness) * fifth_power(1.0 - max(dot(normal, eye), 0.0))) * up * open * open;
   return (1.0 - s.roundness) * (mirrored * lobe * s.sun * frame.sun_color.rgb + rim * frame.sky_color.rgb);

@@ -34,7 +34,7 @@ const float kReach_px = 0.5;
 struct Sampled {
   ivec2 at;      // texel of the frame
   vec2 clip;     // where, in the frame's clip space
-  float weight;  // of it, for this pixel: 1 is the mean
+  float weight;  // weight for this pixel: 1 is the mean
 };
 
 // The frame's sample that is nearest to the pixel.
@@ -43,7 +43,7 @@ Sampled nearest_sample() {
   if (!kEnlarges) return Sampled(min(ivec2(gl_FragCoord.xy), ivec2(size) - 1), clip, 1.0);  // a quad at the far edge may reach beyond it
   vec2 place = (0.5 + 0.5 * (clip + push.moved_by)) * size;
   ivec2 at = clamp(ivec2(place), ivec2(0), ivec2(size) - 1);
-  vec2 pixels = push.blends_px / size;  // of the picture, a sample
+  vec2 pixels = push.blends_px / size;  // pixels of the picture per sample
   vec2 away_px = (vec2(at) + 0.5 - place) * pixels;
   float weight = pixels.x * pixels.y * exp(-0.5 * dot(away_px, away_px) / (kReach_px * kReach_px));
   return Sampled(at, 2.0 * (vec2(at) + 0.5) / size - 1.0, weight);
@@ -75,7 +75,7 @@ void main() {
   ivec2 at = sampled.at;
   vec3 now = texelFetch(toned, at, 0).rgb;
   vec3 sum = now, squares = now * now;
-  // Of the four neighbours two are in the same quad of fragments, whose differences are there without looking, where a quad is of four texels.
+  // Two of the four neighbours are in the same quad of fragments. If a quad has four texels, their differences are known without a lookup.
   ivec2 outwards = 2 * (at & 1) - 1;
   ivec2 sideways = ivec2(outwards.x, 0), upwards = ivec2(0, outwards.y);
   bool quad = !kEnlarges;

@@ -105,7 +105,7 @@ coppice_leaf_layout struct_defaults() {
 std::string struct_size_problem(const void* theirs, const char* name) {
   if (theirs == nullptr) return std::string(name) + " is null";
   const std::uint32_t bytes = size_of(theirs);
-  if (bytes >= sizeof bytes && bytes <= kMostStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
+  if (bytes >= sizeof bytes && bytes <= kMaxStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
   return std::string(name) + ".struct_size is " + std::to_string(bytes) + ": call its _init function";
 }
 
@@ -124,7 +124,7 @@ std::string unknown_bytes_problem(const void* theirs, std::size_t known_bytes, c
 std::string records_problem(const void* records, std::size_t count, std::uint32_t bytes, const char* name) {
   if (count == 0) return {};
   if (records == nullptr) return std::string(name) + " is null";
-  if (bytes >= sizeof(std::uint32_t) && bytes <= kMostStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
+  if (bytes >= sizeof(std::uint32_t) && bytes <= kMaxStructBytes && bytes % alignof(std::uint32_t) == 0) return {};
   return std::string(name) + " are " + std::to_string(bytes) + " bytes apart: give the size of one";
 }
 
@@ -144,7 +144,7 @@ void write_bytes(const void* ours, std::size_t our_bytes, void* theirs) {
 }  // namespace coppice
 
 void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
-  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMostStructBytes) return;
+  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMaxStructBytes) return;
   const auto size = static_cast<uint32_t>(bytes);
   switch (kind) {
     case COPPICE_STRUCT_CONTEXT_DESC:

@@ -1,7 +1,8 @@
 #pragma once
 
-// Structs of programs that were compiled with another version of the public headers: theirs may be smaller or larger than ours. Every
-// struct that the API reads or fills goes through here, so that the rest of the library sees structs of its own size alone.
+// Reads and fills structs of programs that were compiled with another version of the public headers, where a struct may be smaller or
+// larger than ours. Every struct that the API reads or fills passes through here, so the rest of the library sees only structs of its own
+// size.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +13,8 @@
 
 namespace coppice {
 
-/// No struct of ours is larger, and none will be: a size above it was never set.
-inline constexpr std::size_t kMostStructBytes = 4096;
+/// Maximum size of a struct, now and later. A larger size means that struct_size was never set.
+inline constexpr std::size_t kMaxStructBytes = 4096;
 
 template <class T>
 T zeroed_struct() {
@@ -22,7 +23,7 @@ T zeroed_struct() {
   return zeroed;
 }
 
-/// What the *_init function of a public struct sets.
+/// Returns a struct as its *_init function leaves it.
 template <class T>
 T struct_defaults() {
   return zeroed_struct<T>();
@@ -46,14 +47,14 @@ coppice_ray struct_defaults();
 template <>
 coppice_leaf_layout struct_defaults();
 
-/// name  of the argument, for the log. What is wrong with the size of a struct, which may be null; empty: nothing.
+/// Says what is wrong with the size of a struct, which may be null; empty if nothing is. name: of the argument, for the log
 std::string struct_size_problem(const void* theirs, const char* name);
-/// What is wrong with bytes behind the first `known_bytes` of a larger struct, of which all must be 0; empty: nothing.
+/// Says what is wrong with bytes behind the first `known_bytes` of a larger struct, which must all be 0; empty if nothing is.
 std::string unknown_bytes_problem(const void* theirs, std::size_t known_bytes, const char* name);
 std::string unknown_record_bytes_problem(const void* record, std::size_t known_bytes, std::size_t bytes, const std::string& name);
 
-/// Reads a program's struct, which may be null; what it does not have gets its default. Returns what is wrong with it, or an empty string;
-/// `ours` then has what could be read.
+/// Reads a program's struct, which may be null. Fields that it lacks get their defaults. Returns what is wrong with it, or an empty string;
+/// `ours` then holds the fields that could be read.
 template <class T>
 std::string read_struct(const T* theirs, const char* name, T& ours) {
   ours = struct_defaults<T>();
@@ -66,9 +67,10 @@ std::string read_struct(const T* theirs, const char* name, T& ours) {
   return unknown_bytes_problem(theirs, sizeof(T), name);
 }
 
-/// What is wrong with an array of records that a program has `bytes` apart; empty: nothing. records: may be null where there are none
+/// Says what is wrong with an array of records that lie `bytes` apart; empty if nothing is. records: may be null if count is 0
 std::string records_problem(const void* records, std::size_t count, std::uint32_t bytes, const char* name);
-/// Reads record `index`, which has no struct_size. ours: with defaults. Returns as read_struct. before: records_problem() has none
+/// Reads record `index`, which has no struct_size. Returns the same as read_struct. ours: holds defaults. before: records_problem() is
+/// empty
 template <class T>
 std::string read_record(const void* records, std::size_t index, std::uint32_t bytes, const char* name, T& ours) {
   const auto* record = static_cast<const unsigned char*>(records) + index * bytes;
@@ -76,16 +78,16 @@ std::string read_record(const void* records, std::size_t index, std::uint32_t by
   return unknown_record_bytes_problem(record, sizeof(T), bytes, std::string(name) + "[" + std::to_string(index) + "]");
 }
 
-/// Copies `ours` to a program's struct as far as that goes, and zeros what is behind it. theirs: struct_size_problem() has none
+/// Copies `ours` to a program's struct as far as it reaches, and zeros the rest. theirs: struct_size_problem() is empty
 void write_bytes(const void* ours, std::size_t our_bytes, void* theirs);
 template <class T>
 void write_struct(const T& ours, T* theirs) {
   write_bytes(&ours, sizeof(T), theirs);
 }
 
-/// What a *_struct_init function does for a kind of a later version: all 0. theirs: not null
+/// Fills a struct of a kind that this version does not know: all 0. theirs: not null
 void init_zeroed(void* theirs, std::uint32_t bytes);
-/// What it does for its kind T. theirs: not null
+/// Fills a struct of kind T with its defaults. theirs: not null
 template <class T>
 void init_struct(void* theirs, std::uint32_t bytes) {
   std::memcpy(theirs, &bytes, sizeof bytes);

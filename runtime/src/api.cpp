@@ -1,4 +1,4 @@
-// The C API: checks what the engine passes, translates, forwards. No logic.
+// The C API: checks the engine's arguments, translates, forwards. No logic.
 
 #include <optional>
 #include <span>
@@ -32,7 +32,7 @@ coppice::PlantSource memory_source(const void* bytes, size_t size, const char* n
   return {name, {static_cast<const std::uint8_t*>(bytes), size}};
 }
 
-/// source  none: what it was opened from
+/// source  none for the one that the plant was opened from
 coppice_status reload(const Call& call, coppice::Context& context, coppice_plant plant, const std::optional<coppice::PlantSource>& source) {
   if (!context.device_state()) return call.lost();
   const auto reloaded = context.reload_plant(plant, source);
@@ -242,7 +242,7 @@ coppice_status coppice_instances_move(coppice_context* context, const coppice_in
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count) {
   COPPICE_BEGIN_CALL(exclusive);
   COPPICE_REFUSE_IF(instances == nullptr && count > 0 ? "instances is null" : "");
-  // A handle given twice is removed once. What is not live is refused before anything is removed.
+  // A handle given twice is removed once. Dead handles are refused before anything is removed.
   for (uint32_t i = 0; i < count; ++i)
     if (!context->context->instances().is_live(instances[i]))
       return call.refuse(instance_problem(*context, instances[i], "instances[" + std::to_string(i) + "]") + "; none was removed");

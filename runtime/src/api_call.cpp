@@ -9,7 +9,7 @@
 namespace coppice {
 namespace {
 
-/// Of calls without a context.
+/// The error of calls without a context.
 ErrorLine& thread_error() {
   thread_local ErrorLine error;
   return error;
@@ -20,7 +20,8 @@ ErrorLine& thread_error() {
 void ErrorLine::set(const char* function, const std::string& message) {
   const std::string line = printable(std::string(function) + ": " + message);
   std::size_t bytes = std::min(line.size(), kBytes - 1);
-  while (bytes < line.size() && bytes > 0 && (static_cast<unsigned char>(line[bytes]) & 0xc0u) == 0x80u) --bytes;  // whole characters
+  // cuts between whole characters
+  while (bytes < line.size() && bytes > 0 && (static_cast<unsigned char>(line[bytes]) & 0xc0u) == 0x80u) --bytes;
   std::copy_n(line.data(), bytes, text_.data());
   text_[bytes] = 0;
 }
@@ -104,7 +105,7 @@ coppice_status finish_open(const Call& call, const char* path, const Result<std:
 
 const char* coppice_last_error(const coppice_context* context) {
   if (context == nullptr) return coppice::thread_error().text();
-  // A copy of the calling thread's own: another thread may fail while this one reads.
+  // The calling thread's own copy: another thread's call may fail while this one reads.
   thread_local coppice::ErrorLine copy;
   const std::lock_guard lock(context->error_mutex);
   copy = context->error;

@@ -1,7 +1,7 @@
 #pragma once
 
-// What every function of the C API does first and last: it finds its context, in debug builds refuses calls that overlap, and turns an
-// error into a status, a line of the log and what coppice_last_error returns.
+// The first and last steps of every function of the C API. They find the context, refuse overlapping calls in debug builds, and turn an
+// error into a status, a log line and the text of coppice_last_error.
 
 #include <array>
 #include <atomic>
@@ -18,7 +18,7 @@
 
 namespace coppice {
 
-/// The last error of a context, or of a thread: a line of at most kBytes - 1 bytes.
+/// Holds the last error of a context or of a thread: a line of at most kBytes - 1 bytes.
 class ErrorLine {
  public:
   static constexpr std::size_t kBytes = 1024;
@@ -26,10 +26,10 @@ class ErrorLine {
   [[nodiscard]] const char* text() const { return text_.data(); }
 
  private:
-  std::array<char, kBytes> text_{};  ///< no std::string: a thread's needs no destructor, which would outlive a library that is unloaded
+  std::array<char, kBytes> text_{};  ///< not a std::string: the destructor of a thread's line would run after the library is unloaded
 };
 
-/// Finds calls on one context that overlap although they may not. Does nothing in release builds.
+/// Finds forbidden overlaps of calls on one context. Does nothing in release builds.
 class CallGuard {
  public:
 #if !defined(NDEBUG) || defined(_GLIBCXX_ASSERTIONS)
@@ -38,16 +38,16 @@ class CallGuard {
   static constexpr bool kChecks = false;
 #endif
   enum class Access : std::uint8_t { shared, exclusive };
-  /// Whether `function` may go on; leave() must follow then. function: static storage
+  /// True if `function` may go on; leave() must follow then. function: static storage
   bool enter(const char* function, Access access);
   void leave(Access access);
-  /// What is in the way where enter() has just returned false, for a person.
+  /// Says for a person why enter() has just returned false.
   [[nodiscard]] std::string conflict() const;
 
  private:
-  std::atomic<std::int32_t> inside_{0};    ///< calls that share the context; -1: one that has it alone
-  std::atomic<const char*> function_{""};  ///< that entered last
-  std::atomic<std::thread::id> thread_{};  ///< that entered last
+  std::atomic<std::int32_t> inside_{0};    ///< number of calls that share the context; -1: one call has exclusive access
+  std::atomic<const char*> function_{""};  ///< the last one that entered
+  std::atomic<std::thread::id> thread_{};  ///< the last one that entered
 };
 
 }  // namespace coppice
@@ -57,32 +57,32 @@ struct coppice_context {
   mutable coppice::CallGuard guard;
   mutable std::mutex error_mutex;
   mutable coppice::ErrorLine error;      ///< under error_mutex
-  std::vector<coppice_camera> cameras;   ///< of the last coppice_frame_begin
-  std::vector<coppice_eye> second_eyes;  ///< by camera, of those that have one
+  std::vector<coppice_camera> cameras;   ///< those of the last coppice_frame_begin
+  std::vector<coppice_eye> second_eyes;  ///< indexed by camera; only cameras with a second eye use theirs
 };
 
 namespace coppice {
 
-/// One call of the API on a context, from its first line to its last.
+/// A call of the API on a context, from its first line to its last.
 class Call {
  public:
   using Access = CallGuard::Access;
-  /// context: may be null. function: its name, static storage
+  /// context: may be null. function: its name, in static storage
   Call(const coppice_context* context, const char* function, Access access);
   ~Call();
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
 
-  /// COPPICE_OK, or why the call may not go on, which has been told.
+  /// COPPICE_OK, or the reason why the call may not go on, which has been logged.
   [[nodiscard]] coppice_status begun() const { return begun_; }
 
-  /// problem: an argument's, named by its field. Tells it.
+  /// Logs a problem of an argument and returns its status. problem: begins with the field's name
   coppice_status refuse(const std::string& problem) const;
-  /// Tells the error, if it is one.
+  /// Logs the error if there is one, and returns the status.
   coppice_status finish(const Result<void>& result) const;
-  /// Of an error that is in the log already, for coppice_last_error. subject: file that it is about; may be null
+  /// Keeps an error that is already in the log for coppice_last_error, and returns its status. subject: the file it is about; may be null
   coppice_status logged(const Error& error, const char* subject = nullptr) const;
-  /// The device is lost. The log has heard when.
+  /// Returns the status of a lost device, which is already in the log.
   coppice_status lost() const;
 
  private:
@@ -94,25 +94,25 @@ class Call {
   coppice_status begun_ = COPPICE_OK;
 };
 
-// What is wrong with handles and records; empty: nothing.
+// The next functions say what is wrong with handles and records; empty if nothing is.
 
 std::string plant_problem(const coppice_context& context, coppice_plant plant);
-/// Of one that a call needs more of than its handle.
+/// Why the plant cannot be used: it is closed, or it failed to open.
 std::string failed_plant_problem(const coppice_context& context, coppice_plant plant);
-/// rest: what becomes of the others, for the message
+/// rest: what happens to the other records, for the message
 std::string placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest);
 /// name: of the argument
 std::string view_problem(const coppice_context& context, coppice_view view, const std::string& name = "view");
 
-/// Of what opens a file, and has logged its error.
+/// Ends a call that opens a file and has logged its error already.
 coppice_status finish_open(const Call& call, const char* path, const Result<std::uint64_t>& opened, std::uint64_t* handle);
 
-/// An error of a call that has no context yet. log: may be without a function
+/// Ends a call that failed without a context. log: may lack a function
 coppice_status fail_without_context(const coppice_log& log, const char* function, coppice_status status, const std::string& message);
 
 }  // namespace coppice
 
-/// Begins a call on `context`, which the macros below go on with. access: shared where the context is const, else exclusive
+/// Begins a call on `context`, for the macros below. access: shared if the context is const, else exclusive
 #define COPPICE_BEGIN_CALL(access)                                                 \
   const coppice::Call call(context, __func__, coppice::CallGuard::Access::access); \
   if (call.begun() != COPPICE_OK) return call.begun()

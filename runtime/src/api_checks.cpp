@@ -13,25 +13,25 @@
 namespace coppice {
 namespace {
 
-// What lies beyond these is a mistake, and would overflow what is computed from it.
-constexpr double kMaxPosition_m = 3.3e7;  // of numbers of cells
+// Larger values are a mistake, and would overflow later computations.
+constexpr double kMaxPosition_m = 3.3e7;  // overflows the numbers of cells
 constexpr double kMaxCenter_m = 1e9;
 constexpr float kMaxWind_mps = 100.0f;
-constexpr std::uint32_t kLeastMapSide = 2, kMostMapSide = 256;
-constexpr double kLeastMapExtent_m = 1e-3;
+constexpr std::uint32_t kMinMapSide = 2, kMaxMapSide = 256;
+constexpr double kMinMapExtent_m = 1e-3;
 constexpr double kMaxTime_s = 1e9;
 constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
 constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
 constexpr float kMaxTint = 65504.0f;  // the largest half
 constexpr float kMaxBias = 4.0f;
-constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // of clip_from_view
+constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // elements of clip_from_view
 constexpr float kMinError_px = std::numeric_limits<float>::min(), kMaxError_px = 1e6f;
 constexpr std::int32_t kMaxOffset_px = 1 << 20;
 constexpr float kMaxPrefetchFrames = 1000.0f;
 constexpr std::uint32_t kMaxPlants = 65536;
 
-/// Rotation, perhaps mirrored, and translation alone. m: finite, column-major
+/// True if it is a rotation, perhaps mirrored, and a translation. m: finite, column-major
 bool is_rigid(std::span<const double, 16> m) {
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = a; b < 3; ++b) {
@@ -53,7 +53,7 @@ std::string projection_problem(std::span<const float, 16> m) {
   return {};
 }
 
-/// Eye: coppice_camera, whose own fields are the first eye's, or coppice_eye
+/// Eye: coppice_camera, whose own fields describe the first eye, or coppice_eye
 template <class Eye>
 std::string eye_problem(const Eye& eye) {
   if (std::string problem = first_of(double_problem("view_from_world", eye.view_from_world, kMaxEye_m),
@@ -67,7 +67,7 @@ std::string eye_problem(const Eye& eye) {
   return projection_problem(eye.clip_from_view);
 }
 
-/// Whether a perspective shows left-handed what is right-handed.
+/// True if a perspective mirrors its picture.
 template <class Eye>
 bool is_mirror(const Eye& eye) {
   const double* m = eye.view_from_world;
@@ -86,13 +86,13 @@ std::string position_problem(std::span<const double, 3> position, const dvec3& o
 
 std::string map_problem(const coppice_wind& wind) {
   for (const auto& [name, places] : {std::pair{"map_width", wind.map_width}, std::pair{"map_height", wind.map_height}})
-    if (places < kLeastMapSide || places > kMostMapSide)
-      return std::string(name) + " is " + std::to_string(places) + ", not within " + std::to_string(kLeastMapSide) + " to " +
-             std::to_string(kMostMapSide);
+    if (places < kMinMapSide || places > kMaxMapSide)
+      return std::string(name) + " is " + std::to_string(places) + ", not within " + std::to_string(kMinMapSide) + " to " +
+             std::to_string(kMaxMapSide);
   for (const auto& [name, corner] : {std::pair{"map_min", &wind.map_min}, std::pair{"map_max", &wind.map_max}})
     if (std::string problem = double_problem(name, *corner, kMaxPosition_m); !problem.empty()) return problem;
   for (int axis = 0; axis < 2; ++axis)
-    if (!(wind.map_max[axis] - wind.map_min[axis] >= kLeastMapExtent_m)) return "map_max is not above map_min by a millimetre or more";
+    if (!(wind.map_max[axis] - wind.map_min[axis] >= kMinMapExtent_m)) return "map_max is not above map_min by a millimetre or more";
   const std::span<const float> map(wind.map, std::size_t{2} * wind.map_width * wind.map_height);
   return range_problem({"map", map, -kMaxWind_mps, kMaxWind_mps});
 }
@@ -138,7 +138,7 @@ std::string sun_problem(const coppice_sun_desc& desc, const ViewLimits& limits) 
 
 std::string wind_problem(const coppice_wind& wind) {
   const Field fields[] = {{"speed", {&wind.speed, 1}, 0.0f, kMaxWind_mps}, {"gustiness", {&wind.gustiness, 1}, 0.0f, 1.0f}};
-  const auto is_time = [](double time_s) { return time_s >= 0.0 && time_s <= kMaxTime_s; };  // not so of a NaN
+  const auto is_time = [](double time_s) { return time_s >= 0.0 && time_s <= kMaxTime_s; };  // false for a NaN
   if (std::string problem = range_problem(fields); !problem.empty()) return problem;
   if (!is_time(wind.time_s)) return "time_s is not within 0 to 1e9";
   if (!is_time(wind.time_before_s)) return "time_before_s is not within 0 to 1e9";
@@ -178,7 +178,7 @@ std::string scene_placement_problem(const coppice_scene_placement& placement, co
 
 std::string placement_problem(const coppice_placement& placement, const dvec3& origin) {
   if (std::string problem = position_problem(placement.position, origin); !problem.empty()) return problem;
-  // Below 0 it mirrors.
+  // A scale below 0 mirrors.
   const float size = std::abs(placement.scale);
   const Field fields[] = {{"scale", {&size, 1}, kMinScale, kMaxScale},
                           {"tint", placement.tint, 0.0f, kMaxTint},

@@ -18,11 +18,11 @@ std::string numbered(const Field& field, std::size_t index) {
 std::string range_problem(const Field& field) {
   for (std::size_t i = 0; i < field.values.size(); ++i) {
     const float value = field.values[i];
-    if (value >= field.least && value <= field.most) continue;
+    if (value >= field.minimum && value <= field.maximum) continue;
     if (!std::isfinite(value)) return numbered(field, i) + " is not finite";
     std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", static_cast<double>(value), static_cast<double>(field.least),
-                  static_cast<double>(field.most));
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", static_cast<double>(value), static_cast<double>(field.minimum),
+                  static_cast<double>(field.maximum));
     return numbered(field, i) + text.data();
   }
   return {};
@@ -32,26 +32,26 @@ std::string unit_problem(const char* name, std::span<const float> values, const 
   float sum = 0;
   for (const float value : values) sum += value * value;
   if (std::abs(sum - 1.0f) < kUnitTolerance) return {};
-  const float most = 1.0f + kUnitTolerance;
-  const std::string problem = range_problem({name, values, -most, most});
+  const float maximum = 1.0f + kUnitTolerance;
+  const std::string problem = range_problem({name, values, -maximum, maximum});
   return problem.empty() ? std::string(name) + " is " + what : problem + ", so it is " + what;
 }
 
-std::string double_problem(const char* name, std::span<const double> values, double most) {
+std::string double_problem(const char* name, std::span<const double> values, double maximum) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::abs(values[i]) <= most) continue;
+    if (std::abs(values[i]) <= maximum) continue;
     const std::string field = std::string(name) + "[" + std::to_string(i) + "]";
     if (!std::isfinite(values[i])) return field + " is not finite";
     std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", values[i], -most, most);
+    std::snprintf(text.data(), text.size(), " is %g: outside %g to %g", values[i], -maximum, maximum);
     return field + text.data();
   }
   return {};
 }
 
-std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most) {
-  if (value >= 1 && value <= most) return {};
-  return std::string(name) + " is " + std::to_string(value) + ": outside 1 to " + std::to_string(most);
+std::string size_problem(const char* name, std::uint32_t value, std::uint32_t maximum) {
+  if (value >= 1 && value <= maximum) return {};
+  return std::string(name) + " is " + std::to_string(value) + ": outside 1 to " + std::to_string(maximum);
 }
 
 std::string flag_problem(const char* name, std::uint32_t value) {

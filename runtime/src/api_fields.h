@@ -1,6 +1,6 @@
 #pragma once
 
-// What checks of fields have in common, whichever header the struct is of: each returns what is wrong, or an empty string.
+// Shared checks of fields for all headers. Each returns what is wrong, or an empty string.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace coppice {
 
-/// Of squared lengths and products of axes that should be 1 or 0.
+/// For squared lengths and products of axes that should be 1 or 0.
 inline constexpr float kUnitTolerance = 0.01f;
-/// Larger elements of a matrix are a mistake, and would overflow what is computed from them.
+/// Larger elements of a matrix are a mistake, and would overflow later computations.
 inline constexpr float kMaxMatrix = 1e10f;
 
-/// Numbers of a struct that share a range.
+/// Numbers of a struct that have the same range.
 struct Field {
   const char* name;
   std::span<const float> values;
-  float least, most;
+  float minimum, maximum;
 };
 
 std::string range_problem(const Field& field);
@@ -30,17 +30,17 @@ std::string range_problem(const Field (&fields)[count]) {
   return {};
 }
 
-std::string size_problem(const char* name, std::uint32_t value, std::uint32_t most);
+std::string size_problem(const char* name, std::uint32_t value, std::uint32_t maximum);
 std::string flag_problem(const char* name, std::uint32_t value);
-/// Of a field that later versions may give a meaning.
+/// Checks a field that later versions may use.
 std::string reserved_problem(std::uint32_t value);
 
-std::string double_problem(const char* name, std::span<const double> values, double most);
+std::string double_problem(const char* name, std::span<const double> values, double maximum);
 
-/// what: it should be, for the message
+/// what: the required property, for the message
 std::string unit_problem(const char* name, std::span<const float> values, const char* what = "not of unit length");
 
-/// By the 2 x 2 minors of the first and the last two columns. m: 16 elements, column-major
+/// Uses the 2 x 2 minors of the first and the last two columns. m: 16 elements, column-major
 template <class T>
 double determinant(const T& m) {
   const auto minor = [&](std::size_t column, std::size_t a, std::size_t b) {

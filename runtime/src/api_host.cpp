@@ -1,4 +1,4 @@
-// The functions of coppice.h for hosts that draw themselves: checks what they pass, translates, forwards. No logic.
+// The functions of coppice.h for hosts that draw themselves: checks arguments, translates, forwards. No logic.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace {
 
 using coppice::ContextOptions;
 
-/// Of a context that has a renderer.
+/// Refuses a context with a renderer.
 std::string host_problem(const coppice_context& context) {
   return context.context->renderer() != nullptr ? "the context has a renderer: coppice_context_create makes one for a host that draws" : "";
 }
@@ -27,13 +27,13 @@ std::string index_problem(std::uint32_t index, std::size_t count) {
   return index < count ? "" : "index is " + std::to_string(index) + ": there are " + std::to_string(count);
 }
 
-/// Of one that the counts fit into.
+/// Checks an output that is large enough for the counts.
 std::string output_problem(const coppice_leaf_layout& layout, const coppice_leaf_output& output) {
   if (output.vertices == nullptr || output.indices == nullptr)
     return output.vertices == nullptr ? "output.vertices is null" : "output.indices is null";
-  constexpr std::uint32_t kMostNarrow = 1u << 16;
-  return layout.index_bytes == 2 && output.vertex_count > kMostNarrow ? "layout.index_bytes is 2, and the cut has more than 65,536 vertices"
-                                                                      : "";
+  constexpr std::uint32_t kMaxNarrow = 1u << 16;
+  return layout.index_bytes == 2 && output.vertex_count > kMaxNarrow ? "layout.index_bytes is 2, and the cut has more than 65,536 vertices"
+                                                                     : "";
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ coppice_status coppice_confirm(coppice_context* context, const coppice_change* c
   COPPICE_REFUSE_IF(outcome < COPPICE_OUTCOME_TAKEN || outcome > COPPICE_OUTCOME_FREED ? "outcome is not a coppice_outcome" : "");
   if (ours.kind == COPPICE_CHANGE_PLANT_OPENED || ours.kind == COPPICE_CHANGE_PLANT_CLOSED) return COPPICE_OK;
   COPPICE_REFUSE_IF(ours.chunk < COPPICE_STREAMED_PAGES || ours.chunk >= COPPICE_STREAMED_ALL ? "change.chunk is no kind of chunk" : "");
-  return call.finish(context->context->confirm({ours.file, static_cast<coppice::ChunkKind>(ours.chunk), ours.index}, outcome));
+  return call.finish(context->context->acknowledge({ours.file, static_cast<coppice::ChunkKind>(ours.chunk), ours.index}, outcome));
 }
 
 coppice_status coppice_file_get_info(const coppice_context* context, uint32_t file, coppice_file_info* info) {

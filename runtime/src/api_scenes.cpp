@@ -1,4 +1,4 @@
-// The scenes of the C API, their trees, and picking: checks what the engine passes, translates, forwards. No logic.
+// The scenes of the C API, their trees, and picking: checks arguments, translates, forwards. No logic.
 
 #include <span>
 #include <string>
@@ -19,7 +19,7 @@ std::string scene_problem(const coppice_context& context, coppice_scene scene, c
   return name + " " + (problem.empty() ? "has been closed" : problem);
 }
 
-/// placement: may be null, and is checked
+/// placement: may be null; it is checked here
 std::string read_pose(const coppice_context& context, const coppice_scene_placement* placement, coppice::gpu::Pose& pose) {
   auto at = coppice::struct_defaults<coppice_scene_placement>();
   const coppice::dvec3& origin = context.context->origin();
@@ -38,7 +38,7 @@ std::string tree_problem(const coppice_context& context, const coppice_scene_tre
   return problem.empty() ? "" : name + "." + problem;
 }
 
-/// rest: what becomes of the others
+/// rest: what happens to the other records, for the message
 std::string trees_problem(const coppice_context& context, const coppice_scene_tree* trees, uint32_t count, const char* rest) {
   if (trees == nullptr) return count > 0 ? "trees is null" : "";
   for (uint32_t i = 0; i < count; ++i)

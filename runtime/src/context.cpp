@@ -15,11 +15,11 @@
 namespace coppice {
 namespace {
 
-/// Plants that may be reloaded at a time.
+/// Maximum number of plants that are being reloaded.
 constexpr std::uint32_t kReloadSlots = 4;
-/// How long a reload waits for as much of the new file as is wanted.
+/// Maximum frames that a reload waits for the new file to become as fine as is in demand.
 constexpr std::uint64_t kReloadFrames = 120;
-/// That the host has room for once there is one.
+/// Capacity of the host once there is a plant.
 constexpr std::uint32_t kFirstHostPlants = 16;
 
 std::uint64_t nanoseconds(float ms) {
@@ -30,7 +30,7 @@ std::uint32_t index_of(coppice_plant plant) {
   return unpack_handle(plant).index;
 }
 
-/// The only thing that contexts of a process share: without it their handles could not be told apart.
+/// The contexts of a process share only this counter, which tells their handles apart.
 std::uint32_t next_tag() {
   static std::atomic<std::uint32_t> created{0};
   return 1 + created.fetch_add(1, std::memory_order_relaxed) % ((1u << kHandleContextBits) - 1);
@@ -85,7 +85,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
   context->streamer_ = std::move(streamer);
   context->max_plants_ = limits.max_plants - kReloadSlots;
-  context->least_budget_bytes_ = context->backend_->least_budget_bytes(context->ledger_.taken());
+  context->min_budget_bytes_ = context->backend_->min_budget_bytes(context->ledger_.reserved());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
   context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
@@ -97,16 +97,16 @@ Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBac
   const Hooks hooks{.allocator = default_allocator()};
   COPPICE_TRY(backend, make_backend(backend_options(options, hooks, ledger)));
   COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, backend->limits())));
-  return ledger.taken();
+  return ledger.reserved();
 }
 
 Result<void> Context::check_budget(std::uint64_t bytes) const {
-  if (bytes >= least_budget_bytes_) return {};
+  if (bytes >= min_budget_bytes_) return {};
   constexpr double kMiB = 1 << 20;
   char detail[200];
   std::snprintf(detail, sizeof detail, "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant",
-                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(least_budget_bytes_) / kMiB) / 10,
-                static_cast<unsigned long long>(least_budget_bytes_));
+                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(min_budget_bytes_) / kMiB) / 10,
+                static_cast<unsigned long long>(min_budget_bytes_));
   return Error{Status::invalid_argument, "memory budget", Error::kNoOffset, detail};
 }
 
@@ -245,7 +245,7 @@ Result<void> Context::reload_plant(coppice_plant plant, const std::optional<Plan
   return {};
 }
 
-// What is pinned of the new file has to be there in any case: from then on it can be drawn.
+// The pinned chunks of the new file must be resident in any case: from then on it can be drawn.
 void Context::finish_reloads() {
   for (PlantEntry& plant : plants_.span()) {
     if (!plant.open || plant.next_slot == kNoSlot) continue;
@@ -309,10 +309,10 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
     COPPICE_TRY(larger, instances_.enlarged(count));
     COPPICE_CHECK(backend_->reserve({.slots = count}));
     instances_.take(std::move(larger));
-    ledger_.take(host_bytes());
-    ledger_.give(before);
+    ledger_.reserve(host_bytes());
+    ledger_.release(before);
   }
-  ledger_.take(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
+  ledger_.reserve(upload_bytes - std::exchange(slot_upload_bytes_, upload_bytes));
   return {};
 }
 
@@ -327,8 +327,8 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   if (count <= slots_.items.size()) return {};
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
-  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .most = limits().max_plants});
-  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMostLenses * sizeof(PlantDemand) +
+  const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .maximum = limits().max_plants});
+  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) +
                                        sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
@@ -340,22 +340,22 @@ Result<void> Context::reserve_host(std::uint32_t count) {
     COPPICE_CHECK(lod_plants_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
-  ledger_.take(host_bytes() - before);
+  ledger_.reserve(host_bytes() - before);
   return reserved;
 }
 
 Result<void> Context::grow_plants() {
-  // What has failed has an entry and no slot.
+  // A failed plant has an entry and no slot.
   const auto needed = std::min(static_cast<std::uint32_t>(std::max(slots_.count, plants_.count) + 1), limits().max_plants);
   const std::uint32_t capacity = backend_->plant_capacity();
   COPPICE_CHECK(reserve_host(needed));
   for (ViewEntry& view : views_)
     if (view.open) COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
   if (needed <= capacity) return {};
-  SceneSize wanted{.plants = roomy_count({.now = capacity, .needed = needed, .most = limits().max_plants})};
-  if (backend_->reserve_bytes(wanted) > ledger_.free()) wanted.plants = needed;
-  COPPICE_CHECK(check_fits(backend_->reserve_bytes(wanted)));
-  return backend_->reserve(wanted);
+  SceneSize size{.plants = roomy_count({.now = capacity, .needed = needed, .maximum = limits().max_plants})};
+  if (backend_->reserve_bytes(size) > ledger_.free()) size.plants = needed;
+  COPPICE_CHECK(check_fits(backend_->reserve_bytes(size)));
+  return backend_->reserve(size);
 }
 
 Result<void> Context::check_numbers(const coppice_frame& frame) const {
@@ -385,11 +385,11 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   ledger_.begin_frame(frame.frame_number);
   const coppice_wind& blows = *frame.wind;
   const std::size_t map_floats = blows.map == nullptr ? 0 : std::size_t{2} * blows.map_width * blows.map_height;
-  FrameWind wind{{.wind = blows, .origin_m = origin(), .most_map_mps = most_wind_mps({blows.map, map_floats})}, wind_};
+  FrameWind wind{{.wind = blows, .origin_m = origin(), .max_map_mps = max_wind_mps({blows.map, map_floats})}, wind_};
   wind.before.wind.time_s = blows.time_before_s;
-  for (LodView& lod : lods_) lod.reach_share = gpu::kMostWindReach * most_wind_load(wind.now);
+  for (LodView& lod : lods_) lod.reach_share = gpu::kMaxWindReach * max_wind_load(wind.now);
   wind_ = wind.now;
-  wind_.wind.map = nullptr;  // the engine's, within this call
+  wind_.wind.map = nullptr;  // the engine's, valid only within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
@@ -422,10 +422,10 @@ Result<void> Context::upload_decoded() {
   const coppice_trace& trace = hooks_.hooks.trace;
   bool first = true;
   for (const DecodedChunk& chunk : streamer_->take_decoded(backend_->staging_bytes())) {
-    // The rest is handed out again. What a plant cannot be drawn without comes first and in any case.
+    // The rest is handed out again. Chunks without which a plant cannot be drawn come first, whatever the time.
     if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
     const ChunkId id = chunk.id;
-    if (chunk.bytes <= limits().sizes.most_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
+    if (chunk.bytes <= limits().sizes.max_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
     if (!ledger_.fits(limits().sizes.slack_bytes)) break;
     if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
     const std::uint64_t upload_start = trace_start(trace);
@@ -459,7 +459,7 @@ Result<void> Context::upload() {
   recording_ = Recording::uploaded;
   COPPICE_CHECK(upload_decoded());
   note_residency();
-  ledger_.give(std::exchange(slot_upload_bytes_, 0));
+  ledger_.release(std::exchange(slot_upload_bytes_, 0));
   auto recorded = backend_->end_upload(instances_, residency_.span());
   COPPICE_CHECK(device_state());
   return recorded;
@@ -473,8 +473,8 @@ void Context::fill_stats(coppice_stats& stats) const {
     if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
   stats.memory_budget_bytes = ledger_.budget();
-  stats.memory_bytes = ledger_.taken();
-  stats.memory_peak_bytes = ledger_.most_taken();
+  stats.memory_bytes = ledger_.reserved();
+  stats.memory_peak_bytes = ledger_.max_reserved();
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);
   stats.streamed[COPPICE_STREAMED_ALL] = streamed_stats(streaming.all());
   stats.bytes_read = streaming.bytes_read;

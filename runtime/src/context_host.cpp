@@ -1,4 +1,4 @@
-// What a context gives to hosts that draw themselves: changes, draws, and what plants look like.
+// A context's functions for hosts that draw themselves: changes, draws, and the appearance of plants.
 
 #include <algorithm>
 #include <cstddef>
@@ -26,7 +26,7 @@ std::uint32_t texture_or_none(std::uint32_t texture) {
   return texture == COPPICE_NO_TEXTURE ? COPPICE_NONE : texture;
 }
 
-/// Fills what of the change depends on the kind of chunk. file: its plant's
+/// Fills the fields that depend on the kind of chunk. file: its plant's
 void describe_bytes(const DecodedChunk& chunk, const PlantFile& file, coppice_change& change) {
   const std::uint32_t index = chunk.id.index;
   const auto describe = [&change](std::span<const std::uint8_t> bytes) {
@@ -73,7 +73,7 @@ coppice_change Context::next_change() {
     change.index = event.chunk.index;
     return change;
   }
-  const auto chunk = streamer_->hold_next();
+  const auto chunk = streamer_->next_pending();
   return chunk ? change_of(*chunk) : change;
 }
 
@@ -88,21 +88,21 @@ coppice_change Context::change_of(const DecodedChunk& chunk) const {
   return change;
 }
 
-Result<void> Context::confirm(ChunkId id, coppice_outcome outcome) {
-  const Streamer::Held needed = outcome == COPPICE_OUTCOME_FREED ? Streamer::Held::dropped : Streamer::Held::added;
-  if (const Streamer::Held held = streamer_->held(id); held != needed)
-    return Error{Status::invalid_argument,
-                 held == Streamer::Held::no ? "change: waits for no confirmation, it has come already or the chunk was never handed out"
-                 : held == Streamer::Held::added ? "change: was added, and waits for COPPICE_OUTCOME_TAKEN or FAILED"
-                                                 : "change: was dropped, and waits for COPPICE_OUTCOME_FREED",
-                 Error::kNoOffset,
-                 std::string(chunk_kind_name(id.kind)) + " " + std::to_string(id.index) + " of file " + std::to_string(id.plant)};
+Result<void> Context::acknowledge(ChunkId id, coppice_outcome outcome) {
+  const Streamer::Pending needed = outcome == COPPICE_OUTCOME_FREED ? Streamer::Pending::dropped : Streamer::Pending::added;
+  if (const Streamer::Pending pending = streamer_->pending(id); pending != needed)
+    return Error{
+        Status::invalid_argument,
+        pending == Streamer::Pending::no      ? "change: waits for no confirmation, it has come already or the chunk was never handed out"
+        : pending == Streamer::Pending::added ? "change: was added, and waits for COPPICE_OUTCOME_TAKEN or FAILED"
+                                              : "change: was dropped, and waits for COPPICE_OUTCOME_FREED",
+        Error::kNoOffset, std::string(chunk_kind_name(id.kind)) + " " + std::to_string(id.index) + " of file " + std::to_string(id.plant)};
   if (outcome == COPPICE_OUTCOME_FREED)
-    streamer_->confirm_freed(id);
+    streamer_->acknowledge_freed(id);
   else if (outcome == COPPICE_OUTCOME_TAKEN)
-    streamer_->confirm_taken(id);
+    streamer_->acknowledge_taken(id);
   else
-    streamer_->confirm_refused(id);
+    streamer_->acknowledge_refused(id);
   if (slots_[id.plant].open) note_residency(id.plant);
   return {};
 }
@@ -174,7 +174,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     }
     const std::uint32_t index = counts.visible_instances++;
     if (index >= out.capacity) return;
-    // Straight to where it goes: a copy of what has just been written waits for it.
+    // Writes directly to the program's memory: a copy would wait for data that was just written.
     unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
     coppice_draw shorter;
     coppice_draw& draw = in_place ? *reinterpret_cast<coppice_draw*>(theirs) : shorter;

@@ -1,4 +1,4 @@
-// What a ray hits first.
+// Finds what a ray hits first.
 
 #include <algorithm>
 #include <cstring>
@@ -12,8 +12,8 @@
 namespace coppice {
 namespace {
 
-/// Leaves of a cut that are looked at: what is coarser than its crown costs some microseconds.
-constexpr std::uint32_t kMostPickedLeaves = 512;
+/// Maximum leaves of the cut that is tested: a cut as coarse as its crown takes some microseconds.
+constexpr std::uint32_t kMaxPickedLeaves = 512;
 
 /// An instance whose sphere the ray enters.
 struct Candidate {
@@ -26,7 +26,7 @@ vec3 divided(const vec3& v, const vec3& by) {
   return {safe(v.x, by.x), safe(v.y, by.y), safe(v.z, by.z)};
 }
 
-/// The ray where positions are low + step * q; a box that is flat along an axis has one q there.
+/// The ray in coordinates q, where positions are low + step * q; a box that is flat along an axis has a single q there.
 Ray quantised_ray(const Ray& ray, const vec3& low, const vec3& step) {
   return {divided(ray.origin - low, step), divided(ray.direction, step)};
 }
@@ -86,7 +86,7 @@ coppice_hit Context::pick(const coppice_ray& asked) const {
 Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const {
   const gpu::Instance& instance = instances_.slots()[slot];
   const std::uint32_t file = instance.plant;
-  // Near the plant floats hold what doubles do.
+  // Near the plant floats are as precise as doubles.
   const vec4 to_object{-instance.rotation.x, -instance.rotation.y, -instance.rotation.z, instance.rotation.w};
   const Ray ray{gpu::oriented(to_object, (from.start_m - place_of(instance)).rounded()) * (1.0f / instance.scale),
                 gpu::oriented(to_object, from.direction) * (1.0f / instance.scale)};
@@ -108,7 +108,7 @@ Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const
   if (gpu::leaf_share_of(instance) == 0.0f) return hit;
   const gpu::LeafBox leaves = gpu::leaf_box(gpu::gpu_plant(this->file(file).plant));
   const Ray in_crown = quantised_ray(ray, leaves.min, leaves.step);
-  for_each_leaf(*streamer_, file, std::min(streamer_->state(file).resident_leaf_count, kMostPickedLeaves), [&](const PageNode& node) {
+  for_each_leaf(*streamer_, file, std::min(streamer_->state(file).resident_leaf_count, kMaxPickedLeaves), [&](const PageNode& node) {
     const vec3 a = point(node.corners[0]), b = point(node.corners[1]), c = point(node.corners[2]), d = point(node.corners[3]);
     nearer(std::min(triangle_hit(in_crown, {a, b, c}), triangle_hit(in_crown, {a, c, d})), COPPICE_HIT_CROWN);
   });

@@ -60,7 +60,7 @@ coppice_scene_tree Context::tree_at(std::uint32_t slot) const {
 }
 
 Result<void> Context::change_trees(std::span<const coppice_scene_tree> trees, const TreeEdit& edit) {
-  // Room in all of them before anything is changed in one.
+  // Reserves memory in all scenes before it changes one.
   if (edit.state != COPPICE_TREE_AS_IN_FILE)
     for (std::uint32_t i = 0; i < scenes_.size(); ++i) {
       const auto count = std::ranges::count(trees, scene_handle(i), &coppice_scene_tree::scene);

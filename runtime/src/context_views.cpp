@@ -1,4 +1,4 @@
-// The views of a context: what they ask of streaming, and what is known of them.
+// The views of a context: their demand, and their statistics.
 
 #include <algorithm>
 #include <utility>
@@ -9,10 +9,10 @@
 namespace coppice {
 namespace {
 
-/// Views of depth alone share the last lens, the others have the rest.
-constexpr std::size_t kDepthLens = kMostLenses - 1;
+/// Views of only depth share the last view group, the others have the rest.
+constexpr std::size_t kDepthGroup = kMaxViewGroups - 1;
 
-/// Of two views that streaming takes as one: what is enough for both.
+/// Lowers the threshold so that it suffices for two views of a group.
 void merge_threshold(LodView& of, const LodView& other) {
   of.error_px = std::min(of.error_px, other.error_px);
   of.full = of.full || other.full;
@@ -26,24 +26,24 @@ Result<coppice_view> Context::create_view(const coppice_view_desc& desc, std::ui
   if (free == views_.end()) views_.emplace_back();
   ViewEntry& view = views_[index];
   COPPICE_CHECK(make_room(view.ahead, hooks_.hooks.allocator, ledger_, static_cast<std::uint32_t>(slots_.items.size())));
-  view.lens = desc.output == COPPICE_OUTPUT_DEPTH ? kDepthLens : free_lens();
+  view.group = desc.output == COPPICE_OUTPUT_DEPTH ? kDepthGroup : smallest_group();
   view.backend_view = backend_view;
   view.open = true;
   return pack_handle({HandleKind::view, tag_, view.generation, index});
 }
 
-/// That the fewest lit views share.
-std::size_t Context::free_lens() const {
-  std::array<std::size_t, kDepthLens> shares{};
+/// The group with the fewest views with colours.
+std::size_t Context::smallest_group() const {
+  std::array<std::size_t, kDepthGroup> shares{};
   for (const ViewEntry& view : views_)
-    if (view.open && view.lens != kDepthLens) ++shares[view.lens];
+    if (view.open && view.group != kDepthGroup) ++shares[view.group];
   return static_cast<std::size_t>(std::ranges::min_element(shares) - shares.begin());
 }
 
 void Context::destroy_view(coppice_view view) {
   ViewEntry& gone = entry_of_view(view);
   backend_->remove_view(gone.backend_view);
-  ledger_.give(gone.ahead.measured.bytes() + gone.ahead.finished.bytes());
+  ledger_.release(gone.ahead.measured.bytes() + gone.ahead.finished.bytes());
   const std::uint32_t generation = gone.generation + 1;
   gone = {};
   gone.generation = generation;
@@ -75,24 +75,24 @@ void Context::show_view(const coppice_camera& camera, LodView& lod) {
   const ViewCounts counts = counts_of(view);
   view.budget.observe({counts.frame, counts.leaves, counts.wood_triangles, counts.hardware_triangles});
   lod.error_px = view.budget.threshold_px(frame_number_, lod.error_px, camera.lod == COPPICE_LOD_CUT ? camera.leaf_budget : 0);
-  lod.looks_around = view.lens != kDepthLens;
+  lod.looks_around = view.group != kDepthGroup;
   backend_->show_view(view.backend_view, camera, lod);
   view.shown = lod;
   view.shown_frame = frame_number_;
-  // A discrete level has up to four times the leaves of the cut; the error falls about as their root.
+  // A discrete level has up to four times the leaves of the cut, and the error falls about with the square root of their number.
   if (lod.discrete) lod.error_px *= 0.5f;
 }
 
 void Context::measure_views(std::span<const coppice_camera> cameras, std::span<const LodView> lods) {
-  lenses_ = {};
+  group_views_ = {};
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     ViewEntry& view = entry_of_view(cameras[i].view);
-    const std::span<PlantDemand> demands = demands_[view.lens].span();
-    if (std::optional<LodView>& lens = lenses_[view.lens]) {
-      merge_threshold(*lens, lods[i]);
+    const std::span<PlantDemand> demands = demands_[view.group].span();
+    if (std::optional<LodView>& group = group_views_[view.group]) {
+      merge_threshold(*group, lods[i]);
       add_demand(instances_.blocks(), 0, instances_.blocks().bounds.size(), lods[i], demands);
     } else {
-      lens = lods[i];
+      group = lods[i];
       measure_demand(instances_.blocks(), lods[i], demands);
     }
     if (lods[i].looks_around) add_demand_ahead(view.ahead, instances_.blocks(), lods[i], prefetch_frames_, demands);
@@ -103,9 +103,9 @@ void Context::measure_views(std::span<const coppice_camera> cameras, std::span<c
 }
 
 StreamFrame Context::stream_frame() const {
-  StreamFrame frame{.frame_number = frame_number_, .lenses = {}};
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
-    if (lenses_[lens]) frame.lenses[lens] = StreamLens{*lenses_[lens], demands_[lens].span()};
+  StreamFrame frame{.frame_number = frame_number_, .view_groups = {}};
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
+    if (group_views_[group]) frame.view_groups[group] = ViewGroup{*group_views_[group], demands_[group].span()};
   return frame;
 }
 
@@ -115,7 +115,7 @@ bool Context::is_settled(coppice_view view) const {
   if (std::ranges::any_of(plants_.span(), opening)) return false;
   for (const SceneEntry& entry : scenes_)
     if (entry.scene && !entry.scene->is_settled()) return false;
-  return streamer_->is_lens_settled(entry_of_view(view).lens);
+  return streamer_->is_group_settled(entry_of_view(view).group);
 }
 
 void Context::fill_stats(coppice_view view, coppice_view_stats& stats) const {
@@ -128,7 +128,7 @@ void Context::fill_stats(coppice_view view, coppice_view_stats& stats) const {
   stats.drawn_wood_triangle_count = counts.wood_triangles;
   stats.leaf_mesh_instance_count = counts.leaf_mesh_instances;
   stats.drawn_leaf_mesh_triangle_count = counts.leaf_mesh_triangles;
-  stats.threshold_px = streamer_->threshold_px(of.lens);
+  stats.threshold_px = streamer_->threshold_px(of.group);
   std::ranges::copy(counts.pass_ms, stats.pass_ms);
 }
 

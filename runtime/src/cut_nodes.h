@@ -1,6 +1,6 @@
 #pragma once
 
-// The leaves of a cut, as they lie in pages.
+// Walks the leaves of a cut, which lie in pages.
 
 #include <algorithm>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace coppice {
 
-/// Calls take(node) for the nodes of cut(leaf_count), ascending. file: an open index. leaf_count: at most what is resident
+/// Calls take(node) for the nodes of cut(leaf_count), ascending. file: an open index. leaf_count: at most the resident number
 template <class Take>
 void for_each_leaf(const Streamer& streamer, std::uint32_t file, std::uint32_t leaf_count, const Take& take) {
   if (leaf_count == 0) return;

@@ -14,10 +14,10 @@
 namespace coppice {
 namespace {
 
-/// A tile that is larger than this when it comes grows up in so many frames, if no more than so many others do.
+/// A tile that is larger than this when it arrives grows up in several frames, unless too many others do.
 constexpr float kGrowFrom_px = 3.0f;
-constexpr std::uint32_t kGrowFrames = 16, kMostGrowing = 16;
-/// What an instance takes: its slot (about 190 bytes), draw commands, places in the lists of wood.
+constexpr std::uint32_t kGrowFrames = 16, kMaxGrowing = 16;
+/// Memory of an instance: its slot (about 190 bytes), draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceBytes = 224;
 
 coppice_placement placement_of(const SceneInstance& instance) {
@@ -31,7 +31,7 @@ coppice_placement placement_of(const SceneInstance& instance) {
   return placement;
 }
 
-/// Of the picture of a parallel view.
+/// Half the diagonal of a parallel view's picture.
 float half_diagonal_m(const LodView& view) {
   const mat4 rows = transpose(view.eyes[0].clip_from_world);
   const vec3 x = rows.column[0].xyz(), y = rows.column[1].xyz();
@@ -70,17 +70,17 @@ Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, std::uint32
 Result<void> OpenScene::allocate() {
   const SceneFile& file = stream_->file();
   const coppice_allocator& allocator = context_.hooks().allocator;
-  std::uint32_t most_placed = 0;
-  for (const SceneTile& tile : file.tiles) most_placed = std::max(most_placed, tile.entry.instance_count);
+  std::uint32_t max_placed = 0;
+  for (const SceneTile& tile : file.tiles) max_placed = std::max(max_placed, tile.entry.instance_count);
   COPPICE_CHECK(allocate_into(tiles_, allocator, file.tiles.size()));
   COPPICE_CHECK(allocate_into(plants_, allocator, file.species.size()));
-  COPPICE_CHECK(placed_.make_room(allocator, most_placed));
-  COPPICE_CHECK(opening_.make_room(allocator, Streamer::kMostOpening));
-  COPPICE_CHECK(growing_.make_room(allocator, kMostGrowing));
+  COPPICE_CHECK(placed_.make_room(allocator, max_placed));
+  COPPICE_CHECK(opening_.make_room(allocator, Streamer::kMaxOpening));
+  COPPICE_CHECK(growing_.make_room(allocator, kMaxGrowing));
   const std::uint64_t bytes = tiles_.bytes() + plants_.bytes() + placed_.items.bytes() + opening_.items.bytes() + growing_.items.bytes();
   COPPICE_CHECK(context_.check_fits(bytes));
-  context_.ledger().take(bytes);
-  taken_bytes_ = bytes;
+  context_.ledger().reserve(bytes);
+  reserved_bytes_ = bytes;
   return {};
 }
 
@@ -89,7 +89,7 @@ void OpenScene::close() {
   for (const Opening& opening : opening_.span()) context_.close_plant(opening.plant);
   for (const coppice_plant plant : plants_)
     if (context_.is_open(plant)) context_.close_plant(plant);
-  context_.ledger().give(std::exchange(taken_bytes_, 0) + changes_.bytes());
+  context_.ledger().release(std::exchange(reserved_bytes_, 0) + changes_.bytes());
 }
 
 void OpenScene::fill_info(coppice_scene_info& info) const {
@@ -122,7 +122,7 @@ void OpenScene::begin_frame(std::span<const LodView> views, std::uint64_t frame_
   static_assert(kTileBlockInstances == gpu::kDirtyBlockSlots);
   const std::uint64_t affordable = context_.ledger().budget() / 4 / scene_count / (kInstanceBytes * kTileBlockInstances);
   const std::uint32_t block_count = context_.instances().free_block_count() / scene_count + block_count_;
-  // A shadow map shows what cameras have loaded: its picture is as fine everywhere, and would want all that lies along it.
+  // A shadow map shows what cameras have loaded: its picture is as fine everywhere, and would load everything along it.
   const bool only_depth = std::ranges::none_of(views, &LodView::looks_around);
   eyes_.clear();
   for (const LodView& view : views)
@@ -132,7 +132,7 @@ void OpenScene::begin_frame(std::span<const LodView> views, std::uint64_t frame_
   for (const std::uint32_t tile : stream_->dropped()) remove_tile(tile);
   grow_tiles();
   open_species(frame_number);
-  // One at least; more while there is time. What is over waits for the next frame.
+  // At least one; more while there is time. The rest waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns);
   for (auto ready = stream_->next_ready(); ready; ready = stream_->next_ready()) {
     if (!place_tile(*ready)) break;
@@ -145,12 +145,12 @@ void OpenScene::open_species(std::uint64_t frame_number) {
     const auto wanted = stream_->next_species();
     if (!wanted) break;
     const auto started = context_.start_open(wanted->path);
-    // Where max_plants are open others may be closing: it is tried again as an opening that finds no memory is.
-    if (!started && ++species_tries_ < Streamer::kOpenTries) {
+    // If max_plants are open, others may be closing: it is retried like an opening that finds no memory.
+    if (!started && ++species_attempts_ < Streamer::kOpenAttempts) {
       species_frame_ = frame_number + Streamer::kOpenRetryFrames;
       break;
     }
-    species_tries_ = 0;
+    species_attempts_ = 0;
     stream_->species_opening(wanted->species);
     if (started) {
       opening_.push_back({wanted->species, *started});
@@ -187,7 +187,7 @@ bool OpenScene::place_tile(const ReadyTile& ready) {
     stream_->refused(ready.tile);
     return true;
   }
-  // What holds and draws them all grows with them: room is made for that, and the tile waits.
+  // Everything that stores and draws them grows with them: the slots are grown, and the tile waits.
   if (!context_.grow_slots(*needed)) return false;
   gpu::InstanceTile& tile = tiles_[ready.tile];
   tile = *instances.add_tile(index_ * COPPICE_MAX_SCENE_TILES + ready.tile, placed_.span());
@@ -200,7 +200,7 @@ bool OpenScene::place_tile(const ReadyTile& ready) {
   return true;
 }
 
-// Where the threshold is above some pixels, plants would pop up.
+// At a threshold above some pixels plants would pop up.
 void OpenScene::grow_tiles() {
   for (Growing& growing : growing_.span()) {
     const auto share = static_cast<float>(growing.share);
@@ -236,7 +236,7 @@ Result<void> OpenScene::reserve_changes(std::size_t count) {
   const std::uint64_t bytes = changes_.growth_bytes(count);
   COPPICE_CHECK(context_.check_fits(bytes));
   COPPICE_CHECK(changes_.reserve(context_.hooks().allocator, count));
-  context_.ledger().take(bytes);
+  context_.ledger().reserve(bytes);
   return {};
 }
 
@@ -281,7 +281,7 @@ void OpenScene::change_trees(coppice_scene scene, std::span<const coppice_scene_
 }
 
 WorldBox OpenScene::world_box(const vec3& low, const vec3& high) const {
-  constexpr double kRounded_m = 1e-3;  // positions are kept to within less
+  constexpr double kRounded_m = 1e-3;  // positions are more precise than this
   WorldBox box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     coppice_placement placement = gpu::default_placement();
@@ -311,7 +311,7 @@ void OpenScene::query(const WorldBox& box, TreeOutput& out) const {
 void OpenScene::query_tile(std::uint32_t index, const WorldBox& box, TreeOutput& out) const {
   const SceneFile& file = stream_->file();
   const SceneTile& tile = file.tiles[index];
-  // A tile's plants may stand out of its square by what rounding does.
+  // Rounding may move a tile's plants out of its square.
   const float slack_m = 1e-3f * tile.square_side_m + 1e-5f * (std::abs(tile.square_min_m[0]) + std::abs(tile.square_min_m[1]));
   const float side_m = tile.square_side_m + 2.0f * slack_m;
   const vec3 low(tile.square_min_m[0] - slack_m, file.height_min_m, tile.square_min_m[1] - slack_m);
@@ -323,7 +323,7 @@ void OpenScene::query_tile(std::uint32_t index, const WorldBox& box, TreeOutput&
     for (std::uint32_t number = 0; is_resident(index) && number < tile.entry.instance_count; ++number) {
       while (change != changes.end() && change->number < number) ++change;
       const bool replaced = change != changes.end() && change->number == number && change->state == COPPICE_TREE_REPLACED;
-      if (!replaced) query_member(index, number, box, out);  // those may stand anywhere
+      if (!replaced) query_member(index, number, box, out);  // replaced ones may stand anywhere
     }
   }
   const auto child_count = static_cast<std::uint32_t>(std::popcount(tile.entry.child_mask));

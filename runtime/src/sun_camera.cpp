@@ -21,7 +21,7 @@ void set_sun_camera(coppice_camera& view, const coppice_sun_desc& desc, bool rev
   view.view_from_world[14] -= double{kRadiiBefore} * double{desc.radius_m};
   view.view_from_world[15] = 1.0;
 
-  // The near plane goes through the eye.
+  // The near plane contains the eye.
   const float depth_per_m = 1.0f / ((kRadiiBefore + kRadiiBehind) * desc.radius_m);
   std::fill_n(view.clip_from_view, 16, 0.0f);
   view.clip_from_view[0] = 1.0f / desc.radius_m;

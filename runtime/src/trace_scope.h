@@ -6,7 +6,7 @@
 
 namespace coppice {
 
-/// A call from its beginning to its end, for the trace hook.
+/// Reports a call to the trace hook, from its construction to its destruction.
 class TraceScope {
  public:
   TraceScope(const coppice_trace& trace, coppice_trace_kind kind) : trace_(trace), kind_(kind), start_ns_(trace_start(trace)) {}

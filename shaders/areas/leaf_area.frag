@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Reads masks and holes: the nearest texel, repeating. Writes nothing and discards holes. Drawn by OcclusionAreas
-// (bake/src/areas/occlusion_areas.cpp).
+// (bake/lod/areas/occlusion_areas.cpp).
 #include "leaf_area.glsl"
 
 layout(location = 0) noperspective in vec2 uv;

@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Reads leaves, six vertices each: triangles (0, 1, 2) and (0, 2, 3). Writes depth only. Drawn by OcclusionAreas
-// (bake/src/areas/occlusion_areas.cpp): all leaves at once for the depth, then one by one for what of each is at that depth.
-// The draws must give the same depth to the bit: all pipelines are made from this one module, and nothing in it may be rearranged.
+// (bake/lod/areas/occlusion_areas.cpp): all leaves at once for the depth, then one by one to count each leaf's pixels at that depth. The
+// draws must give the same depth to the bit: all pipelines are made from this one module, and nothing in it may be rearranged.
 #include "leaf_area.glsl"
 
-// Linear on the screen, as the baker's rasteriser has it, in perspective too.
+// Linear on the screen, as in the baker's rasteriser, in perspective too.
 layout(location = 0) noperspective out vec2 uv;
 layout(location = 1) flat out uint mask;
 

@@ -1,10 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaf quads of one cluster of an instance: four vertices for each leaf, those not born yet collapsed outside the clip volume.
+// Leaf quads of one cluster of an instance: four vertices for each leaf. Leaves that are not born yet are collapsed outside the clip
+// volume.
 // reads     view, instances, plants, cuts, shadow_maps; lists, clusters, leaves, splats, cards, materials, debug colours by address
 // writes    position, and what surface_out.glsl says
-// draws     indirect, leaf_commands of cull.comp or leaf_expand.comp: gl_InstanceIndex names slot and list, gl_VertexIndex cluster, leaf and
+// draws     indirect, leaf_commands of cull.comp or leaf_expand.comp: gl_InstanceIndex names slot and list, gl_VertexIndex cluster, leaf
+// and
 //           corner; recorded by coppice::gpu::ViewRecorder::record_draw
 
 #define COPPICE_QUADS
@@ -35,7 +37,8 @@ void main() {
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   vec3 world_middle;
   float loss = outline_loss(corners, instance, world_middle);
-  // A quad of the same covered area, whatever the cutoff lets through: of the soft texels of a small mip level soon all.
+  // Far away the quad's covered area must stay the same whatever the cutoff lets through: in a small mip level that is soon all of its soft
+  // texels.
   float let_through = mix(material.coverage, 1.0, min(1.5 * loss, 1.0));
   uint name = name_of(leaf, slot);
   bool single = is_single(leaf, paged, leaf_count == plant.leaf_count);
@@ -45,8 +48,8 @@ void main() {
   vec3 rest = middle + (corners[corner] - middle) * scale;
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
 
-  // Moved as its stalk is, or as its middle where it stands for others. One that does not flutters, once the cut is beyond the split that
-  // bore it.
+  // A single leaf moves with its stalk, a merged one with its middle. A merged leaf does not flutter; a single one does once the cut is
+  // beyond the split that bears it.
   WindMoves moves = wind_moves(instance, single ? corners[0] : middle);
   float strength = flutter_strength(instance, corners[0], list.leaf_size_m);
   float birth = float(cluster / kBlockClusters * kPageSplits + (leaf.life >> kBirthShift));
@@ -59,8 +62,8 @@ void main() {
   vec3 before = rest + moves.before + flutter(moves.load_before, view.wind_before.time_s, stalk, swing);
   world_middle += oriented(instance.rotation, instance.scale * moves.now);
   vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
-  uint thinning = thinning_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
-  put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, thinning));
+  uint dither = dither_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
+  put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, dither));
   out_albedo_cutoff.w = material.alpha_cutoff * (1.0 - loss);
   if (kContents == 0) return;
 

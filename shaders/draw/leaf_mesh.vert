@@ -24,7 +24,7 @@ void main() {
   bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
   put_nothing();
   if (!is_drawn(material) || !shown) return;
-  // A leaf is moved as its stalk is.
+  // A leaf moves with its stalk.
   vec3 stalk_m = plant.box_min + plant.box_step * vec3(stalk);
   WindMoves moves = wind_moves(instance, stalk_m);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
@@ -40,7 +40,7 @@ void main() {
 #ifdef COPPICE_RELIEF
   out_position = vertex.position;
   out_albedo_cutoff.rgb = albedo;
-  out_normal_roundness.xyz = normal;  // object space, as relief.frag takes it
+  out_normal_roundness.xyz = normal;  // object space, for relief.frag
 #else
   LeafNormals normals = in_world(instance, leaf_normals(crown, vertex.position, normal, material.crown_normals));
   CrownSample crown_light = crown_light_at(plant.crown_light, crown, vertex.position);

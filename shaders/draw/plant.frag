@@ -4,7 +4,7 @@
 // Wood and leaf meshes: texture, alpha test; with COPPICE_DEPTH, for shadow maps, no colour.
 // reads     view, instances; base_color
 // writes    what surface.glsl says
-// draws     of wood.vert and leaf_mesh.vert, in coppice::gpu::ViewRecorder::record_draw. What has no texture keeps early depth
+// draws     of wood.vert and leaf_mesh.vert, in coppice::gpu::ViewRecorder::record_draw. Surfaces without texture keep early depth
 //           tests.
 
 #include "bindings.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Wood and leaf meshes with a normal map: what plant.frag draws, with a normal and light of its own for each fragment.
+// Wood and leaf meshes with a normal map: as plant.frag, but each fragment has its own normal and light.
 // reads     view, instances, plants, shadow_maps; materials and crown light by address; base_color, normal_map
 // writes    what surface.glsl says
 // draws     of wood.vert and leaf_mesh.vert with COPPICE_RELIEF, in coppice::gpu::ViewRecorder::record_draw
@@ -13,8 +13,9 @@ layout(set = 2, binding = 0) uniform sampler2D normal_map;
 
 layout(location = 7) in vec3 in_position;
 
-// The normal map's vector in the frame of the texture coordinates, which derivatives give (Schueler, Normal Mapping Without Precomputed
-// Tangents, ShaderX 5). `y` of a map is against v. Any side of the surface, any direction of the framebuffer's axes.
+// Turns the normal map's vector out of the frame of the texture coordinates, which derivatives give (Schueler, Normal Mapping Without
+// Precomputed Tangents, ShaderX 5). `y` of a map points against v. Works for either side of the surface and any direction of the
+// framebuffer's axes.
 vec3 mapped_normal(vec3 normal) {
   vec2 stored = 2.0 * texture(normal_map, in_uv_occlusion_roughness.xy).ag - 1.0;
   vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);

@@ -1,10 +1,10 @@
-// What fragment shaders get from surface_out.glsl, and the texture of a draw. After bindings.glsl.
+// Inputs of fragment shaders from surface_out.glsl, and the texture of a draw. After bindings.glsl.
 
 #include "shading.glsl"
 
 layout(push_constant, scalar) uniform Push { DrawPush push; };
 layout(constant_id = 0) const uint kTextured = 1;
-layout(constant_id = 1) const uint kLeaf = 0;  // else wood
+layout(constant_id = 1) const uint kLeaf = 0;  // 0: wood
 
 layout(set = 1, binding = 0) uniform sampler2D base_color;
 
@@ -24,7 +24,7 @@ layout(location = 6) in vec3 in_before;
 
 uvec2 pixel_in_picture() { return uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px; }
 
-// Whether a triangle's corners run counter-clockwise to the viewer as they were modelled, whichever way y of the picture points.
+// True if a triangle's corners run counter-clockwise for the viewer, as they were modelled, whichever way y of the picture points.
 bool is_front() { return gl_FrontFacing == ((view.is_mirrored != 0) == ((in_ids.w & kIsMirrored) != 0)); }
 
 // Discards holes.
@@ -41,11 +41,11 @@ vec3 textured_albedo() {
 
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
-  uint user = wants(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
+  uint user = has_content(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
   return SurfacePlace(in_world_sun.xyz, user, pixel, in_before, (in_ids.w & kHasCome) != 0);
 }
 
-// As the vertex shader has it.
+// The surface from the vertex shader.
 CoppiceSurface surface_here(vec3 albedo) {
   vec3 normal = normalize(in_normal_roundness.xyz), face = normalize(in_face);
   if (kLeaf == 0 && !is_front()) normal = face = -normal;

@@ -1,5 +1,5 @@
-// What vertex shaders share: push constants, and what they hand on to surface_in.glsl. With COPPICE_RELIEF that is for relief.frag, which
-// finds normals and light itself; with COPPICE_QUADS it is for leaf.frag. After bindings.glsl.
+// Shared by vertex shaders: push constants, and outputs to surface_in.glsl. With COPPICE_RELIEF they are for relief.frag, which computes
+// normals and light itself; with COPPICE_QUADS they are for leaf.frag. After bindings.glsl.
 
 #include "shading.glsl"
 #include "contents.glsl"
@@ -18,14 +18,14 @@ layout(location = 0) flat out vec4 out_albedo_cutoff;
 layout(location = 1) out vec4 out_world_sun;
 layout(location = 2) out vec4 out_uv_occlusion_roughness;
 layout(location = 3) COPPICE_OF_LEAF out vec4 out_normal_roundness;  // world space
-layout(location = 4) COPPICE_OF_LEAF out vec3 out_face;              // of either side
-layout(location = 5) flat out uvec4 out_ids;  // slot, material, thinning, kHasCome and kIsMirrored
+layout(location = 4) COPPICE_OF_LEAF out vec3 out_face;              // either side's
+layout(location = 5) flat out uvec4 out_ids;  // slot, material, dither, kHasCome and kIsMirrored
 layout(location = 6) out vec3 out_before;  // clip x, y and w in the frame before
 #ifdef COPPICE_RELIEF
 layout(location = 7) out vec3 out_position;  // object space, m
 #endif
 
-const vec4 kOutside = vec4(2.0, 2.0, 2.0, 1.0);  // the clip volume
+const vec4 kOutside = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume
 
 // face: of either side
 void put_surface(CoppiceSurface surface, vec3 face) {
@@ -36,19 +36,19 @@ void put_surface(CoppiceSurface surface, vec3 face) {
   out_face = face;
 }
 
-// world: where the place is; object_before: where it was in the frame before, object space
-void put_place(Instance instance, vec3 world, vec3 object_before, Material material, vec2 uv, uvec3 slot_material_thinning) {
+// world: the place; object_before: the place in the frame before, object space
+void put_place(Instance instance, vec3 world, vec3 object_before, Material material, vec2 uv, uvec3 slot_material_dither) {
   gl_Position = view.eyes[push.eye].clip_from_world * vec4(world, 1.0);
   out_world_sun.xyz = world;
   out_albedo_cutoff.w = material.alpha_cutoff;
   out_uv_occlusion_roughness.xy = uv;
   out_uv_occlusion_roughness.w = material.roughness;
-  out_ids = uvec4(slot_material_thinning, (instance.before == kCame ? kHasCome : 0) | (instance.rotation.w < 0.0 ? kIsMirrored : 0));
-  if (wants(kContentVelocity))
+  out_ids = uvec4(slot_material_dither, (instance.before == kCame ? kHasCome : 0) | (instance.rotation.w < 0.0 ? kIsMirrored : 0));
+  if (has_content(kContentVelocity))
     out_before = (view.eyes[push.eye].clip_from_world_before * vec4(world_before(instance, object_before), 1.0)).xyw;
 }
 
-// In place of that where nothing is drawn: outside where another draw shows its material, or nobody does.
+// Call it instead if nothing is drawn: the vertex goes outside the clip volume. Another draw shows its material, or none does.
 void put_nothing() {
   gl_Position = kOutside;
   out_albedo_cutoff = out_world_sun = out_uv_occlusion_roughness = out_normal_roundness = vec4(0.0);
@@ -65,5 +65,5 @@ uint slot_of_draw(uint instance) {
 }
 bool is_drawn(Material material) { return material.texture == push.texture && material.normal_map == push.normal_map; }
 
-// With a debug view, in place of light.
+// Shows a colour of a debug view instead of light.
 void show_debug(vec3 color) { out_albedo_cutoff.rgb = color; }

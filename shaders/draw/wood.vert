@@ -27,7 +27,7 @@ void main() {
 #ifdef COPPICE_RELIEF
   out_position = vertex.position;
   out_albedo_cutoff.rgb = material.base_color.rgb;
-  out_normal_roundness.xyz = normal;  // object space, as relief.frag takes it
+  out_normal_roundness.xyz = normal;  // object space, for relief.frag
 #else
   CrownSample crown_light = crown_light_at(plant.crown_light, crown_of(plant), vertex.position);
   LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));

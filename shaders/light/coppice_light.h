@@ -1,5 +1,5 @@
-// Where plants stand, how crowns are lit and leaves coloured, and how words hold what that takes, once: this text compiles as GLSL and as
-// C++ (namespace coppice::gpu), so that the records of clusters and the shaders that draw vertices cannot disagree by more than rounding.
+// Places of plants, light in crowns, colours of leaves, and their packing into words. This text compiles as GLSL and as C++ (namespace
+// coppice::gpu), so the records of clusters and the shaders that draw vertices cannot differ by more than rounding.
 //
 // In a shader after bindings.glsl.
 
@@ -9,7 +9,7 @@
 #include "coppice_lod.h"
 #include "coppice_shared.h"
 
-// Word i of a plant's crown light, whose address is words.
+// Reads word i of a plant's crown light, whose address is `words`.
 #ifdef __cplusplus
 #define COPPICE_CROWN_WORD(words, i) (words)[i]
 
@@ -27,7 +27,7 @@ COPPICE_FN vec3 rotate(vec4 quaternion, vec3 v) {
   return v + quaternion.w * t + cross(axis, t);
 }
 
-/// A direction of an instance's object space in the world; of the conjugate of its rotation, the other way round. rotation: Instance's
+/// Turns a direction of an instance's object space into the world; with the conjugate of its rotation, back. rotation: Instance's
 COPPICE_FN vec3 oriented(vec4 rotation, vec3 v) {
   return (rotation.w < 0.0f ? -1.0f : 1.0f) * rotate(rotation, v);
 }
@@ -48,7 +48,7 @@ COPPICE_FN float lod_bias_of(Instance instance) {
 }
 
 #ifndef __cplusplus
-// A place in a cell, seen from the view's eye.
+// A place in a cell, relative to the view's eye.
 vec3 from_eye(ivec3 cell, vec3 place) {
   return vec3(cell - view.eye_cell) * kCellSide_m + (place - view.eye_in_cell);
 }
@@ -58,12 +58,13 @@ vec3 world_from_object(Instance instance, vec3 p) {
 }
 #endif
 
-/// Whether a single leaf is there where a share of an instance's leaves is: they come one after the other. name: the leaf's
+/// True if a single leaf is among the given share of its instance's leaves. Leaves vanish one by one as the share falls. name: the leaf's
 COPPICE_FN bool is_among(uint name, float share) {
   return float(coppice_hash(name) >> 8u) * (1.0f / 16777216.0f) < share;
 }
 
-/// A unit vector's place on the octahedron, whose lower half is folded outwards into the corners of the square. Of any length; 0 gives 0.
+/// Maps a unit vector to the octahedron, whose lower half is folded outwards into the corners of the square. Any length is allowed; 0 gives
+/// 0.
 COPPICE_FN vec2 octahedral(vec3 n) {
   float sum = abs(n.x) + abs(n.y) + abs(n.z);
   if (!(sum > 0.0f)) return vec2(0.0f, 0.0f);
@@ -72,7 +73,7 @@ COPPICE_FN vec2 octahedral(vec3 n) {
   return vec2((1.0f - abs(e.y)) * (e.x >= 0.0f ? 1.0f : -1.0f), (1.0f - abs(e.x)) * (e.y >= 0.0f ? 1.0f : -1.0f));
 }
 
-/// The inverse. Unit
+/// The inverse of octahedral(). Returns a unit vector
 COPPICE_FN vec3 unfold(vec2 e) {
   vec3 n = vec3(e.x, e.y, 1.0f - abs(e.x) - abs(e.y));
   float fold = max(-n.z, 0.0f);
@@ -81,23 +82,23 @@ COPPICE_FN vec3 unfold(vec2 e) {
   return n * inversesqrt(dot(n, n));
 }
 
-/// A length, m, in 8 bits: see kLengthZero. The longest and the shortest that there are stand for what lies beyond.
+/// Packs a length, m, into 8 bits: see kLengthZero. Lengths beyond the range become its ends.
 COPPICE_FN uint pack_length(float length_m) {
   if (!(length_m > 0.0f)) return 0u;
   return uint(clamp(round(kLengthSteps * log2(length_m)) + float(kLengthZero), 1.0f, 255.0f));
 }
-/// Of four in a word.
+/// Unpacks one of the four lengths in a word.
 COPPICE_FN float unpack_length(uint word, uint quarter) {
   uint step = word >> (8u * quarter) & 255u;
   return step == 0u ? 0.0f : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
 }
 
-/// Splat::look without the bulk; also a colour of wood. The inverse is kMaxSplatAlbedo times the square.
+/// Packs Splat::look without the bulk, or a colour of wood. The inverse is kMaxSplatAlbedo times the square.
 COPPICE_FN uint pack_albedo(vec3 albedo) {
   return packUnorm4x8(vec4(sqrt(clamp(albedo * (1.0f / kMaxSplatAlbedo), vec3(0.0f), vec3(1.0f))), 0.0f));
 }
 
-/// Leaf vertices fill a box; the ellipsoid in it stands for the crown. Object space, m.
+/// The crown is the ellipsoid in the box of the leaf vertices. Object space, m.
 struct Crown {
   vec3 center;
   vec3 radii;
@@ -111,16 +112,16 @@ COPPICE_FN Crown crown_of(vec3 box_min, vec3 box_step, uint quantised_max) {
   return crown;
 }
 
-/// Light at a place in a crown, as clusters/crown_light.h measures it. Optical depth towards unit direction d: depth + dot(slope, d), not
-/// below 0.
+/// Light at a place in a crown, measured by clusters/crown_light.h. Optical depth towards unit direction d is depth + dot(slope, d), at
+/// least 0.
 struct CrownSample {
   float depth;  // on average
   vec3 slope;
-  float sky;  // share of the light of the sky that arrives, 0..1
+  float sky;  // share of the sky's light that arrives, 0..1
 };
 
 COPPICE_FN uint pack_crown(CrownSample crown) {
-  float root = round(255.0f * sqrt(min(max(0.0f, crown.depth / kMaxCrownDepth), 1.0f)));  // in this order a NaN is 0, here and below
+  float root = round(255.0f * sqrt(min(max(0.0f, crown.depth / kMaxCrownDepth), 1.0f)));  // in this order a NaN becomes 0, here and below
   float depth = kMaxCrownDepth * root * root / (255.0f * 255.0f);
   vec3 slope = depth > 0.0f ? crown.slope / vec3(kMaxCrownSlope * depth) : vec3(0.0f);
   vec3 steps = round(31.0f * clamp(slope, vec3(-1.0f), vec3(1.0f)));
@@ -138,7 +139,8 @@ COPPICE_FN CrownSample unpack_crown(uint word) {
   return crown;
 }
 
-/// Between cells linearly, outside the box what its nearest place has. words: uint[kCrownCells^3], place: object space, m
+/// Interpolates linearly between cells; a place outside the box has the light of the box's nearest place. words: uint[kCrownCells^3],
+/// place: object space, m
 COPPICE_FN CrownSample crown_light_at(CrownWords words, Crown crown, vec3 place) {
   vec3 at = ((place - crown.center) / crown.radii * 0.5f + vec3(0.5f)) * float(kCrownCells) - vec3(0.5f);
   at = clamp(at, vec3(0.0f), vec3(float(kCrownCells - 1u)));
@@ -160,15 +162,15 @@ COPPICE_FN CrownSample crown_light_at(CrownWords words, Crown crown, vec3 place)
   return sum;
 }
 
-/// How much of the crown a leaf stands for, if all others have been merged into as large ones: about 1 for the last one of a plant.
-/// size_m: its longer diagonal
+/// The share of the crown that a leaf stands for if all others have been merged into equally large ones: about 1 for the last leaf of a
+/// plant. size_m: its longer diagonal
 COPPICE_FN float full_bulk(Crown crown, float size_m) {
   float share = min(0.5f * size_m / ((crown.radii.x + crown.radii.y + crown.radii.z) / 3.0f), 1.0f);
   return share * share;
 }
 
-/// Light and dark, warm and cool: follows the leaf's stalk, so that it survives a change of cut. stalk_m: where it is, object space;
-/// stalk: the same, quantised
+/// Varies leaves between light and dark, warm and cool. It depends on the leaf's stalk, so that it survives a change of cut. stalk_m: its
+/// place, object space; stalk: the same, quantised
 COPPICE_FN vec3 variation(Crown crown, vec3 stalk_m, uvec3 stalk) {
   vec3 cell = floor((stalk_m - crown.center) / crown.radii * 4.0f);
   uint tuft = coppice_hash(uint(int(cell.x) + 16) + uint(int(cell.y) + 16) * 64u + uint(int(cell.z) + 16) * 4096u);
@@ -181,16 +183,16 @@ COPPICE_FN vec3 variation(Crown crown, vec3 stalk_m, uvec3 stalk) {
 
 /// Normals of a place of a leaf, unit, object space.
 struct LeafNormals {
-  vec3 lit;   // the one that it is lit with
-  vec3 face;  // its own, of either side
+  vec3 lit;   // for shading
+  vec3 face;  // the leaf's own, of either side
 };
 
-/// middle: of the leaf, or near it; face: of any length; where it has none, out of the crown. crown_normals: Material's
+/// middle: of the leaf, or near it; face: of any length; if it is 0 the normal points out of the crown. crown_normals: Material's
 COPPICE_FN LeafNormals leaf_normals(Crown crown, vec3 middle, vec3 face, float crown_normals) {
   vec3 outward = normalize((middle - crown.center) / (crown.radii * crown.radii) + vec3(0.0f, 1e-4f, 0.0f));
   LeafNormals normals;
   normals.face = dot(face, face) > 1e-20f ? normalize(face) : outward;
-  // The side that looks out of the crown; neither, little by little, where a leaf's curl passes from one to the other.
+  // Chooses the side that faces out of the crown; in between, where a leaf's curl passes from one to the other, neither.
   float side = clamp(4.0f * dot(normals.face, outward), -1.0f, 1.0f), turned = max(crown_normals, 1e-3f);
   normals.lit = normalize(side * (1.0f - turned) * normals.face + turned * outward);
   return normals;

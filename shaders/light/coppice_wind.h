@@ -1,12 +1,12 @@
-// How wind moves places of plants, once: this text compiles as GLSL and as C++ (namespace coppice::gpu).
+// How wind moves places of plants. This text compiles as GLSL and as C++ (namespace coppice::gpu).
 //
-// A place at rest, p, is moved by the stem's bending, by how far the boughs there lean, and by how they sway:
+// A place at rest, p, is moved by the stem's bending, by the leaning of boughs, and by their swaying:
 //
 //     offset(p) = s(p.y)^2 bend + lean(p) lean + cos(p) sway_cos + sin(p) sway_sin,    s: share of the plant's height
 //
 // where lean, cos and sin come from the plant's grid (coppice/format.h, WIND), linear between its nodes, and the four vectors are an
-// instance's in a moment (Sway). So it depends on the place, not on what is drawn there: cuts, wood and leaf meshes move as one. Two
-// oscillations a quarter of a turn apart add up to one of any phase: that is how boughs sway out of step, and why phases blend.
+// instance's at one moment (Sway). The offset depends on the place, not on what is drawn there: cuts, wood and leaf meshes move together.
+// Two oscillations a quarter turn apart add up to one of any phase. So boughs can sway out of step, and phases blend.
 //
 // In a shader after bindings.glsl and coppice_light.h.
 
@@ -36,13 +36,13 @@ vec2 wind_map_value(uvec2 map, uint place) {
 
 // A plant's field, in words behind its table: these, then the nodes. Frequencies are multiples of 1 / kWindPeriod_s.
 struct PlantWind {
-  float base_y_m, per_height_m;  // of the stem: where s is 0, and 1 over its height
-  float bend_m, lean_m, sway_m;  // in a full load
+  float base_y_m, per_height_m;  // the stem: s is 0 at base_y_m, and 1 over its height
+  float bend_m, lean_m, sway_m;  // at full load
   float stem_hz, branch_hz;
-  uint node_side;  // of the grid; 0: none
+  uint node_side;  // side of the grid; 0: none
   vec3 box_min;
   vec3 nodes_per_m;
-  float reach_m;  // in a full load nothing is moved further
+  float reach_m;  // maximum motion of any place at full load
 };
 const uint kReachWord = 14u;
 
@@ -66,7 +66,7 @@ COPPICE_FN PlantWind plant_wind(CoppiceTable table) {
   return field;
 }
 
-// What a place takes of an instance's Sway, and how that grows along x, y and z, per m.
+// The factors of a place for an instance's Sway, and their growth along x, y and z, per m.
 struct WindPlace {
   float bend;
   vec3 grid;  // lean, cos, sin
@@ -105,28 +105,28 @@ COPPICE_FN WindPlace wind_place(CoppiceTable table, PlantWind field, vec3 p, COP
     gradient.grid_y += (far_y ? x * z : -x * z) * node;
     gradient.grid_z += (far_z ? x * y : -x * y) * node;
   }
-  // Outside the box a place has what its border has.
+  // Outside the box a place has the values of the border.
   gradient.grid_x = (whole.x == at.x ? field.nodes_per_m.x : 0.0f) * gradient.grid_x;
   gradient.grid_y = (whole.y == at.y ? field.nodes_per_m.y : 0.0f) * gradient.grid_y;
   gradient.grid_z = (whole.z == at.z ? field.nodes_per_m.z : 0.0f) * gradient.grid_z;
   return place;
 }
 
-// In kGale_mps the load is full. In kHalfLoad_mps, were there no end to it, it is half of what it would be in a storm: leaves and boughs
-// give way, so that load grows slower than speed.
+// At kGale_mps the load is full. At kHalfLoad_mps it is half of its limit for a storm without end: leaves and boughs give way, so load
+// grows slower than speed.
 const float kGale_mps = 25.0f, kHalfLoad_mps = 8.0f;
 
 COPPICE_FN float wind_load(float speed_mps) {
   return min(speed_mps / (speed_mps + kHalfLoad_mps) / (kGale_mps / (kGale_mps + kHalfLoad_mps)), 1.0f);
 }
 
-// The wind where an instance stands. gustiness: of all of it; what the map adds has no gusts but its own.
+// The wind at an instance's place. gustiness: of all of the wind; the map's part has no gusts but its own.
 struct WindHere {
   vec3 direction;
   float load, gustiness;
 };
 
-// foot: from the eye, as the map's first place is
+// foot: from the eye, as is the map's first place
 COPPICE_FN WindHere wind_here(WindNow wind, vec3 foot) {
   WindHere here;
   here.direction = wind.direction;
@@ -134,7 +134,7 @@ COPPICE_FN WindHere wind_here(WindNow wind, vec3 foot) {
   here.gustiness = wind.gustiness;
   if ((wind.map.x | wind.map.y) == 0u) return here;
   float x = (foot.x - wind.map_first.x) * wind.map_places_per_m.x, z = (foot.z - wind.map_first.y) * wind.map_places_per_m.y;
-  // Not so of a NaN.
+  // False for a NaN.
   bool on_map = x >= 0.0f && z >= 0.0f && x <= float(wind.map_size.x - 1u) && z <= float(wind.map_size.y - 1u);
   if (!on_map) return here;
   uint column = min(uint(x), wind.map_size.x - 2u), row = min(uint(z), wind.map_size.y - 2u);
@@ -154,23 +154,23 @@ COPPICE_FN WindHere wind_here(WindNow wind, vec3 foot) {
   return here;
 }
 
-// An instance in a moment; object space, m. load: the wind's there, without its gusts
+// The motion of an instance at one moment; object space, m. load: the wind's at its place, without gusts
 struct Sway {
   vec3 bend, lean, sway_cos, sway_sin;
   float load;
 };
 
-// Plants beside each other sway out of step: rad/m along x and z, in whole turns a cell.
+// Neighbouring plants sway out of step: rad/m along x and z, in whole turns a cell.
 const float kCellTurn = 6.2831853f / kCellSide_m;
 const vec2 kStemPhase = vec2(114.0f * kCellTurn, 212.0f * kCellTurn), kBranchPhase = vec2(194.0f * kCellTurn, 360.0f * kCellTurn);
 
-// foot: the instance's, from the eye, as WindNow's waves are. place: in its cell
+// foot: the instance's, from the eye, as in WindNow's waves. place: in its cell
 COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot, vec3 place) {
   WindHere here = wind_here(wind, foot);
   float gust = 0.0f;
   for (uint i = 0u; i < kWindWaves; ++i)
     gust += wind.waves[i].w * sin(wind.waves[i].x * foot.x + wind.waves[i].y * foot.z + wind.waves[i].z);
-  // In the strongest gust it is the full load.
+  // The strongest gust has the full load.
   float load = here.load * (1.0f - here.gustiness * (0.5f - 0.5f * gust));
   float phase = kStemPhase.x * place.x + kStemPhase.y * place.z;
   float turns = 6.2831853f * wind.time_s;
@@ -188,7 +188,7 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
   return sway;
 }
 
-// By the grid alone: of WindPlace::grid the offset, of a WindGradient's how that grows along an axis.
+// The grid's part only: the offset for WindPlace::grid, its growth along an axis for a WindGradient's.
 COPPICE_FN vec3 grid_offset(vec3 grid, Sway sway) {
   return grid.x * sway.lean + grid.y * sway.sway_cos + grid.z * sway.sway_sin;
 }

@@ -1,6 +1,6 @@
-// Leaf quads, for the vertex shader and the compute rasteriser alike. After bindings.glsl and shading.glsl.
+// Shared by the vertex shader of leaf quads and the compute rasteriser. After bindings.glsl and shading.glsl.
 
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 
 vec3 quantised(uint corners[6], uint corner) {
   uint first = corner * 3;
@@ -12,11 +12,11 @@ vec3 quantised(uint corners[6], uint corner) {
   return vec3(q);
 }
 
-// 0 for a leaf that shows its card's outline, 1 for one too small for it. No mip level keeps an outline of few pixels, so a small leaf is a
-// smaller quad of the same covered area, and has no holes.
+// 0 for a leaf that shows its card's outline, 1 for one that is too small for it. No mip level keeps an outline of few pixels, so a small
+// leaf becomes a smaller quad of the same covered area, without holes.
 float outline_loss(float thickness_px) { return 1.0 - smoothstep(1.5, 5.0, thickness_px); }
 
-// world_middle: out, where the leaf's middle stands
+// world_middle: out, the place of the leaf's middle
 float outline_loss(vec3 corners[4], Instance instance, out vec3 world_middle) {
   vec3 stalk = 0.5 * (corners[0] + corners[3]), tip = 0.5 * (corners[1] + corners[2]);
   float width_m = distance(0.5 * (corners[0] + corners[1]), 0.5 * (corners[2] + corners[3]));
@@ -27,7 +27,7 @@ float outline_loss(vec3 corners[4], Instance instance, out vec3 world_middle) {
 
 uint name_of(Leaf leaf, uint slot) { return leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], slot); }
 
-// The side of a leaf where a share of its instance's leaves is drawn, in parts of its own: single ones are there or not, merged ones are
+// Side of a leaf, relative to its own, when only a share of the instance's leaves is drawn. Single leaves are drawn or not; merged ones are
 // smaller, so that they cover that share.
 float shared_side(uint name, bool single, float share) {
   if (share >= 1.0) return 1.0;
@@ -35,7 +35,7 @@ float shared_side(uint name, bool single, float share) {
 }
 
 // at_px: the leaf's middle
-uint thinning_of(Leaf leaf, uint name, vec2 at_px) {
+uint dither_of(Leaf leaf, uint name, vec2 at_px) {
   uvec2 pixel = uvec2(ivec2(floor(clamp(at_px, -32768.0, 32767.0))));
-  return leaf_thinning(gaps_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
+  return leaf_dither(transparency_of_leaf(leaf.card), name, view.temporal_frame, pixel.x, pixel.y);
 }

@@ -1,9 +1,9 @@
-// How much of sun and sky reaches places of leaves and wood. After bindings.glsl.
+// The sun and sky that reach places of leaves and wood. After bindings.glsl.
 
 #include "coppice_light.h"
 #include "coppice_surface.glsl"
 
-// 1: unobscured by fog. A parallel view's begins at the plane of its eye.
+// 1: unobscured by fog. In a parallel view fog begins at the plane of the eye.
 float transmittance(vec3 world) {
   float from_plane_m = max(-dot(view.toward_viewer, world), 0.0);
   float optical_depth = view.fog_density * (from_plane_m + view.is_perspective * length(world));
@@ -19,9 +19,10 @@ float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_c
 float crown_sky(float sky, float leaves) { return mix(1.0, sky, leaves); }
 float leaf_sky(float sky, float bulk, float leaves) { return mix(crown_sky(sky, leaves), 1.0, kBulkSky * bulk); }
 
-// Share of the sun that reaches a leaf or wood. What a leaf of some bulk stands for the eye sees from outside: it is lit as the crown's
-// near side is, where the way of light is short with the sun behind the eye, and all through the crown against it.
-// sun: object space; eye_sun: cosine of the angle between eye and sun; leaves: the share of the crown's that there is
+// Share of the sun that reaches a leaf or wood. The eye sees the part of the crown that a leaf of some bulk stands for from outside. So the
+// leaf is lit like the crown's near side: the way of light is short with the sun behind the eye, and goes through the whole crown against
+// it.
+// sun: object space; eye_sun: cosine of the angle between eye and sun; leaves: the share of the crown's leaves that is drawn
 float sun_through_crown(CrownSample light, vec3 sun, float eye_sun, float bulk, float leaves) {
   float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -eye_sun), bulk);
   return mix(0.05, 1.0, exp(-leaves * depth));
@@ -34,7 +35,7 @@ float sun_in(sampler2D map, vec3 place) {
   return 1.0 - mix(mix(nearer.w, nearer.z, share.x), mix(nearer.x, nearer.y, share.x), share.y);
 }
 
-// Each map by its own number: nothing asks the device to index samplers.
+// Each map has its own branch, because devices need not be able to index samplers.
 float sun_in_map(uint map, vec3 place) {
   switch (map) {
     case 0: return sun_in(shadow_maps[0], place);
@@ -51,8 +52,8 @@ vec3 place_in_map(uint map, vec3 world) {
 }
 bool is_in_map(vec3 place) { return all(lessThan(abs(place.xy - 0.5), vec2(0.49))); }
 
-// Share of the sun that other things than the plant itself let through to a place of it: what the maps hold where the sun's ray enters the
-// plant's sphere. Nothing can shade itself by rounding there, and the maps may show coarser cuts.
+// Share of the sun that other things than the plant itself let through to a place of it. The maps are read where the sun's ray enters the
+// plant's sphere: there nothing can shade itself by rounding, and the maps may show coarser cuts.
 float sun_past_others(Instance instance, Plant plant, vec3 world) {
   vec3 off = world - world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
@@ -74,14 +75,14 @@ LeafNormals in_world(Instance instance, LeafNormals normals) {
   return LeafNormals(oriented(instance.rotation, normals.lit), oriented(instance.rotation, normals.face));
 }
 
-// What light does at a leaf, or a place of it.
+// The light at a leaf, or at a place of it.
 struct LeafLight {
   CrownSample crown;  // object space
-  float bulk;         // how much of the crown it stands for
+  float bulk;         // share of the crown that it stands for
   float past_others;  // sun_past_others
 };
 
-// What a leaf's surface takes from its instance and the light there. normals: world space
+// The surface of a leaf in the light at its place. normals: world space
 CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals normals, vec3 world) {
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   vec3 eye = toward_eye(world);
@@ -99,7 +100,7 @@ CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals norm
   return surface;
 }
 
-// Likewise of wood. normal: of the side that is seen, world space
+// The same for wood. normal: on the visible side, world space
 CoppiceSurface wood_surface(Instance instance, LeafLight light, vec3 normal) {
   vec3 sun = oriented(vec4(-instance.rotation.xyz, instance.rotation.w), view.sun_direction);
   float leaves = leaf_share_of(instance);

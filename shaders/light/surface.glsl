@@ -1,8 +1,8 @@
-// What a fragment shader writes: a surface, as each of the view's attachments wants it. After bindings.glsl and shading.glsl.
+// Writes a surface to the view's attachments, as their contents require. After bindings.glsl and shading.glsl.
 
 #include "contents.glsl"
 
-// Each a variable of its own: those that a view has no attachment for are taken out when its pipeline is built (shader_words.h).
+// Separate variables: those without an attachment are removed when the view's pipeline is built (shader_words.h).
 layout(location = 0) out vec4 out_color_0;
 layout(location = 1) out vec4 out_color_1;
 layout(location = 2) out vec4 out_color_2;
@@ -17,7 +17,7 @@ struct SurfacePlace {
   vec3 world;
   uint user_data;
   vec2 pixel;   // in the picture, not in the attachments
-  vec3 before;  // where it was in the frame before: clip x, y and w
+  vec3 before;  // the place in the frame before: clip x, y and w
   bool came;    // its instance came with this frame
 };
 
@@ -28,7 +28,7 @@ vec4 lit_content(CoppiceSurface surface, vec3 world) {
 }
 
 vec4 velocity_content(SurfacePlace place) {
-  // Behind the eye it was nowhere in the picture.
+  // A place behind the eye was not in the picture.
   if (place.before.z <= 0.0) return vec4(0.0, 0.0, 1.0, 0.0);
   vec2 before = view.half_size_px * (place.before.xy / place.before.z + 1.0);
   return vec4(place.pixel - before, place.came ? 1.0 : 0.0, 0.0);
@@ -44,7 +44,7 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
   return vec4(0.0);
 }
 
-// An attachment after the other, so that a driver knows each one's content when it compiles.
+// One attachment after the other, so that a driver knows each one's content when it compiles.
 #define COPPICE_CONTENT(i) (kContents >> (4 * i) & 15u)
 #define COPPICE_EACH(write) \
   write(0); \
@@ -59,7 +59,7 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
 #define COPPICE_WRITE(i) out_color_##i = content_of(COPPICE_CONTENT(i), surface, place)
 void write_surface(CoppiceSurface surface, SurfacePlace place) { COPPICE_EACH(COPPICE_WRITE); }
 
-// In place of light, for a debug view: where light would be, or the albedo. Things move as ever; all else is 0.
+// The outputs of a debug view: the colour replaces light, or the albedo. Motion is as ever; all else is 0.
 vec4 debug_content(uint content, vec3 color, SurfacePlace place) {
   if (content == kContentVelocity) return velocity_content(place);
   return content == kContentLit || content == kContentAlbedo ? vec4(color, 1.0) : vec4(0.0);

@@ -1,4 +1,4 @@
-// Wind, as shaders ask for it. After bindings.glsl.
+// Wind for shaders. After bindings.glsl.
 
 #ifndef COPPICE_WIND_GLSL
 #define COPPICE_WIND_GLSL
@@ -8,18 +8,18 @@
 
 CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0, 0, 0); }
 
-// How far a leaf's flutter takes its tip at most in a full load, object space, m: a small share of the plant, within what is left of the
-// bounds that culling has for all plants.
+// Maximum motion of a leaf's tip by flutter at full load, object space, m: a small share of the plant, within the margin of culling's
+// bounds.
 const float kFlutterReach = 0.01;
 float flutter_reach_m(Instance instance) {
-  float left_m = kMostWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
+  float left_m = kMaxWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
   return clamp(left_m, 0.0, kFlutterReach * plants[instance.plant].sphere_radius);
 }
 
-// What a place of an instance can be moved by, at most, m in the world.
+// Maximum motion of a place of an instance, m in the world.
 float wind_reach_m(Instance instance) {
   float reach_m = wind_float(table_of(instance.plant), kReachWord) + flutter_reach_m(instance);
-  return instance.scale * view.wind.most_load * reach_m;
+  return instance.scale * view.wind.max_load * reach_m;
 }
 
 vec3 foot_of(Instance instance) { return from_eye(unpack_cell(instance.cell_xy, instance.cell_z_bias), instance.position); }
@@ -28,13 +28,13 @@ Sway sway_in(WindNow wind, PlantWind field, Instance instance) {
   return sway_of(wind, field, instance.rotation, foot_of(instance), instance.position);
 }
 
-// How wind moves what is near a place, linear about it; object space, m: the place by offset, what is beside it by grow of that besides.
+// Motion near a place, linear around it; object space, m: the place moves by offset, its surroundings by grow in addition.
 struct WindNear {
   vec3 offset;
   mat3 grow;
 };
 
-// radius_m: of what is near. Beyond its cells a gradient says nothing: what is larger moves as its middle does.
+// radius_m: of the surroundings. A gradient is only valid within its cells: larger things move like their middle.
 WindNear wind_near(PlantWind field, WindPlace middle, WindGradient gradient, float radius_m, Sway sway) {
   vec3 near = min(vec3(1.0), 1.0 / max(field.nodes_per_m * radius_m, vec3(1e-6)));
   WindNear moved;
@@ -45,7 +45,7 @@ WindNear wind_near(PlantWind field, WindPlace middle, WindGradient gradient, flo
   return moved;
 }
 
-// By how much wind moves a place of an instance, object space, m: now, and in the frame before. Loads: as Sway's
+// Motion of a place of an instance by wind, object space, m: now, and in the frame before. Loads: as in Sway
 struct WindMoves {
   vec3 now, before;
   float load, load_before;
@@ -61,22 +61,22 @@ WindMoves wind_moves(Instance instance, vec3 p) {
   return WindMoves(wind_offset(place, now), wind_offset(place, before), now.load, before.load);
 }
 
-// Leaves turn about their stalks. How far, rad, in a full load; how fast; and between which widths on the screen that comes in: what is
-// drawn as small leaves does not flutter.
+// Leaves turn about their stalks: the angle at full load, rad; the frequency; and the widths on the screen between which it sets in. Leaves
+// drawn as small ones do not flutter.
 const float kFlutter_rad = 0.07, kFlutter_hz = 2.5;
 const vec2 kFlutter_px = vec2(12.0, 40.0);
 
-// Of a leaf of so many m, 0..1. place: object space
+// Strength for a leaf of size_m, 0..1. place: object space
 float flutter_strength(Instance instance, vec3 place, float size_m) {
   float distance_m = max(size_distance_m(world_from_object(instance, place)), view.near_m);
   float size_px = instance.scale * size_m * view.focal_px / distance_m;
   return view.is_shadow != 0 ? 0.0 : clamp((size_px - kFlutter_px.x) / (kFlutter_px.y - kFlutter_px.x), 0.0, 1.0);
 }
 
-// How far a place of a leaf swings to either side, object space, m. along_m: from its stalk
+// How far a place of a leaf swings to either side, object space, m. along_m: distance from its stalk
 float flutter_swing_m(Instance instance, float along_m) { return min(kFlutter_rad * along_m, flutter_reach_m(instance)); }
 
-// Offset of a place of a leaf, object space, m. load: WindMoves'; name: flutter_name, alike in all that shows the leaf; swing: the leaf's
+// Offset of a place of a leaf, object space, m. load: WindMoves'; name: flutter_name, the same in every form of the leaf; swing: the leaf's
 // normal, flutter_swing_m long, times flutter_strength
 vec3 flutter(float load, float time_s, uint name, vec3 swing) {
   float turns = float(coppice_hash(name) >> 8u) * (1.0 / 16777216.0);

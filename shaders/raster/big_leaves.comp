@@ -1,10 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// What leaf_raster.comp leaves to whole groups: a leaf a group, a row of its pixels each invocation, or eight invocations a row.
-// reads     view, instances, plants, cuts, work_items; big_items with their stage, picture; lists, clusters, leaves and card looks by address
+// Rasterises the leaves that leaf_raster.comp leaves to whole groups: one group a leaf, each invocation one row of its pixels, or eight
+// invocations a row.
+// reads     view, instances, plants, cuts, work_items; big_items with their stage, picture; lists, clusters, leaves and card looks by
+// address
 // writes    picture
-// dispatch  indirect, from the round's big stage; recorded by coppice::gpu::LeafRaster::record_leaves
+// dispatch  indirect, from the pass's big stage; recorded by coppice::gpu::LeafRaster::record_leaves
 
 #include "bindings.glsl"
 #include "leaf_quad.glsl"
@@ -12,7 +14,7 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 5) const int kRowLanes = 1;  // invocations that share a row of pixels
 
-// Draws the pixel where it is covered. xy: its centre
+// Draws the pixel if the leaf covers it. xy: its centre
 void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   vec3 one = vec3(1.0, xy);
   float b1 = dot(drawn.first.second, one), b2 = dot(drawn.first.third, one);
@@ -22,11 +24,11 @@ void shade_pixel(Drawn drawn, vec2 xy, uint pixel) {
   if (in_first && is_hole(drawn.mask, vec2(b1 + b2, b2))) in_first = false;
   if (in_other && is_hole(drawn.mask, vec2(c2, c2 + c3))) in_other = false;
   precise float key = max(in_first ? dot(drawn.first.key, one) : 0.0, in_other ? dot(drawn.other.key, one) : 0.0);
-  bool shown = shows_pixel(drawn.thinning, uint(xy.x), uint(xy.y));
+  bool shown = shows_pixel(drawn.dither, uint(xy.x), uint(xy.y));
   if ((in_first || in_other) && shown) write_pixel(pixel, key, drawn.name);
 }
 
-// Pixels [x, y) of row `row` that may be covered; shade_pixel decides, so that rounding here loses nothing.
+// Pixels [x, y) of row `row` that may be covered; shade_pixel decides, so rounding here loses nothing.
 ivec2 row_of(Rows rows, Drawn drawn, int row) {
   vec2 one = span_of(rows.first, float(row) + 0.5), other = span_of(rows.other, float(row) + 0.5);
   bool any_one = one.x <= one.y, any_other = other.x <= other.y;
@@ -36,7 +38,7 @@ ivec2 row_of(Rows rows, Drawn drawn, int row) {
 }
 
 void main() {
-  uint count = min(rounds[push.round].big.count, kBigCapacity);
+  uint count = min(culling_passes[push.culling_pass].big.count, kBigCapacity);
   for (uint i = group_index(); i < count; i += gl_NumWorkGroups.x) {
     uvec2 big = big_items[i];
     WorkItem work = work_at(big.x);

@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Where the clusters of a frame were in the frame before, by wind and by their instances: for raster_resolve.frag, which so knows of each
-// pixel without a look at the plant's field.
-// reads     view, instances, moved instances, plants, rounds, work_items; lists and clusters by address
+// Computes the places of a frame's clusters in the frame before, after wind and motion of instances, so that raster_resolve.frag need not
+// read the plant's field for each pixel.
+// reads     view, instances, moved instances, plants, culling_passes, work_items; lists and clusters by address
 // writes    ClusterMotion[] by address
-// dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record where the view wants velocity
+// dispatch  kMotionGroups groups; recorded by coppice::gpu::LeafRaster::record if the view has velocity
 
 #include "bindings.glsl"
 #include "raster.glsl"
@@ -39,9 +39,9 @@ ClusterMotion motion_of(WorkItem work) {
 
 void main() {
   uint splats = 0, count = 0;
-  for (uint i = 0; i < kRasterRounds; ++i) {
-    splats += rounds[i].splats.count;
-    count += rounds[i].splats.count + rounds[i].work.count;
+  for (uint i = 0; i < kCullingPasses; ++i) {
+    splats += culling_passes[i].splats.count;
+    count += culling_passes[i].splats.count + culling_passes[i].work.count;
   }
   count = min(count, push.work_capacity);
   for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {

@@ -1,17 +1,18 @@
-// A leaf quad or triangle of wood on the screen: its corners, what covers a pixel, where its edges cross a row. After bindings.glsl.
+// A leaf quad or triangle of wood on the screen: its corners, its coverage of pixels, the crossings of its edges with a row. After
+// bindings.glsl.
 
 #include "raster_place.glsl"
 #include "leaf_shading.glsl"
 #include "write_pixel.glsl"
 
-// What the leaves of a cluster share.
+// Shared by the leaves of a cluster.
 struct Shared {
   uint eye;
   Placed placed;
   vec3 box_step;
-  float px_per_m;  // on the screen, of a metre in object space
+  float px_per_m;  // size on the screen of a metre in object space
   uint slot;
-  bool paged, finest;  // is_single
+  bool paged, finest;  // for is_single
 };
 
 Shared share(uint eye, uint place_of_work, WorkItem work, ClusterList list, Cluster cluster, uint leaf_count) {
@@ -32,17 +33,17 @@ Shared share(uint eye, uint place_of_work, WorkItem work, ClusterList list, Clus
 // One of a leaf's two triangles on the screen. Barycentric weights of its second and third corner are b.x + b.y * x + b.z * y.
 struct Triangle {
   vec3 second, third;
-  vec3 key;  // likewise
+  vec3 key;  // weights for the depth key, in the same form
 };
 
 // A leaf on the screen.
 struct Drawn {
   Triangle first, other;  // (0, 1, 2) and (0, 2, 3)
-  ivec2 low, high;        // pixels [low, high) hold it
+  ivec2 low, high;        // pixels [low, high) contain it
   uint first_pixel;
   uint name;
   uvec2 mask;
-  uint thinning;
+  uint dither;
 };
 
 // corners: px, px, depth key
@@ -61,12 +62,12 @@ Triangle triangle_of(vec3 a, vec3 b, vec3 c) {
   return triangle;
 }
 
-// False where nothing of the leaf is on the screen, or a corner of it lies before the near plane or behind the far one.
+// False if nothing of the leaf is on the screen, or a corner lies before the near plane or behind the far one.
 bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  // Wood has no holes, and its triangles are no smaller from afar.
+  // Wood has no holes, and its triangles do not shrink at a distance.
   CardLook card = CardLookArray(group.placed.cards).at[card_of_leaf(leaf.card)];
   float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
   float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
@@ -89,18 +90,18 @@ bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   vec2 high = max(max(at[0].xy, at[1].xy), max(at[2].xy, at[3].xy));
   // Pixels whose centres are inside.
   vec2 size = vec2(push.width_px, push.height_px);
-  drawn.low = max(ivec2(ceil(clamp(low, vec2(0.0), size) - 0.5)), ivec2(0));  // also of what is no number
+  drawn.low = max(ivec2(ceil(clamp(low, vec2(0.0), size) - 0.5)), ivec2(0));  // NaN becomes 0 too
   drawn.high = min(ivec2(floor(clamp(high, vec2(0.0), size) - 0.5)) + 1, ivec2(size));
   drawn.first = triangle_of(at[0], at[1], at[2]);
   drawn.other = triangle_of(at[0], at[2], at[3]);
   drawn.first_pixel = first_pixel(group.eye);
   drawn.name = name_of_leaf(group.placed.first_name, at_in_cluster, push.place_bits);
   vec4 middle_px = projected(group.placed, middle);
-  drawn.thinning = thinning_of(leaf, name, middle_px.xy / middle_px.z);
+  drawn.dither = dither_of(leaf, name, middle_px.xy / middle_px.z);
   return between && side > 0.0 && all(lessThan(drawn.low, drawn.high));
 }
 
-// Bits of an 8 x 8 block or mask, row by row: x has the upper four rows. Without branches, of which some compilers make slow work.
+// Bits of an 8 x 8 block or mask, row by row: x has the upper four rows. Without branches, which some compilers translate into slow code.
 uint next_bit(uvec2 bits) { return mix(32u + uint(findLSB(bits.y)), uint(findLSB(bits.x)), bits.x != 0); }
 uvec2 bit_mask(uint bit) { return mix(uvec2(0u), uvec2(1u << (bit & 31u)), equal(uvec2(bit >> 5u), uvec2(0u, 1u))); }
 bool has_bit(uvec2 bits, uint bit) { return (bits & bit_mask(bit)) != uvec2(0u); }
@@ -111,7 +112,8 @@ bool is_hole(uvec2 mask, vec2 at) {
   return !has_bit(mask, cell.y * 8 + cell.x);
 }
 
-// Where a triangle's edges cross a row: at start + step * y. A `left` edge bounds the pixels inside from there on, another up to there.
+// Crossings of a triangle's edges with a row: at start + step * y. A `left` edge bounds the pixels inside from there on, another up to
+// there.
 struct Edges {
   vec3 start, step;
   bvec3 left;
@@ -120,7 +122,7 @@ struct Edges {
 Edges edges_of(Triangle triangle) {
   vec3 first = vec3(1.0, 0.0, 0.0) - triangle.second - triangle.third;
   vec3 slope = vec3(triangle.second.y, triangle.third.y, first.y);
-  // An edge along the row bounds nothing, or all of it: it is crossed far away.
+  // An edge along the row bounds nothing, or all of it: its crossing is far away.
   slope = mix(slope, vec3(1e-9), lessThan(abs(slope), vec3(1e-9)));
   Edges edges;
   edges.start = -vec3(triangle.second.x, triangle.third.x, first.x) / slope;

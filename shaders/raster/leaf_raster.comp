@@ -1,13 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Leaf quads and wood triangles to pixels of `picture`: coverage at pixel centres, depth, which leaf it is.
+// Rasterises leaf quads and wood triangles into `picture`: coverage at pixel centres, depth, the leaf's name.
 // reads     view, instances, plants, cuts, work_items with their stage, picture; lists, clusters, leaves and card looks by address
-// writes    picture; big_items and the round's big stage
-// dispatch  indirect, from the round's work stage, y: eyes; recorded by coppice::gpu::LeafRaster::record_leaves
+// writes    picture; big_items and the pass's big stage
+// dispatch  indirect, from the pass's work stage, y: eyes; recorded by coppice::gpu::LeafRaster::record_leaves
 //
-// One invocation a leaf, which walks the pixels of the leaf's rectangle. What covers many pixels goes to a list of its own, for
-// big_leaves.comp.
+// One invocation walks the pixels of one leaf's rectangle. Leaves of many pixels go to a list for big_leaves.comp.
 
 #include "bindings.glsl"
 #include "leaf_quad.glsl"
@@ -15,10 +14,10 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 4) const int kBigPixels = 400;  // a leaf whose rectangle holds more pixels is left to a whole group
 
-// Of the 8 rows and columns of a block, a bit each: x the upper four rows, y the others.
+// A bit for each of the 8 rows and columns of a block: x the upper four rows, y the others.
 const int kBlock_px = 8;
 
-// Four rows of a block from `y` on: the pixels whose centres a triangle holds. width: columns of the block that are on the screen
+// Mask of four rows of a block from `y` on: the pixels whose centres are in a triangle. width: columns of the block that are on the screen
 uint four_rows(Edges edges, vec2 block, float y, float width) {
   uint rows = 0;
   for (uint row = 0; row < 4; ++row) {
@@ -31,9 +30,9 @@ uint four_rows(Edges edges, vec2 block, float y, float width) {
 
 vec2 center_of(vec2 block, uint bit) { return block + vec2(bit & 7u, bit >> 3) + 0.5; }
 
-// What one block of a leaf's rectangle shows. First where it is covered, by rows; then what the outline and gaps take away; then pixels, so that
-// the dear part, the atomic, goes through nothing but pixels of the leaf.
-// Loops end at the bottom here: software drivers go through a loop's body once more to find that no invocation is left in it.
+// Draws one block of a leaf's rectangle. It finds the covered pixels by rows, removes those that outline and transparency leave out, and
+// then visits the remaining pixels, so that the expensive atomic runs for pixels of the leaf only.
+// Loops end at the bottom here: software drivers run a loop's body once more to find that no invocation is left in it.
 void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   vec2 block = vec2(corner);
   ivec2 size = clamp(drawn.high - corner, ivec2(0), ivec2(kBlock_px));
@@ -44,7 +43,7 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   uvec2 first = inside & uvec2(four_rows(edges.first, block, 0.0, width), four_rows(edges.first, block, 4.0, width));
   uvec2 other = inside & uvec2(four_rows(edges.other, block, 0.0, width), four_rows(edges.other, block, 4.0, width));
 
-  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu && drawn.thinning == 0;
+  bool solid = (drawn.mask.x & drawn.mask.y) == 0xffffffffu && drawn.dither == 0;
   uvec2 left = solid ? uvec2(0) : first | other;
   do {
     uint bit = next_bit(left);
@@ -52,7 +51,7 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
     vec3 one = vec3(1.0, center);
     float b1 = dot(drawn.first.second, one), b2 = dot(drawn.first.third, one);
     float c2 = dot(drawn.other.second, one), c3 = dot(drawn.other.third, one);
-    bool gap = !shows_pixel(drawn.thinning, uint(center.x), uint(center.y));
+    bool gap = !shows_pixel(drawn.dither, uint(center.x), uint(center.y));
     bool hole_first = is_hole(drawn.mask, vec2(b1 + b2, b2)), hole_other = is_hole(drawn.mask, vec2(c2, c2 + c3));
     uvec2 one_bit = left & bit_mask(bit);
     first &= ~mix(uvec2(0u), one_bit, bvec2(gap || hole_first));
@@ -72,18 +71,18 @@ void raster_block(Drawn drawn, Rows edges, ivec2 corner, bool seen) {
   } while ((left.x | left.y) != 0);
 }
 
-// big: as big_items have it
+// big: as in big_items
 void raster_leaf(Shared group, uint at, Leaf leaf, uvec2 big, bool shown) {
   Drawn drawn;
   bool seen = project(group, at, leaf, drawn) && shown;
   ivec2 size = drawn.high - drawn.low;
   if (seen && size.x * size.y > kBigPixels) {
-    // Where some found no place, the second pass draws all of them here: whose depth it is says what is seen.
-    uint place = kPass != kName                              ? atomicAdd(rounds[push.round].big.count, 1)
-                 : rounds[push.round].big.count > kBigCapacity ? kBigCapacity
-                                                               : 0;
+    // If some leaves found no place, the second pass draws all of them here: the depth decides which one is visible.
+    uint place = kPass != kName                                               ? atomicAdd(culling_passes[push.culling_pass].big.count, 1)
+                 : culling_passes[push.culling_pass].big.count > kBigCapacity ? kBigCapacity
+                                                                              : 0;
     if (kPass != kName && place < kBigCapacity) {
-      atomicMax(rounds[push.round].big.groups[0], min(place + 1, kMaxDispatchGroups));
+      atomicMax(culling_passes[push.culling_pass].big.groups[0], min(place + 1, kMaxDispatchGroups));
       big_items[place] = big;
     }
     seen = place >= kBigCapacity;

@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// The smallest depth key of each tile: 0 where a pixel of it shows neither a leaf nor what the engine has drawn.
+// Computes the smallest depth key of each tile: 0 if one of its pixels shows neither a leaf nor the engine's depth.
 // reads     picture (level 0), tiles of level 0 (the others)
 // writes    tiles
-// dispatch  indirect, from the round's tiles stages, one invocation per tile of level 0, or of levels 1 and 2, y: eyes; recorded by
-//           coppice::gpu::LeafRaster::record_tiles; without a round, after occluder.comp, by record_occluder
+// dispatch  indirect, from the pass's tiles stages, one invocation per tile of level 0, or of levels 1 and 2, y: eyes; recorded by
+//           coppice::gpu::LeafRaster::record_tiles; without a pass, after occluder.comp, by record_occluder
 
 #include "bindings.glsl"
 #include "raster.glsl"
@@ -17,7 +17,7 @@ uint smallest_of_picture(uint eye, uvec2 tile) {
   uvec2 low = tile * kTileSide_px;
   uvec2 high = min(low + kTileSide_px, uvec2(push.width_px, push.height_px));
   uint smallest = 0xffffffffu, first = first_pixel(eye);
-  // Most tiles have a pixel without a leaf: then the rest of them says nothing more.
+  // Most tiles have a pixel without a leaf: then the other pixels do not matter.
   for (uint y = low.y; y < high.y && smallest != 0; ++y)
     for (uint x = low.x; x < high.x; ++x) smallest = min(smallest, picture_word(2 * (first + y * push.width_px + x) + 1));
   return smallest;

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// What the engine has drawn before plants, as what hides them from the first round on: a depth key in pixels of the picture, without a
-// name, and the smallest of each tile. A key is a little smaller than the engine's, by more than depth formats and interpolation round:
-// what it hides fails the depth test of the draw.
+// Copies the engine's depth into the picture as an occluder from the first culling pass on: a depth key for each pixel, without a name, and
+// the smallest of each tile. A key is smaller than the engine's by more than the rounding of depth formats and interpolation, so whatever
+// it hides fails the depth test of the draw.
 // reads     view, occluders
 // writes    picture, which is empty; tiles of level 0
 // dispatch  an invocation a tile, y: eyes; recorded by coppice::gpu::LeafRaster::record_occluder
@@ -13,9 +13,9 @@
 
 layout(local_size_x_id = 1) in;
 
-const float kSlack = 1.0 / 1048576.0;  // of a key
+const float kSlack = 1.0 / 1048576.0;  // as a share of the key
 
-// False outside the image. Each by its own number: nothing asks the device to index samplers.
+// False outside the image. Each image has its own branch, because devices need not be able to index samplers.
 bool depth_at(uint eye, ivec2 at, out float depth) {
   ivec2 size = eye == 0 ? textureSize(occluders[0], 0) : textureSize(occluders[1], 0);
   bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
@@ -24,7 +24,7 @@ bool depth_at(uint eye, ivec2 at, out float depth) {
   return inside;
 }
 
-// 0 where nothing is.
+// 0 for an empty pixel.
 uint key_bits(uint eye, ivec2 at) {
   float depth;
   bool inside = depth_at(eye, at, depth);

@@ -1,27 +1,27 @@
-// An instance's list on its way to the screen. After bindings.glsl.
-// Loads are what software drivers spend most on, so that a leaf brings all that it is drawn by in two records.
+// Projects an instance's list to the screen. After bindings.glsl.
+// Software drivers spend most of their time on loads, so two records hold everything that a leaf is drawn with.
 
 #include "coppice_light.h"
 #include "raster.glsl"
 #include "wind.glsl"
 
-// What the leaves of a cluster share.
+// Shared by the leaves of a cluster.
 struct Placed {
   vec4 origin, x, y, z;  // on_screen of a place: origin + q.x * x + q.y * y + q.z * z
-  vec3 eye;              // towards it, object space
-  float leaves;          // share of the crown's that there is
+  vec3 eye;              // direction towards the eye, object space
+  float leaves;          // share of the crown's leaves that is drawn
   bool wood;
   uvec2 cards;
   uint first_name;
 };
 
-// step: object space, m, of one in q; place_of_work: among work_items
+// step: object space, m, of one in q; place_of_work: its index in work_items
 Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec3 box_min, vec3 step, Cluster cluster) {
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
   placed.wood = list_of(work.item) >= kWoodLists && list_of(work.item) < kMeshLists;
   placed.cards = plants[instance.plant].card_looks;
-  // The wind's offset, linear about the cluster's middle: with few metres to a cell of the grid it is off by little.
+  // The wind's offset is linear about the cluster's middle. With few metres to a cell of the grid the error is small.
   CoppiceTable table = table_of(instance.plant);
   PlantWind field = plant_wind(table);
   WindGradient gradient;

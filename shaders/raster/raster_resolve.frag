@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// What the compute rasteriser has drawn: of each pixel's leaf or triangle the surface, and its depth, in the engine's attachments.
+// Copies the compute rasteriser's picture into the engine's attachments: the surface of each pixel's leaf or triangle, and its depth.
 // reads     picture, work_items, view, instances; splats and debug colours by address
-// writes    what surface.glsl says, but with COPPICE_DEPTH; depth
+// writes    what surface.glsl says, unless COPPICE_DEPTH; depth
 // draws     one triangle, recorded by coppice::gpu::LeafRaster::record_resolve
 
 #include "bindings.glsl"
@@ -31,9 +31,9 @@ void resolve(uint name, float key, vec2 pixel) {
   uint leaf = leaf_of_name(name, first_name(work_place, work, push.place_bits), push.place_bits);
   uint slot = slot_of(work.item), list = list_of(work.item);
   bool wood = list >= kWoodLists && list < kMeshLists;
-  // Of the instance what is wanted: light needs two of its four texels.
-  bool moves = wants(kContentVelocity);
-  uvec4 names = moves || wants(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
+  // Loads only the parts of the instance that are needed: light needs two of its four texels.
+  bool moves = has_content(kContentVelocity);
+  uvec4 names = moves || has_content(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
   Instance instance = unpacked_instance(uvec4(0), instance_texel(slot, 1), instance_texel(slot, 2), names);
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
@@ -59,7 +59,7 @@ void resolve(uint name, float key, vec2 pixel) {
 #endif
 
 void main() {
-  // The viewport need not begin where a quad of fragments does: its helpers, which read too, take the pixel beside them.
+  // The viewport need not begin at an even pixel. Helper invocations of a quad, which read too, are clamped to the picture.
   ivec2 last = ivec2(push.width_px, push.height_px) - 1;
   uvec2 at = uvec2(clamp(ivec2(gl_FragCoord.xy) - ivec2(view.eyes[push.eye].first_px), ivec2(0), last));
   uint word = 2 * ((push.eye * push.height_px + at.y) * push.width_px + at.x);
@@ -68,7 +68,7 @@ void main() {
   float key = uintBitsToFloat(picture_word(word + 1));
 #ifndef COPPICE_DEPTH
   if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true));
-  else if (name != 0) resolve(name, key, vec2(at) + 0.5);  // some drivers let what is discarded go on as a helper
+  else if (name != 0) resolve(name, key, vec2(at) + 0.5);  // some drivers let discarded invocations continue as helpers
 #endif
   gl_FragDepth = push.reversed != 0 ? key : 1.0 - key;
 }

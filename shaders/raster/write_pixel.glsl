@@ -1,10 +1,10 @@
-// One pixel of the rasteriser's picture. After raster.glsl.
-// COPPICE_INT64 is defined for devices with 64-bit atomics. Without them everything is rasterised twice: first the depth key alone, then
-// the name where the key is still the leaf's.
+// Writes one pixel of the rasteriser's picture. After raster.glsl.
+// COPPICE_INT64 is defined for devices with 64-bit atomics. Without them everything is rasterised twice: first only the depth key, then the
+// name where the key is still the leaf's.
 
 const uint kDepth = 0;
 const uint kName = 1;
-const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: how often, instead of a name
+const uint kCount = 2;  // for COPPICE_DEBUG_OVERDRAW: counts draws instead of writing a name
 layout(constant_id = 2) const uint kPass = kDepth;  // kDepth or kCount with COPPICE_INT64
 
 #ifdef COPPICE_INT64
@@ -21,11 +21,11 @@ void write_pixel(uint pixel, float key, uint name) {
     return;
   }
 #ifdef COPPICE_INT64
-  // Most of what is drawn is hidden, and a load is cheaper than an atomic.
+  // Most pixels are hidden, and a load is cheaper than an atomic.
   if (picture_word(2 * pixel + 1) <= bits) atomicMax(pixels[pixel], uint64_t(bits) << 32 | uint64_t(name));
 #else
   if (kPass == kDepth) {
-    // A name of the round before is of something farther away now.
+    // A name that an earlier pass wrote belongs to something farther away now.
     if (atomicMax(picture[2 * pixel + 1], bits) < bits) picture[2 * pixel] = 0;
   } else if (picture[2 * pixel + 1] == bits) atomicMax(picture[2 * pixel], name);
 #endif

@@ -1,4 +1,5 @@
-// Sums over a frame, and how to add to one of two words: 64-bit atomics are an optional feature, the low word's wrap is the carry.
+// Sums over a frame. An addition to a sum of two words uses the wrap of the low word as the carry, because 64-bit atomics are an optional
+// feature.
 // After bindings.glsl.
 
 layout(set = 0, binding = 9, scalar) buffer CounterBuffer { Counters counters; };

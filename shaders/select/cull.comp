@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Frustum culling and cut selection where the hardware draws everything: an invocation an instance slot.
+// Frustum culling and cut selection where the hardware draws everything: one invocation per instance slot.
 // reads     view, instances, plants, table_words; lists, clusters and lives by address
-// writes    cuts of all instances; of those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
+// writes    cuts of all instances; for those in view leaf_commands, draw_counts, wood_commands, wood_list, counters, and debug colours by
 //           address (draw_counts, instance counts of wood_commands and counters start at zero)
 // dispatch  ceil(view.instance_slot_count / kCullGroupSize) groups; recorded by coppice::gpu::ViewRecorder::record_cull
 
@@ -16,13 +16,14 @@
 
 layout(local_size_x = kCullGroupSize) in;
 
-// Commands [first, end): for the first cluster_count clusters of the pages, which may show some of the cut; the others draw nothing.
+// Writes commands [first, end) for the first cluster_count clusters of the pages, which may show some of the cut; the other commands draw
+// nothing.
 void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint first, uint end) {
   Plant plant = candidate.plant;
   Instance instance = candidate.instance;
   ClusterList list = list_at(plant, kPageList);
   float reach_m = candidate.reach_m - candidate.radius_m;
-  for (uint i = 0; i < min(end - first, kMostListClusters); ++i) {
+  for (uint i = 0; i < min(end - first, kMaxListClusters); ++i) {
     uint shown_count = 0;
     if (i < cluster_count) {
       Cluster cluster = cluster_at(list, i);
@@ -34,8 +35,8 @@ void draw_pages(Candidate candidate, uint leaf_count, uint cluster_count, uint f
   }
 }
 
-// Where commands are short the cut becomes coarser: the finest, of fewer and fewer leaves, whose commands fit. For a ready cut there is one
-// in any case. How many leaves are drawn.
+// If commands are short the cut becomes coarser: the finest one, of fewer and fewer leaves, whose commands fit. A ready cut always has one.
+// Returns the number of leaves that are drawn.
 uint draw_leaves(Candidate candidate, uint leaf_count) {
   Plant plant = candidate.plant;
   uint slot = candidate.slot;
@@ -58,22 +59,22 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
   return count;
 }
 
-// Whether an instance is in view.
+// True if the instance is in view.
 bool cull(uint slot) {
   Instance instance = instance_at(slot);
-  if (!is_wanted(instance)) return false;
+  if (!is_candidate(instance)) return false;
   Candidate candidate = candidate_of(slot, instance);
   Plant plant = candidate.plant;
   CoppiceColumn column = coppice_column(candidate.table, candidate.size_px);
   float cut = coppice_drawn_leaf_count(candidate.table, column, candidate.threshold_px);
-  Wanted wanted = wanted_of(candidate, column, cut, has_leaf_meshes(plant) && shows_leaves(candidate));
-  cuts[slot] = wanted.cut;
+  Selection selection = selection_of(candidate, column, cut, has_leaf_meshes(plant) && shows_leaves(candidate));
+  cuts[slot] = selection.cut;
   if (!sphere_in_view(candidate.center, candidate.reach_m)) return false;
 
-  uint leaf_count = whole_leaf_count(wanted.cut, plant);
-  show_debug_color(candidate, column, Shown(false, wanted.meshes, float(leaf_count), 0.0));
-  uint triangles = draw_meshes(MeshDraws(slot, wanted.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
-  if (!wanted.meshes && shows_leaves(candidate)) {
+  uint leaf_count = whole_leaf_count(selection.cut, plant);
+  show_debug_color(candidate, column, Shown(false, selection.meshes, float(leaf_count), 0.0));
+  uint triangles = draw_meshes(MeshDraws(slot, selection.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
+  if (!selection.meshes && shows_leaves(candidate)) {
     uint leaves = draw_leaves(candidate, leaf_count);
     COPPICE_COUNT(leaves, leaves)
     triangles += 2 * leaves;

@@ -1,12 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// From instances to the clusters of their lists that their cut shows, that are in view and not hidden. Clusters of large
-// leaves are left to the hardware. kTogether: a group takes one list after the other, its clusters side by side. Otherwise an invocation
-// takes a short list, and a subgroup together a long one.
-// reads     view, instances, plants, cuts, items and the round's items stage, tiles; lists, clusters and lives by address
-// writes    work_items, the round's work, splats and tiles stages; leaf_commands, draw_counts, counters
-// dispatch  indirect, from the round's items stage; recorded by coppice::gpu::LeafRaster::record
+// Turns instances into the clusters of their lists that their cut shows, that are in view and not hidden. Clusters of large leaves are left
+// to the hardware. With kTogether a group processes one list after the other, its clusters side by side. Otherwise an invocation processes
+// a short list, and a subgroup together a long one.
+// reads     view, instances, plants, cuts, items and the pass's items stage, tiles; lists, clusters and lives by address
+// writes    work_items, the pass's work, splats and tiles stages; leaf_commands, draw_counts, counters
+// dispatch  indirect, from the pass's items stage; recorded by coppice::gpu::LeafRaster::record
 
 #include "bindings.glsl"
 #include "raster.glsl"
@@ -20,7 +20,7 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kTogether = 0;
 
-// An item of more clusters is a whole subgroup's.
+// An item of more clusters is processed by a whole subgroup.
 const uint kOwnClusters = 8;
 
 bool is_mesh(uint item) { return list_of(item) >= kMeshLists; }
@@ -33,7 +33,7 @@ uint cluster_count(uint item) {
   return is_mesh(item) ? plant.mesh_cluster_count : cluster_count(item, plant, list_at(plant, list_of(item)));
 }
 
-// False where the plant has no command left.
+// False if the plant has no command left.
 bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves shown) {
   Plant plant = plants[plant_index];
   uint place = take_commands(kDrawCounts * plant_index + kClusterCount, 1, plant.leaf_command_capacity);
@@ -44,12 +44,12 @@ bool draw_by_hardware(uint plant_index, uint item, uint cluster, ShownLeaves sho
 
 // A cluster that is to be drawn.
 struct Found {
-  bool splats, leaves;  // which list of work it goes to; neither: it is the hardware's, or not seen
+  bool splats, leaves;  // the list of work that it goes to; neither: the hardware draws it, or it is not visible
   WorkItem work;
-  uvec2 drawn;  // leaves or triangles, by the hardware of them
+  uvec2 drawn;  // leaves or triangles; those by the hardware
 };
 
-// What all clusters of a list share.
+// Shared by all clusters of a list.
 struct Expanded {
   uint item;
   Instance instance;
@@ -57,7 +57,7 @@ struct Expanded {
   ClusterList list;
   uint leaf_count;
   float split_px, merged, reach_m;
-  float object_px;  // times distance in m: of a metre in object space
+  float object_px;  // divided by the distance in m: the size of a metre in object space
 };
 
 Found find(Expanded from, uint i) {
@@ -83,10 +83,10 @@ Found find(Expanded from, uint i) {
                seen ? uvec2(leaves, large ? leaves : 0) : uvec2(0));
 }
 
-// All invocations of a subgroup go through loops whose bodies append together as often as the one with most to do.
+// All invocations of a subgroup run loops whose bodies append together as often as the one with most to do.
 bool for_some(bool more) { return any(notEqual(subgroupBallot(more), uvec4(0))); }
 
-// Every step-th cluster of a list, of none where `some` is false. What of them is drawn: leaves or triangles, by the hardware of them.
+// Expands every step-th cluster of a list, or none if `some` is false. Returns what is drawn: leaves or triangles; those by the hardware.
 uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step) {
   Expanded from;
   from.item = item;
@@ -100,7 +100,7 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
     from.merged = list_of(item) < kWoodLists ? merged_share(from.plant, from.leaf_count) : 0.0;
     from.reach_m = wind_reach_m(instance);
     from.object_px = instance.scale * view.focal_px;
-    count = min(cluster_count(item, from.plant, from.list), kMostListClusters);
+    count = min(cluster_count(item, from.plant, from.list), kMaxListClusters);
   }
   uvec2 drawn = uvec2(0);
   for (uint i = first; for_some(i < count); i += step) {
@@ -113,7 +113,7 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
   return drawn;
 }
 
-// What is drawn: leaves, triangles of leaf meshes and of wood, and of all that triangles by the hardware.
+// Returns what is drawn: leaves, triangles of leaf meshes and of wood, and the triangles by the hardware among all of them.
 uvec4 expand(bool some, uint item, uint first, uint step) {
   Instance instance = instance_at(slot_of(item));
   uint lists = some ? min(list_count(plants[instance.plant], item), kMaxLeafMeshes) : 0;
@@ -151,7 +151,7 @@ void expand_each(uint count) {
     bool some = i + gl_LocalInvocationIndex < count;
     uint item = some ? items[i + gl_LocalInvocationIndex] : 0;
     bool is_long = some && cluster_count(item) > kOwnClusters;
-    // First each invocation its own short item, then one long item after the other, its clusters side by side.
+    // First each invocation expands its own short item, then the subgroup one long item after the other, its clusters side by side.
     uvec4 left = subgroupBallot(is_long);
     some = some && !is_long;
     uint mine = item, first = 0, step = 1;
@@ -171,7 +171,7 @@ void expand_each(uint count) {
 }
 
 void main() {
-  uint count = min(rounds[push.round].items.count, uint(items.length()));
+  uint count = min(culling_passes[push.culling_pass].items.count, uint(items.length()));
   if (kTogether != 0) expand_together(count);
   else expand_each(count);
 }

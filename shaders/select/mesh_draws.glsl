@@ -17,16 +17,18 @@ MeshDraws unpacked(uint word) {
   return MeshDraws(word & (kMaxSlots - 1u), (word >> kSlotBits & 1u) != 0, word >> kSlotBits + 1);
 }
 
-// reach_m: wind_reach_m. From `at` on the first cluster of a mesh that is in view, or that is not; list.range_count where there is none.
+// Returns the first cluster of a mesh from `at` on that is in view, or that is not; list.range_count if there is none. reach_m:
+// wind_reach_m
 uint find_cluster(ClusterList list, Instance instance, float reach_m, uint at, bool in_view) {
-  for (; at < min(list.range_count, kMostListClusters); ++at) {
+  for (; at < min(list.range_count, kMaxListClusters); ++at) {
     Cluster cluster = cluster_at(list, at);
     if (sphere_in_view(world_from_object(instance, cluster.center), instance.scale * cluster.radius_m + reach_m) == in_view) break;
   }
   return at;
 }
 
-// Runs of clusters that are in view, the last of them with all that follow. first: the instance's commands. How many triangles they draw
+// Draws runs of clusters that are in view; the last run includes all that follow. Returns the number of triangles. first: the instance's
+// commands
 uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
   Instance instance = instance_at(slot);
   ClusterList list = list_at(plant, kWoodLists + mesh);
@@ -47,10 +49,10 @@ uint draw_runs(Plant plant, uint slot, uint mesh, uint first) {
   return triangles;
 }
 
-// What is smaller is drawn whole, and so is what is wholly in view.
+// Smaller meshes are drawn whole, as are meshes that are entirely in view.
 const float kPartsFrom_px = 200.0;
 
-bool wants_parts(Plant plant, uint slot) {
+bool draws_in_parts(Plant plant, uint slot) {
   Instance instance = instance_at(slot);
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius = instance.scale * plant.sphere_radius;
@@ -58,19 +60,19 @@ bool wants_parts(Plant plant, uint slot) {
   return plant.part_capacity > 0 && size_px >= kPartsFrom_px && !sphere_in_view(center, -radius - wind_reach_m(instance));
 }
 
-// A place among the commands for parts that a count is of; plant.part_capacity where none is left.
+// A place among the commands for parts that a count is of; plant.part_capacity if none is left.
 uint part_place(Plant plant, uint plant_index, uint slot, uint count) {
-  if (!wants_parts(plant, slot)) return plant.part_capacity;
+  if (!draws_in_parts(plant, slot)) return plant.part_capacity;
   return min(take_commands(kDrawCounts * plant_index + count, kInstanceParts, plant.part_capacity), plant.part_capacity);
 }
 
-// One more instance of a mesh command: its place in the command's list.
+// Adds an instance to a mesh command and returns its place in the command's list.
 uint add_instance(uint plant_index, uint mesh) {
   draw_counts[kDrawCounts * plant_index + kMeshDrawn + mesh] = 1;
   return atomicAdd(wood_commands[plant_index * kMeshCommands + mesh].instance_count, 1);
 }
 
-// How many triangles are drawn, here and below.
+// Returns the number of triangles that are drawn, as does the next function.
 uint draw_wood(Plant plant, uint plant_index, uint slot, uint lod) {
   uint part = part_place(plant, plant_index, slot, kWoodPartCounts + lod);
   if (part < plant.part_capacity) return draw_runs(plant, slot, lod, plant.part_base + lod * kPartCommands + part);
@@ -94,7 +96,7 @@ uint draw_leaf_meshes(Plant plant, uint plant_index, uint slot) {
   return plant.leaf_mesh_triangles;
 }
 
-// How many triangles are drawn.
+// Returns the number of triangles that are drawn.
 uint draw_meshes(MeshDraws draws, Plant plant, uint plant_index) {
   uint triangles = 0;
   if (draws.leaf_meshes) {

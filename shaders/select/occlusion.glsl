@@ -1,25 +1,24 @@
-// What the engine's occluder and earlier rounds of the rasteriser hide. After raster.glsl.
+// Occlusion by the engine's occluder and by earlier culling passes. After raster.glsl.
 
-// The largest depth key of a sphere: the larger k of those whose plane, dot(key_row - k * w_row, place) = 0, touches it. The sphere lies
+// The largest depth key of a sphere: the larger k for which the plane dot(key_row - k * w_row, place) = 0 touches it. The sphere lies
 // before the eye. middle: on_screen of its centre
 float largest_key(uint eye, vec4 middle, float radius_m) {
   mat4 clip = view.eyes[eye].clip_from_world;
   vec3 k = view.eyes[eye].key_row.xyz, w = vec3(clip[0].w, clip[1].w, clip[2].w);
-  vec3 slope = middle.w * w - middle.z * k;  // of the key at the centre, times -w^2
+  vec3 slope = middle.w * w - middle.z * k;  // slope of the key at the centre, times -w^2
   vec3 across = cross(k, w);
   float root = sqrt(max(dot(slope, slope) - radius_m * radius_m * dot(across, across), 0.0));
   float square = radius_m * radius_m;
   return (middle.z * middle.w - square * dot(k, w) + radius_m * root) / (middle.z * middle.z - square * dot(w, w));
 }
 
-// Whether a sphere is hidden from an eye: all tiles it may touch are covered nearer than its nearest point. False for what is
-// large.
+// True if a sphere is hidden from an eye: all tiles that it may touch are covered nearer than its nearest point. False for large spheres.
 bool occluded_from(uint eye, vec3 center, float radius_m) {
   vec4 middle = on_screen(eye, vec4(center, 1.0));
   float nearest = middle.z - view.is_perspective * radius_m;
   float key = largest_key(eye, middle, radius_m);
   if (nearest <= 0.0 || key >= 1.0) return false;
-  // An ellipse on the screen: its long axis grows with the angle to the view's axis. A parallel view shows a circle.
+  // The projection is an ellipse: its long axis grows with the angle to the view's axis. In a parallel view it is a circle.
   vec2 at = middle.xy / middle.z;
   float stretch = mix(1.0, distance(center, view.eyes[eye].place) / middle.z, view.is_perspective);
   float reach_px = radius_m * view.focal_px / nearest * stretch + 1.0;
@@ -37,9 +36,9 @@ bool occluded_from(uint eye, vec3 center, float radius_m) {
   return floatBitsToUint(max(key, 1e-30)) < farthest;
 }
 
-// Whether none of the eyes that have it in view sees a sphere.
+// True if no eye that has the sphere in view sees it.
 bool occluded(vec3 center, float radius_m) {
-  if (push.round < push.hides_from) return false;
+  if (push.culling_pass < push.hides_from) return false;
   if (kEyes == 1) return occluded_from(0, center, radius_m);
   for (uint eye = 0; eye < kEyes; ++eye)
     if (sphere_in_eye(eye, center, radius_m) && !occluded_from(eye, center, radius_m)) return false;

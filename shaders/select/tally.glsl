@@ -1,15 +1,15 @@
-// Counts of an invocation on their way to the counters, a group at a time. After bindings.glsl.
+// Collects the counts of invocations and adds them to the counters, a group at a time. After bindings.glsl.
 
 #include "counters.glsl"
 
 struct Tally {
   uint visible, occluded;  // instances
-  uint leaves;             // that leaf_expand.comp does not count
+  uint leaves;             // those that leaf_expand.comp does not count
 };
 
 shared Tally group;
 
-// All invocations of a group call it.
+// All invocations of a group must call it.
 void add_to_counters(Tally tally) {
   if (gl_LocalInvocationIndex == 0) group = Tally(0, 0, 0);
   barrier();

@@ -1,4 +1,4 @@
-// Descriptor set 0 of every shader, as gpu/view/passes.cpp writes it, and what is reached by address from there.
+// Descriptor set 0 of every shader, written by gpu/view/passes.cpp, and the buffers that it leads to by address.
 // COPPICE_CULL_ACCESS is defined as empty by shaders that fill the buffers; for the others they are readonly.
 
 #extension GL_EXT_scalar_block_layout : require
@@ -11,10 +11,10 @@
 #define COPPICE_CULL_ACCESS readonly
 #endif
 
-// A uniform buffer: software drivers load a word of it once for all invocations, one of a storage buffer once for each.
+// A uniform buffer, because software drivers load a word of it once for all invocations, but one of a storage buffer once for each.
 layout(set = 0, binding = 0, scalar) uniform ViewBuffer { View view; };
-// Texels: where software drivers load a storage buffer's words one invocation after the other, they gather those of texels. A device whose
-// texel buffers are too small reads the same by address: gpu/device/shader_words.cpp then drops the branches that read texels.
+// Texels, because software drivers gather them, but load a storage buffer's words one invocation after the other. A device whose texel
+// buffers are too small reads the same data by address: gpu/device/shader_words.cpp then drops the branches that read texels.
 layout(constant_id = 8) const bool kReadsTexels = true;
 layout(set = 0, binding = 1) uniform usamplerBuffer instance_texels;  // Instance[]
 layout(set = 0, binding = 2, scalar) readonly buffer PlantBuffer { Plant plants[]; };
@@ -23,10 +23,10 @@ layout(set = 0, binding = 4, scalar) COPPICE_CULL_ACCESS buffer CutBuffer { floa
 layout(set = 0, binding = 5, scalar) COPPICE_CULL_ACCESS buffer WoodListBuffer { uint wood_list[]; };
 
 layout(set = 0, binding = 10) uniform sampler2D shadow_maps[kMaxShadowMaps];
-// What the engine has drawn before plants, of each eye. Compute shaders alone see it.
-layout(set = 0, binding = 11) uniform sampler2D occluders[kMostEyes];
+// The engine's depth of each eye before plants. Only compute shaders see it.
+layout(set = 0, binding = 11) uniform sampler2D occluders[kMaxEyes];
 layout(set = 0, binding = 12) uniform usamplerBuffer wind_maps;  // two floats each
-// Instance[]: where those that have moved since the frame before were then.
+// Instance[]: former places of instances that have moved since the frame before.
 layout(set = 0, binding = 13) uniform usamplerBuffer moved_texels;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AddressArray { uvec2 at[]; };
@@ -64,9 +64,9 @@ uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
 #define COPPICE_TABLE_WORD(table, i) table_word((table).first_word + (i))
 #include "coppice_lod.h"
 
-// The distance from the eye by which sizes go, m; to be taken as view.near_m where it is less.
+// The distance from the eye that determines sizes, m; the caller limits it to view.near_m from below.
 float size_distance_m(vec3 place) { return view.is_perspective * length(place); }
-// Unit, towards who looks at the place.
+// Unit direction from a place towards the viewer.
 vec3 toward_eye(vec3 place) { return normalize(view.toward_viewer - view.is_perspective * place); }
 
 bool sphere_in_eye(uint eye, vec3 center, float radius) {
@@ -75,7 +75,7 @@ bool sphere_in_eye(uint eye, vec3 center, float radius) {
   return true;
 }
 
-// Of the view, for what selects: a constant, as software drivers would go through what a second eye needs for one, too.
+// The view's number of eyes in shaders that select: a constant, because software drivers would run the second eye's code for one eye too.
 layout(constant_id = 6) const uint kEyes = 1;
 
 bool sphere_in_view(vec3 center, float radius) {

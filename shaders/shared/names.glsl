@@ -1,6 +1,6 @@
-// What the rasteriser's lists and pixels name. After clusters.glsl.
+// Names in the rasteriser's lists and pixels. After clusters.glsl.
 
-// A cluster of an item's list and what is shown of it, one leaf at least, in a word.
+// A word that names a cluster of an item's list, and how many of its leaves are shown, at least one.
 const uint kWorkMergedBits = 4, kMergedSteps = 15;
 const uint kWorkCountShift = kClusterBits + kWorkMergedBits;
 // merged: merged_share of its cut
@@ -12,21 +12,21 @@ uint cluster_of_work(uint work) { return work & ((1u << kClusterBits) - 1u); }
 float merged_of_work(uint work) { return float(work >> kClusterBits & kMergedSteps) / float(kMergedSteps); }
 ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkCountShift & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
 
-// With the share of the sun that gets past other plants.
+// Includes the share of the sun that gets past other plants.
 WorkItem work_item(uint item, uint work, Cluster cluster, float sun) {
   return WorkItem(item, work, uvec2(cluster.splats.x, cluster.splats.y | uint(float(kWorkSunSteps) * sun + 0.5) << kWorkSunShift));
 }
 uvec2 splats_of_work(WorkItem work) { return uvec2(work.splats.x, work.splats.y & ((1u << kWorkSunShift) - 1u)); }
 float sun_of_work(WorkItem work) { return float(work.splats.y >> kWorkSunShift) / float(kWorkSunSteps); }
 
-// The leaves of the cut that an item is of: those of its list, or of the instance's cut.
+// Number of leaves in the cut that an item belongs to: that of its list, or of the instance.
 uint item_leaf_count(uint item, Plant plant, ClusterList list) {
   return list_of(item) == kPageList ? cut_leaf_count(slot_of(item), plant) : list.leaf_count;
 }
 
-// A pixel's name, above 0: in the low bits the place of its cluster among work_items, from 1 on, which differs from one drawing of a picture to the next; above
-// them its leaf, moved on by a number of the cluster's own. Of leaves at the very same depth the larger name is seen, so that this is
-// always the same one unless all of those bits agree.
+// A pixel's name, above 0. The low bits are the index of its cluster in work_items, from 1 on, which differs between drawings of a picture.
+// The bits above are its leaf, shifted by a number of the cluster's own. Of leaves at exactly the same depth the larger name wins, so the
+// same leaf wins each time unless all of those bits agree.
 uint first_name(uint place, WorkItem work, uint place_bits) {
   return coppice_hash(work.item ^ cluster_of_work(work.work) * 2654435769u) << place_bits | (place + 1);
 }

@@ -1,16 +1,16 @@
-// What the compute rasteriser's passes and the draw of its picture read alike. After bindings.glsl and raster_shared.h.
+// Inputs of both the compute rasteriser's passes and the draw of its picture. After bindings.glsl and raster_shared.h.
 // COPPICE_ACCESS: nothing, or readonly
 
 layout(set = 1, binding = 0, scalar) COPPICE_ACCESS buffer PictureBuffer { uint picture[]; };
 layout(set = 1, binding = 5, scalar) COPPICE_ACCESS buffer WorkBuffer { WorkItem work_items[]; };
 
-// The same to be read as texels: software drivers load a vector from them, but word by word from buffers.
+// The same as texels: software drivers load a vector of texels at once, but buffers word by word.
 layout(set = 1, binding = 8) uniform usamplerBuffer picture_words;
 layout(set = 1, binding = 9) uniform usamplerBuffer work_texels;
 
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
-// A branch rather than ?:, which glslang gets wrong for structs.
+// A branch rather than ?:, which glslang translates wrongly for structs.
 WorkItem work_at(uint place) {
   WorkItem work;
   if (kReadsTexels) {

@@ -100,7 +100,7 @@ int print_plant(const std::string& name) {
     return queries->measure(request, areas, {});
   };
   std::vector<std::pair<const char*, AreaSource>> sources{{"item buffers", {}}, {"initial", {measure, false}}};
-  if (foliage->leaf_count() <= kMostMeasuredLeaves) sources.push_back({"every step", {measure, true}});
+  if (foliage->leaf_count() <= kMaxMeasuredLeaves) sources.push_back({"every step", {measure, true}});
   for (const auto& [source_name, source] : sources) {
     start = std::chrono::steady_clock::now();
     const auto result = collapse_by_mutual_information(shown, views, options, {}, source);

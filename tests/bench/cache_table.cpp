@@ -5,15 +5,12 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "bake_cache.h"
-#include "cache_courier.h"
 #include "cache_server.h"
+#include "http_cache.h"
 #include "places.h"
 #include "process.h"
 
@@ -36,47 +33,21 @@ CachedBake entry_of(std::size_t number, std::size_t bytes) {
   return entry;
 }
 
-/// The entries that are not sent in time are sent by the next batch, as with a real one.
 void print_request_cost(const fs::path& folder, std::size_t count, std::size_t bytes) {
   const coppice::test::Nginx nginx(folder / "nginx",
                                    "server { listen 8080; root /srv/coppice-cache; client_max_body_size 1g; location / { dav_methods PUT; "
-                                   "create_full_put_path on; autoindex on; autoindex_format json; } }");
-  const fs::path local = folder / "local";
-  fs::create_directories(local);
-  std::vector<std::string> keys;
-  for (std::size_t i = 0; i < count; ++i) {
-    const CachedBake entry = entry_of(i, bytes);
-    keys.push_back(key_of(entry.parts));
-    if (!store_cached(local, keys.back(), entry)) std::abort();
-  }
-  const auto start_courier = [&] { return *CacheCourier::start({nginx.url(), {}, CacheMode::read_write, local, 1}); };
+                                   "create_full_put_path on; } }");
+  HttpCache cache(nginx.url(), {});
   auto start = Clock::now();
-  CacheReport sending;
-  do {
-    CacheCourier courier = start_courier();
-    for (const std::string& key : keys) courier.line().offer(key);
-    sending = courier.finish();
-  } while (sending.unsent > 0);
+  for (std::size_t i = 0; i < count; ++i)
+    if (const CachedBake entry = entry_of(i, bytes); !cache.put(key_of(entry.parts), entry)) std::abort();
   const double send_s = seconds_since(start);
   start = Clock::now();
-  CacheCourier courier = start_courier();
-  std::size_t found = 0;
-  for (const std::string& key : keys) {
-    const auto bundle = courier.line().fetch(key, {60.0, std::uint64_t{1} << 30});
-    found += bundle && read_bundle(*bundle, key) ? 1u : 0u;
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (const auto found = cache.get(key_of(entry_of(i, bytes).parts), std::uint64_t{1} << 30); !found || !*found) std::abort();
   const double fetch_s = seconds_since(start);
-  const CacheReport report = courier.finish();
-  start = Clock::now();
-  CacheCourier warm = start_courier();
-  for (const std::string& key : keys) warm.line().offer(key);
-  const std::uint64_t questions = warm.finish().requests;
-  std::printf(
-      "%zu entries of %zu bytes: send %.0f us each (HEAD, PUT, record), fetch %.0f us each, one at a time (%zu found, %llu "
-      "requests); all there: %llu question, %.3f s\n",
-      count, bytes, send_s / static_cast<double>(count) * 1e6, fetch_s / static_cast<double>(count) * 1e6, found,
-      static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(questions), seconds_since(start));
-  fs::remove_all(folder);
+  std::printf("%zu entries of %zu bytes: send %.0f us each, fetch %.0f us each, one at a time over one connection\n", count, bytes,
+              send_s / static_cast<double>(count) * 1e6, fetch_s / static_cast<double>(count) * 1e6);
 }
 
 struct Fault {
@@ -93,16 +64,14 @@ class Batches {
       coppice::test::run_process(coppice::test::kTool, {"plant", "corylus", "--seed", std::to_string(seed), "-o", plants_ / name});
     }
   }
-  /// Bakes everything. lost_s: of the batch's report  returns  the first line on stderr
-  std::string bake(const std::vector<std::string>& more, double& lost_s) {
+  /// Bakes everything. seconds: of wall time. returns  the first line on stderr
+  std::string bake(const std::vector<std::string>& more, double& seconds) {
     const fs::path out = folder_ / ("out" + std::to_string(++count_)).c_str();
-    const fs::path report = folder_ / "report.json";
-    std::vector<std::string> arguments{"bake-all", plants_, "-o", out, "--views", "2", "--resolution", "64", "--report", report};
+    std::vector<std::string> arguments{"bake-all", plants_, "-o", out, "--views", "2", "--resolution", "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto start = Clock::now();
     const auto result = coppice::test::run_process(coppice::test::kTool, arguments);
-    std::ifstream file(report);
-    const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
-    lost_s = json.is_object() ? json["cache"]["lost_seconds"].get<double>() : -1.0;
+    seconds = seconds_since(start);
     fs::remove_all(out);
     std::string last = result.exit_code == 0 ? result.err : "FAILED: " + result.err;
     return last.substr(0, last.find('\n'));
@@ -117,7 +86,9 @@ class Batches {
 
 void print_faults() {
   Batches batches;
-  std::printf("six hazels; lost: seconds of the batch's wall time\n");
+  double alone_s = 0.0;
+  batches.bake({"--no-cache"}, alone_s);
+  std::printf("six hazels; seconds of wall time, without a cache %.2f s\n", alone_s);
   const std::vector<Fault> faults = {{"none, empty", {}, false},
                                      {"none, all there", {}, true},
                                      {"503", {.get_status = 503, .put_status = 503}, false},
@@ -130,19 +101,19 @@ void print_faults() {
                                      {"1 s of delay", {.delay_s = 1.0}, false}};
   for (const Fault& fault : faults) {
     const fs::path objects = batches.folder() / "objects";
-    double lost_s = 0.0;
+    double seconds = 0.0;
     if (fault.is_filled) {
       const FaultyServer server(objects);
-      batches.bake({"--cache", server.url()}, lost_s);
+      batches.bake({"--cache", server.url()}, seconds);
     }
     const FaultyServer server(objects, fault.faults);
-    const std::string says = batches.bake({"--cache", server.url()}, lost_s);
-    std::printf("%-16s %4.2f s  %s\n", fault.name, lost_s, says.c_str());
+    const std::string says = batches.bake({"--cache", server.url()}, seconds);
+    std::printf("%-16s %5.2f s  %s\n", fault.name, seconds, says.c_str());
     fs::remove_all(objects);
   }
-  double lost_s = 0.0;
-  const std::string says = batches.bake({"--cache", coppice::test::dead_url()}, lost_s);
-  std::printf("%-16s %4.2f s  %s\n", "nobody listens", lost_s, says.c_str());
+  double seconds = 0.0;
+  const std::string says = batches.bake({"--cache", coppice::test::dead_url()}, seconds);
+  std::printf("%-16s %5.2f s  %s\n", "nobody listens", seconds, says.c_str());
 }
 
 }  // namespace

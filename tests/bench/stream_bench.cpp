@@ -181,7 +181,7 @@ struct RunResult {
   coppice_stats stats{};
   double seconds = 0;
   std::uint64_t counted_peak_bytes = 0, full_bytes = 0;
-  std::uint64_t most_device_allocations = 0, device_calls = 0;  ///< calls of the frames
+  std::uint64_t max_device_allocations = 0, device_calls = 0;  ///< calls of the frames
   std::uint32_t frames_over_budget = 0, frames_with_missing_plants = 0;
   std::uint32_t frames_waiting = 0;  ///< frames in which something that the view wants is not there
   double threshold_sum_px = 0;
@@ -308,7 +308,7 @@ class Run {
     const std::uint64_t counted = test::counted_bytes();
     result.counted_peak_bytes = std::max(result.counted_peak_bytes, counted);
     result.frames_over_budget += counted > budget_bytes_;
-    result.most_device_allocations = std::max(result.most_device_allocations, test::counted_device_calls().live);
+    result.max_device_allocations = std::max(result.max_device_allocations, test::counted_device_calls().live);
     const bool complete = missing_plants() == 0;
     if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
     result.frames_with_missing_plants += !complete;
@@ -397,7 +397,7 @@ nlohmann::ordered_json json_of(const RunResult& run) {
   json["seconds"] = run.seconds;
   json["counted_peak_bytes"] = run.counted_peak_bytes;
   json["memory_peak_bytes"] = run.stats.memory_peak_bytes;
-  json["most_device_allocations"] = run.most_device_allocations;
+  json["most_device_allocations"] = run.max_device_allocations;
   json["device_allocation_calls"] = run.device_calls;
   json["pages_loaded"] = run.stats.streamed[COPPICE_STREAMED_ALL].loaded;
   json["pages_evicted"] = run.stats.streamed[COPPICE_STREAMED_ALL].evicted;
@@ -430,7 +430,7 @@ void print(const char* name, const RunResult& run) {
   std::printf("  frame                p50 %.2f ms, p99 %.2f, max %.2f\n", frame.p50, frame.p99, frame.max);
   std::printf("  counted memory       peak %.2f MiB\n", static_cast<double>(run.counted_peak_bytes) / (1 << 20));
   std::printf("  device allocations   %llu at most; %llu calls in the frames\n",
-              static_cast<unsigned long long>(run.most_device_allocations), static_cast<unsigned long long>(run.device_calls));
+              static_cast<unsigned long long>(run.max_device_allocations), static_cast<unsigned long long>(run.device_calls));
   std::printf("  threshold            mean %.2f px; %u of %zu frames wait for something\n",
               run.threshold_sum_px / static_cast<double>(run.frame_ms.size()), run.frames_waiting, run.frame_ms.size());
   std::printf("  pages                %llu loaded, %llu evicted, %llu cancelled; %.1f MB/s read\n",

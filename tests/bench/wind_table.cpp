@@ -21,8 +21,8 @@ void print_row(const std::string& name, coppice::Result<coppice::bake::Plant> pl
   try {
     const coppice::test::WindFigures of = coppice::test::wind_figures(std::move(*plant));
     std::printf("| %s | %.1f | %.1f | %.1f | %.1f | %.1f %% | %.1f %% | %.2f | %.2f | %.2f | %.2f | %.1f |\n", name.c_str(), of.radius_m,
-                100 * of.move_median_m, 100 * of.move_most_m, 100 * of.reach_m, 100 * of.reach_m / of.radius_m, 100 * of.growth,
-                100 * of.gap_median, 100 * of.gap_99, 100 * of.gap_most, 100 * of.volume_most, 100 * of.squeeze_most);
+                100 * of.move_median_m, 100 * of.move_max_m, 100 * of.reach_m, 100 * of.reach_m / of.radius_m, 100 * of.growth,
+                100 * of.gap_median, 100 * of.gap_99, 100 * of.gap_max, 100 * of.volume_max, 100 * of.squeeze_max);
   } catch (const std::exception& failure) {
     std::printf("| %s | %s |\n", name.c_str(), failure.what());
   }

@@ -17,7 +17,6 @@
 #include "mentions.h"
 #include "places.h"
 #include "process.h"
-#include "slurm_cluster.h"
 #include "text_files.h"
 
 namespace batch_page_test {
@@ -29,7 +28,6 @@ using coppice::test::ProcessResult;
 using coppice::test::program_on_path;
 using coppice::test::read_text;
 using coppice::test::Scheme;
-using coppice::test::SlurmCluster;
 using coppice::test::TemporaryFolder;
 
 constexpr const char* kProbe = R"probe(
@@ -49,9 +47,6 @@ constexpr const char* kProbe = R"probe(
     names: names(),
     sizes: images.map(image => `${image.naturalWidth}x${image.naturalHeight}`),
     failures: [...document.querySelectorAll('.failure')].map(failure => failure.textContent),
-    log: document.querySelector('.failure pre')?.textContent ?? '',
-    bars: document.querySelectorAll('#timeline rect').length,
-    nodes: [...document.querySelectorAll('#node_table tbody th')].map(node => node.textContent),
     injected: document.querySelectorAll('main b').length,
   };
   set('find', 'SMALL');
@@ -148,7 +143,6 @@ TEST_F(BatchPage, ShowsEveryPlant) {
   EXPECT_EQ(found["sizes"], nlohmann::json({"288x224", "288x224"}));
   ASSERT_EQ(found["failures"].size(), 1u);
   EXPECT_TRUE(mentions(found["failures"][0].get<std::string>(), {"letter"}));
-  EXPECT_EQ(found["bars"], 0) << "there are no nodes";
   EXPECT_EQ(found["injected"], 0) << "a name became markup";
   EXPECT_EQ(found["found"], nlohmann::json({"small&lt;b&gt;"}));
   EXPECT_EQ(found["failed"], nlohmann::json({"letter"}));
@@ -157,26 +151,6 @@ TEST_F(BatchPage, ShowsEveryPlant) {
   const nlohmann::json narrow = probe(420);
   ASSERT_TRUE(narrow.is_object());
   EXPECT_EQ(narrow["overflow"], 0) << "the page scrolls sideways";
-}
-
-TEST_F(BatchPage, SlurmsNodesAndLogsAreOnIt) {
-  const std::string missing = SlurmCluster::missing();
-  if (!missing.empty()) GTEST_SKIP() << missing;
-  const SlurmCluster cluster(2);
-  ASSERT_EQ(bake_all({"--slurm", "--html", page_, "--report", folder_ / "report.json"}, cluster.environment()).exit_code, 1);
-  EXPECT_EQ(pictures().size(), 2u);
-  const nlohmann::json report = nlohmann::json::parse(read_text(folder_ / "report.json"));
-  ASSERT_EQ(report["tries"].size(), report["tasks"]);
-  for (const nlohmann::json& made : report["tries"]) {
-    EXPECT_TRUE(made["node"].get<std::string>().starts_with("node"));
-    EXPECT_GT(made["seconds"], 0.0);
-  }
-  if (program_on_path("chromium").empty()) return;
-  const nlohmann::json found = probe();
-  ASSERT_TRUE(found.is_object());
-  EXPECT_EQ(found["bars"], report["tasks"]);
-  EXPECT_EQ(found["nodes"].size(), report["nodes"]);
-  EXPECT_TRUE(mentions(found["log"].get<std::string>(), {"letter.glb"}));
 }
 
 }  // namespace batch_page_test

@@ -1,4 +1,5 @@
 // Completion of the programs' command lines as shells do it: the scripts that the programs print are run in bash, and in fish where it is.
+// They call the programs, which are on PATH here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,9 +65,9 @@ class Completion : public testing::Test {
     std::string function = "_" + program.name;
     std::ranges::replace(function, '-', '_');
     static const std::string complete =
-        "source \"$1\"; cd \"$2\"; complete=$3; shift 3; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
+        "source \"$1\"; cd \"$2\"; complete=$3; PATH=$4:$PATH; shift 4; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
         "$complete; printf '%s\\n' \"${COMPREPLY[@]}\"";
-    Words arguments = {"-u", "-c", complete, "bash", write_script(program, "bash", folder_), files_, function};
+    Words arguments = {"-u", "-c", complete, "bash", write_script(program, "bash", folder_), files_, function, programs_};
     arguments.insert(arguments.end(), line.begin(), line.end());
     const ProcessResult result = run_process(program_on_path("bash"), arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -74,18 +75,22 @@ class Completion : public testing::Test {
     return sorted_lines(result.out);
   }
 
-  Words in_fish(const std::string& line) {
+  /// Words, each with a tab and its description where it has one.
+  std::string answer_of_fish(const std::string& line) {
     const Program& program = *std::ranges::find(programs(), line.substr(0, line.find(' ')), &Program::name);
-    const ProcessResult result = run_process(
-        program_on_path("fish"),
-        {"-c", "source $argv[1]; cd $argv[2]; complete --do-complete $argv[3]", write_script(program, "fish", folder_), files_, line},
-        {.environment = {"HOME=" + folder_.path().string()}});
+    const ProcessResult result =
+        run_process(program_on_path("fish"),
+                    {"-c", "source $argv[1]; cd $argv[2]; set PATH $argv[4] $PATH; complete --do-complete $argv[3]",
+                     write_script(program, "fish", folder_), files_, line, programs_},
+                    {.environment = {"HOME=" + folder_.path().string()}});
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    return sorted_lines(result.out);
+    return result.out;
   }
+  Words in_fish(const std::string& line) { return sorted_lines(answer_of_fish(line)); }
 
   TemporaryFolder folder_;
   fs::path files_ = folder_.path() / "files";
+  fs::path programs_ = fs::path(test::kTool).parent_path();  // of both
 };
 
 TEST_F(Completion, ScriptsAreWellFormed) {
@@ -162,6 +167,8 @@ TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
   EXPECT_EQ(in_fish("coppice bake-all -o "), (Words{"a folder/"}));
   EXPECT_EQ(in_fish("coppice evaluate --methods mi,g"), (Words{"mi,geometric"}));
   EXPECT_EQ(in_fish("coppice scene --density oak=m"), (Words{"oak=map.png"}));
+  EXPECT_EQ(in_fish("coppice-forest --no-t"), (Words{"--no-taa"}));
+  EXPECT_NE(answer_of_fish("coppice bake --metr").find("--metric\t"), std::string::npos) << "no description";
 }
 
 }  // namespace completion_test

@@ -25,7 +25,7 @@ using coppice::test::run_process;
 using coppice::test::TemporaryFolder;
 
 coppice::test::Table table_of_keys() {
-  return coppice::test::table_after(coppice::test::source_text("bake/README.md"), "`--write-source Q.glb`");
+  return coppice::test::table_after(coppice::test::source_text("bake/lab/README.md"), "`--write-source Q.glb`");
 }
 
 TEST(EvaluateCommand, WritesATableAndAFile) {
@@ -230,6 +230,20 @@ TEST(EvaluateCommand, LevelsThatAreTooLargeDoNotWin) {
   EXPECT_FALSE(mentions(fits.err, {"mine"}));
   const auto level = nlohmann::json::parse(std::ifstream(json))["methods"][1]["levels"][0];
   EXPECT_EQ(level["parameters"], "fits");
+}
+
+TEST(EvaluateCommand, IsThereOnlyWithTheLaboratory) {
+  const TemporaryFolder folder;
+  fs::copy(coppice::test::kTool, folder / "coppice");
+  const ProcessResult missing = run_process(folder / "coppice", {"evaluate", "--help"}, {.environment = {"PATH=/nowhere"}});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_EQ(missing.out, "");
+  EXPECT_TRUE(mentions(missing.err, {"coppice: evaluate", "coppice-lab", folder.path().string(), "PATH", "coppice_tools"}));
+  EXPECT_EQ(std::ranges::count(missing.err, '\n'), 1) << missing.err;
+  const std::string own_folder = fs::path(coppice::test::kTool).parent_path();
+  const ProcessResult found = run_process(folder / "coppice", {"evaluate", "--help"}, {.environment = {"PATH=/nowhere:" + own_folder}});
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_NE(found.out.find("Usage: coppice evaluate [OPTIONS] [input]"), std::string::npos) << found.out;
 }
 
 TEST(EvaluateCommand, RefusesSetsAndSetUpsThatMeanNothing) {

@@ -21,26 +21,26 @@ namespace fs = std::filesystem;
 constexpr std::uint8_t kSkyBlue = 225;
 
 /// Share of pixels that are not sky.
-double cover(const fs::path& png) {
+double coverage(const fs::path& png) {
   const Picture picture = read_png(png);
   std::size_t covered = 0;
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4) covered += picture.rgba[i + 2] != kSkyBlue ? 1u : 0u;
   return static_cast<double>(covered) / (static_cast<double>(picture.rgba.size()) / 4.0);
 }
 
-double cover_from(const char* distance_m) {
+double coverage_from(const char* distance_m) {
   const fs::path png = fs::path(testing::TempDir()) / (std::string("no_gpu_") + distance_m + ".png");
   const ProcessResult result = run_process(test::kNoGpu, {png, distance_m, (std::string(test::kTestData) + "/plants/two_pages.coppice"),
                                                           (std::string(test::kTestData) + "/plants/leaf_meshes.coppice")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out, "");
-  const double share = cover(png);
+  const double share = coverage(png);
   fs::remove(png);
   return share;
 }
 
 TEST(NoGpu, DrawsAForest) {
-  const double near = cover_from("4"), far = cover_from("40");
+  const double near = coverage_from("4"), far = coverage_from("40");
   EXPECT_NEAR(near, 0.175, 0.02);
   EXPECT_GT(far, 0.002);
   EXPECT_LT(far, 0.25 * near);

@@ -151,7 +151,8 @@ TEST_P(OutOfMemory, EndsWithoutHalfAFile) {
       } else {
         ++refused;
         EXPECT_TRUE(mentions(result.err, {"memory"})) << place;
-        EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << place << "\n" << result.err;
+        // Libraries below libcurl may have a line of their own where their constructors get no memory.
+        EXPECT_EQ(coppice::test::lines_that_name(result.err, "coppice:"), 1u) << place << "\n" << result.err;
         for (const auto& [name, bytes] : files)
           EXPECT_TRUE(GetParam().arguments[0] == "bake-all") << place << ": " << name << " was written";
       }

@@ -29,8 +29,9 @@ using Strings = std::set<std::string>;
 
 /// Those that tell of the programs as they are.
 const std::vector<fs::path>& manuals() {
-  static const std::vector<fs::path> all = {"README.md",      "SECURITY.md",    "ARCHITECTURE.md",
-                                            "bake/README.md", "demo/README.md", "runtime/README.md"};
+  static const std::vector<fs::path> all = {"README.md",      "SECURITY.md",           "ARCHITECTURE.md",
+                                            "bake/README.md", "bake/import/README.md", "bake/lab/README.md",
+                                            "demo/README.md", "runtime/README.md"};
   return all;
 }
 
@@ -150,8 +151,8 @@ TEST(Documents, NamesOfTheApiAndPathsExist) {
   static const std::regex name_form(R"((coppice_[a-z_]+)(\..*|\(.*)?)"),
       path_form(R"((tests|demo|bake|runtime|shaders|third_party)(/[A-Za-z0-9_.-]+)+)");
   std::size_t name_count = 0, path_count = 0;
-  for (const char* manual :
-       {"README.md", "ARCHITECTURE.md", "SECURITY.md", "bake/README.md", "demo/README.md", "runtime/README.md", "tests/README.md"})
+  for (const char* manual : {"README.md", "ARCHITECTURE.md", "SECURITY.md", "bake/README.md", "bake/lab/README.md", "demo/README.md",
+                             "runtime/README.md", "tests/README.md"})
     for (const std::string& span : code_spans(prose(source_text(manual)))) {
       std::smatch found;
       if (std::string(manual) == "runtime/README.md" && std::regex_match(span, found, name_form)) {

@@ -37,7 +37,7 @@ constexpr const char* kSky = "0 0 1.7 20 180 50\n";
 
 /// False if it has not come true after a minute: a busy machine draws a frame in a second.
 bool comes_true(const std::function<bool()>& condition) {
-  for (int tries = 0; tries < 1200; ++tries) {
+  for (int attempts = 0; attempts < 1200; ++attempts) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }

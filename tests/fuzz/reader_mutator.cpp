@@ -22,7 +22,7 @@ using coppice::test::Record;
 using coppice::test::Records;
 using File = std::vector<std::uint8_t>;
 
-constexpr std::size_t kMostEntries = 64;
+constexpr std::size_t kMaxEntries = 64;
 
 Record header_record() {
   Record record;
@@ -56,7 +56,7 @@ Record material_record(std::size_t at) {
 std::vector<Record> chunk_records(const coppice_file_chunk& chunk) {
   std::vector<Record> records;
   const auto at = static_cast<std::size_t>(chunk.offset), bytes = static_cast<std::size_t>(chunk.bytes);
-  const auto elements = [&](std::size_t element_bytes) { return std::min(bytes / element_bytes, kMostEntries); };
+  const auto elements = [&](std::size_t element_bytes) { return std::min(bytes / element_bytes, kMaxEntries); };
   if (chunk.kind == COPPICE_CHUNK_PLANT) {
     records.push_back(plant_record(at));
   } else if (chunk.kind == COPPICE_CHUNK_MATERIALS) {
@@ -93,7 +93,7 @@ Records records_of(const File& file) {
   std::memcpy(&header, file.data(), sizeof header);
   Records records = {{header_record()}};
   std::vector<Record> entries;
-  for (std::size_t i = 0; i < std::min<std::size_t>(header.chunk_count, kMostEntries); ++i) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(header.chunk_count, kMaxEntries); ++i) {
     const std::size_t at = sizeof header + i * sizeof(coppice_file_chunk);
     if (at + sizeof(coppice_file_chunk) > file.size()) break;
     add_fields(entries.emplace_back(), at, FieldType::u32, 2);

@@ -20,7 +20,7 @@ using coppice::test::Record;
 using coppice::test::Records;
 using File = std::vector<std::uint8_t>;
 
-constexpr std::uint64_t kMostRecords = 64;  // of a kind
+constexpr std::uint64_t kMaxRecords = 64;  // of a kind
 
 coppice_scene_header header_of(const File& file) {
   coppice_scene_header header;
@@ -52,19 +52,19 @@ Record instance_record(std::size_t at) {
 Records records_of(const File& file) {
   const coppice_scene_header header = header_of(file);
   std::vector<Record> species, tiles, scales, instances;
-  for (std::uint64_t i = 0; i < header.species_count && i < kMostRecords; ++i) {
+  for (std::uint64_t i = 0; i < header.species_count && i < kMaxRecords; ++i) {
     const std::size_t at = sizeof header + i * sizeof(coppice_scene_species);
     add_fields(species.emplace_back(), at, FieldType::u32, 2);
     add_fields(species.back(), at + offsetof(coppice_scene_species, sphere_center), FieldType::f32, 4);
   }
-  for (std::uint64_t i = 0; i < header.tile_count && i < kMostRecords; ++i) {
+  for (std::uint64_t i = 0; i < header.tile_count && i < kMaxRecords; ++i) {
     const std::size_t at = tiles_at(header) + i * sizeof(coppice_scene_tile);
     add_fields(tiles.emplace_back(), at, FieldType::f32, 9);
     add_fields(tiles.back(), at + offsetof(coppice_scene_tile, instance_count), FieldType::u32, 3);
     add_fields(scales.emplace_back(), at + offsetof(coppice_scene_tile, scale_min), FieldType::f32, 3);
   }
   const std::uint64_t first = tiles_at(header) + std::uint64_t{header.tile_count} * sizeof(coppice_scene_tile);
-  for (std::uint64_t i = 0; i < kMostRecords && first + (i + 1) * sizeof(coppice_scene_instance) <= file.size(); ++i)
+  for (std::uint64_t i = 0; i < kMaxRecords && first + (i + 1) * sizeof(coppice_scene_instance) <= file.size(); ++i)
     instances.push_back(instance_record(first + i * sizeof(coppice_scene_instance)));
   return {{header_record()}, species, tiles, scales, instances};
 }

@@ -26,7 +26,7 @@ namespace {
 using coppice::test::FakeGpuPlant;
 using coppice::test::FakeRead;
 
-constexpr std::uint32_t kMostPlants = 3;
+constexpr std::uint32_t kMaxPlants = 3;
 constexpr std::array<const char*, 3> kPaths = {"a", "b", "missing"};
 
 std::uint64_t clock_now_ns = 0;
@@ -68,19 +68,19 @@ class World {
     jobs_.deferred = script_.next() % 2 == 1;
     coppice::StreamerOptions options;
     options.gpu = {.plant_bytes = 1000};
-    options.max_plants = kMostPlants;
+    options.max_plants = kMaxPlants;
     options.max_in_flight = 1 + script_.next() % 16;
     options.clock_ns = clock_ns;
     auto created = coppice::Streamer::create({allocator_.hook(), jobs_.hook(), io_.hook(), log_.hook()}, ledger_, options);
     COPPICE_ASSERT(created);
     streamer_ = *std::move(created);
     gpu_ = std::make_unique<coppice::test::FakeGpu>(*streamer_, ledger_);
-    demands_.resize(kMostPlants);
+    demands_.resize(kMaxPlants);
   }
 
   void run() {
-    constexpr int kMostSteps = 400;
-    for (int i = 0; i < kMostSteps && !script_.is_over(); ++i) step();
+    constexpr int kMaxSteps = 400;
+    for (int i = 0; i < kMaxSteps && !script_.is_over(); ++i) step();
   }
 
   /// Nothing goes wrong any more and there is room for all: what can come has come, and is right.
@@ -112,7 +112,7 @@ class World {
   }
 
   void close() {
-    for (std::uint32_t plant = 0; plant < kMostPlants; ++plant) close_plant(plant);
+    for (std::uint32_t plant = 0; plant < kMaxPlants; ++plant) close_plant(plant);
     answer_all();
     jobs_.run_all();
     for (int i = 0; i < 8; ++i) frame();
@@ -153,7 +153,7 @@ class World {
       case 7:
         return start_open(script_.next() % kPaths.size());
       case 8:
-        return close_plant(script_.next() % kMostPlants);
+        return close_plant(script_.next() % kMaxPlants);
       case 9:
         return fail_uploads(script_.next());
       case 10:
@@ -168,19 +168,19 @@ class World {
 
   /// Of the ledger, by others than the streamer: some of it as it is asked for, the rest in any case.
   void take_elsewhere(std::uint64_t bytes) {
-    ledger_.give(std::exchange(elsewhere_bytes_, bytes));
+    ledger_.release(std::exchange(elsewhere_bytes_, bytes));
     (void)ledger_.fits(bytes);
-    ledger_.take(bytes);
+    ledger_.reserve(bytes);
   }
 
   void want() {
-    const std::uint8_t plant = script_.next() % kMostPlants, size = script_.next();
+    const std::uint8_t plant = script_.next() % kMaxPlants, size = script_.next();
     demands_[plant] = size == 0 ? coppice::PlantDemand{} : coppice::test::demand_of(static_cast<float>(size) * 12.0f);
   }
 
   void frame() {
     clock_now_ns += 16'000'000;
-    for (std::uint32_t plant = 0; plant < kMostPlants; ++plant) finish_open(plant);
+    for (std::uint32_t plant = 0; plant < kMaxPlants; ++plant) finish_open(plant);
     gpu_->frame(view_, demands_);
     for (const std::uint32_t plant : std::exchange(gpu_->closed, {})) {
       COPPICE_ASSERT(states_[plant] == Plant::closing);
@@ -198,7 +198,7 @@ class World {
   void start_open(std::size_t path) {
     const auto plant = streamer_->start_open(kPaths[path]);
     if (!plant) return;
-    COPPICE_ASSERT(*plant < kMostPlants && states_[*plant] == Plant::none);
+    COPPICE_ASSERT(*plant < kMaxPlants && states_[*plant] == Plant::none);
     states_[*plant] = Plant::opening;
   }
 
@@ -264,7 +264,7 @@ class World {
   coppice::test::FakeLog log_;
   coppice::LodView view_;
   std::vector<coppice::PlantDemand> demands_;
-  std::array<Plant, kMostPlants> states_{};
+  std::array<Plant, kMaxPlants> states_{};
   coppice::Ledger ledger_{256u << 20};
   std::uint64_t elsewhere_bytes_ = 0;
   std::unique_ptr<coppice::Streamer> streamer_;

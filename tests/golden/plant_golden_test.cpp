@@ -121,10 +121,10 @@ class Renderer {
 
   /// Draws until everything the view wants is resident and shown, then returns the picture.
   Picture draw(const coppice::test::Shot& view) {
-    constexpr int kMostFrames = 400;
+    constexpr int kMaxFrames = 400;
     constexpr int kQuietFrames = 3;  // what arrived last has been uploaded, drawn and counted
     int quiet = 0;
-    for (int frame = 0; frame < kMostFrames; ++frame) {
+    for (int frame = 0; frame < kMaxFrames; ++frame) {
       draw_frame(view);
       std::uint32_t settled = 0;
       check(coppice_is_settled(context_, view_, &settled), "coppice_is_settled");

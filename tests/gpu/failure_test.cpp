@@ -228,9 +228,9 @@ bool is_every_call_wanted() {
   return std::getenv("COPPICE_EVERY_CALL") != nullptr;
 }
 
-/// Which calls fail: each creation_step-th of a context's creation, then about most_each of each function.
+/// Which calls fail: each creation_step-th of a context's creation, then about max_each of each function.
 struct Choice {
-  std::uint64_t creation_step = 1, most_each = 1;
+  std::uint64_t creation_step = 1, max_each = 1;
 };
 
 std::vector<std::uint64_t> failing_calls(std::span<const std::string> names, std::uint64_t of_creation, const Choice& choice) {
@@ -238,7 +238,7 @@ std::vector<std::uint64_t> failing_calls(std::span<const std::string> names, std
   for (const std::string& name : names.subspan(of_creation)) ++counts[name];
   std::vector<std::uint64_t> calls;
   for (std::uint64_t n = 0; n < names.size(); ++n) {
-    const std::uint64_t step = is_every_call_wanted() ? 1 : std::max<std::uint64_t>(counts[names[n]] / choice.most_each, 1);
+    const std::uint64_t step = is_every_call_wanted() ? 1 : std::max<std::uint64_t>(counts[names[n]] / choice.max_each, 1);
     const std::uint64_t creation_step = is_every_call_wanted() ? 1 : choice.creation_step;
     if (n < of_creation ? n % creation_step == 0 : met[names[n]]++ % step == 0) calls.push_back(n);
   }
@@ -303,7 +303,7 @@ class OneInFour : public VulkanFailureTest, public testing::WithParamInterface<s
 INSTANTIATE_TEST_SUITE_P(Calls, OneInFour, testing::Range<std::size_t>(0, 4));
 
 TEST_P(OneInFour, OutOfMemoryIsSaidAndGoneWithout) {
-  const std::vector<std::uint64_t> calls = failing_calls(calls_, creation_calls_, {.creation_step = 1, .most_each = 8});
+  const std::vector<std::uint64_t> calls = failing_calls(calls_, creation_calls_, {.creation_step = 1, .max_each = 8});
   for (std::size_t i = GetParam(); i < calls.size(); i += 4) {
     const std::uint64_t n = calls[i];
     const Outcome outcome = run_with(n, n % 2 == 0 ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_OUT_OF_HOST_MEMORY);
@@ -326,7 +326,7 @@ TEST_P(OneInFour, OutOfMemoryIsSaidAndGoneWithout) {
 }
 
 TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
-  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 5, .most_each = 1})) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 5, .max_each = 1})) {
     const Outcome outcome = run_with(n, VK_ERROR_UNKNOWN);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_INTERNAL);
@@ -340,7 +340,7 @@ TEST_F(VulkanFailureTest, AnUnknownErrorEndsNoMoreThanWhatItIsAbout) {
 }
 
 TEST_F(VulkanFailureTest, ALostDeviceIsSaidAndStaysLost) {
-  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 4, .most_each = 3})) {
+  for (const std::uint64_t n : failing_calls(calls_, creation_calls_, {.creation_step = 4, .max_each = 3})) {
     const Outcome outcome = run_with(n, VK_ERROR_DEVICE_LOST);
     SCOPED_TRACE(std::to_string(n) + ": " + device_faults().failed_call + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_DEVICE_LOST);

@@ -69,11 +69,11 @@ void put_plant() {
 void put_wind(WindNow wind) {
   put(wind.direction); put(wind.load); put(wind.gustiness); put(wind.time_s);
   for (uint i = 0; i < kWindWaves; ++i) put(wind.waves[i]);
-  put(wind.speed_mps); put(wind.most_load); put(wind.map); put(wind.map_size); put(wind.map_first); put(wind.map_places_per_m);
+  put(wind.speed_mps); put(wind.max_load); put(wind.map); put(wind.map_size); put(wind.map_first); put(wind.map_places_per_m);
 }
 
 void put_view() {
-  for (uint eye = 0; eye < kMostEyes; ++eye) {
+  for (uint eye = 0; eye < kMaxEyes; ++eye) {
     put(view.eyes[eye].clip_from_world); put(view.eyes[eye].clip_from_world_before); put(view.eyes[eye].world_from_key);
     for (int i = 0; i < 5; ++i) put(view.eyes[eye].planes[i]);
     put(view.eyes[eye].key_row); put(view.eyes[eye].place); put(view.eyes[eye].first_px);

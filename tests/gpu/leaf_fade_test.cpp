@@ -227,7 +227,7 @@ TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
     }
 }
 
-TEST_P(LeafFadeTest, ShadowMapsHaveTheGapsToo) {
+TEST_P(LeafFadeTest, ShadowMapsAreTransparentToo) {
   const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
     RendererScene scene(gpu(), 64, options());
     scene.place(scene.add_plant(sheet(fade)), {at(0.0f, 0.0f)});

@@ -63,7 +63,7 @@ class PlantStoreTest : public test::VulkanTest {
   /// The GPU has finished all frames before it.
   void begin_frame() {
     ++frame_;
-    garbage_.begin_frame(frame_, frame_ - 1);
+    deletion_.begin_frame(frame_, frame_ - 1);
     uploads_.begin_frame(frame_, frame_ - 1);
   }
   /// Until the staging ring has room for so many bytes.
@@ -107,10 +107,10 @@ class PlantStoreTest : public test::VulkanTest {
 
   Device device_ = open();
   OpenMemory memory_{device_};
-  Garbage garbage_{device_};
-  Uploads uploads_{device_, garbage_, default_allocator()};
+  DeferredDeletion deletion_{device_};
+  Uploads uploads_{device_, deletion_, default_allocator()};
   TextureSets texture_sets_{device_};
-  PlantStore store_{device_, garbage_, uploads_, texture_sets_, default_allocator()};
+  PlantStore store_{device_, deletion_, uploads_, texture_sets_, default_allocator()};
   Buffer filled_, words_;
   std::uint64_t frame_ = 0;
 };

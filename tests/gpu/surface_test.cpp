@@ -441,7 +441,7 @@ struct WindPixel {
 PlacedWind placed(const coppice_wind& wind) {
   PlacedWind placed{.wind = wind};
   if (wind.map == nullptr) return placed;
-  placed.most_map_mps = most_wind_mps({wind.map, std::size_t{2} * wind.map_width * wind.map_height});
+  placed.max_map_mps = max_wind_mps({wind.map, std::size_t{2} * wind.map_width * wind.map_height});
   placed.map_address = reinterpret_cast<std::uintptr_t>(wind.map);
   return placed;
 }
@@ -589,7 +589,7 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
   const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
   const auto plant = read_front({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, bytes.size());
   ASSERT_TRUE(plant);
-  const double reach_m = most_wind_move_m(wind_field(*plant));
+  const double reach_m = max_wind_move_m(wind_field(*plant));
   ASSERT_GT(reach_m, 1e-3);
   Shot shot = view_from({0.0f, 1.0f, 8.0f});
   shot.view = view_;

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <vector>
 
-#include "garbage.h"
+#include "deferred_deletion.h"
 #include "hooks.h"
 #include "vulkan_device.h"
 
@@ -36,7 +36,7 @@ class UploadsTest : public test::VulkanTest {
     return *open_device(gpu.instance, gpu.physical_device, gpu.device, vkGetInstanceProcAddr);
   }
   void begin_frame(std::uint64_t frame, std::uint64_t completed) {
-    garbage_.begin_frame(frame, completed);
+    deletion_.begin_frame(frame, completed);
     uploads_.begin_frame(frame, completed);
   }
   std::uint8_t* stage() {
@@ -53,8 +53,8 @@ class UploadsTest : public test::VulkanTest {
 
   Device device_ = open();
   OpenMemory memory_{device_};
-  Garbage garbage_{device_};
-  Uploads uploads_{device_, garbage_, default_allocator()};
+  DeferredDeletion deletion_{device_};
+  Uploads uploads_{device_, deletion_, default_allocator()};
   Buffer target_;
   std::uint64_t parts_ = 0;
 };

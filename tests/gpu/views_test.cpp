@@ -274,7 +274,7 @@ TEST_P(ViewsTest, AViewIsCulledAndDrawnAgainInOneFrame) {
 }
 
 /// Pixels that show something in one of two pictures alone, of those that show something in the second.
-double differing_cover(const Picture& a, const Picture& b) {
+double differing_coverage(const Picture& a, const Picture& b) {
   std::size_t differing = 0;
   for (std::size_t i = 1; i < b.rgba.size(); i += 4) differing += (a.rgba[i] < 250) != (b.rgba[i] < 250);
   return static_cast<double>(differing) / static_cast<double>(covered({b, {}}));
@@ -299,11 +299,11 @@ TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
       settle_all({single});
       const Drawn one = alone(single);
       EXPECT_GT(covered(one), 1000u);
-      EXPECT_LT(differing_cover(half_of(both.picture, eye), one.picture), 0.02)
+      EXPECT_LT(differing_coverage(half_of(both.picture, eye), one.picture), 0.02)
           << pair.apart_m << " m apart, turned by " << pair.turn_rad << ", eye " << eye;
       EXPECT_LT(rmse(half_of(both.picture, eye), one.picture), 10.0);
     }
-    EXPECT_GT(differing_cover(half_of(both.picture, 0), half_of(both.picture, 1)), 0.1);
+    EXPECT_GT(differing_coverage(half_of(both.picture, 0), half_of(both.picture, 1)), 0.1);
   }
 }
 

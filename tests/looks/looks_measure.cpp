@@ -99,8 +99,8 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 
 bool looks_alike(const LooksDifference& difference) {
   const double coverage_off = std::round(1000.0 * std::abs(difference.coverage - 1.0)) / 1000.0;  // as it is printed
-  const double most_wrong = std::max(kWrongBlocks, difference.blocks > 0 ? kFewBlocks / difference.blocks : 0.0);
-  return difference.wrong_blocks <= most_wrong && coverage_off <= kCoverageOff &&
+  const double max_wrong = std::max(kWrongBlocks, difference.blocks > 0 ? kFewBlocks / difference.blocks : 0.0);
+  return difference.wrong_blocks <= max_wrong && coverage_off <= kCoverageOff &&
          std::abs(difference.largest_piece - difference.reference_largest_piece) <= kPieceOff;
 }
 
@@ -113,9 +113,9 @@ std::string describe(const LooksDifference& difference) {
 }
 
 Picture side_by_side(const MeanPicture& reference, const MeanPicture& picture) {
-  constexpr std::uint32_t kLeastPx = 256;
+  constexpr std::uint32_t kMinPx = 256;
   constexpr float kStrength = 4.0f;
-  const std::uint32_t scale = std::max(kLeastPx / std::max(reference.width_px, 1u), 1u);
+  const std::uint32_t scale = std::max(kMinPx / std::max(reference.width_px, 1u), 1u);
   const std::uint32_t panel_px = scale * reference.width_px;
   Picture result{3 * panel_px, scale * reference.height_px, {}};
   result.rgba.reserve(std::size_t{4} * result.width_px * result.height_px);

@@ -140,10 +140,10 @@ void LooksStage::begin_frame(const Shot& view) {
 }
 
 void LooksStage::settle(const Shot& view) {
-  constexpr int kMostFrames = 2000;
+  constexpr int kMaxFrames = 2000;
   constexpr int kQuietFrames = 4;  // what arrived last has been uploaded, sorted into lists and counted
   int quiet = 0;
-  for (int frame = 0; frame < kMostFrames && quiet < kQuietFrames; ++frame) {
+  for (int frame = 0; frame < kMaxFrames && quiet < kQuietFrames; ++frame) {
     begin_frame(view);
     submit(gpu_, [&](VkCommandBuffer cmd) {
       check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");

@@ -152,29 +152,16 @@ class Serving {
       const std::scoped_lock lock(mutex_);
       const fs::path path = folder_ / target.substr(1);
       std::error_code error;
-      if (faults_.lists && fs::is_directory(path, error)) return answer(connection, 200, listing_of(path), method != "HEAD");
       if (!fs::is_regular_file(path, error)) return answer(connection, 404, "", method != "HEAD");
       body = read_text(path);
     }
-    const bool is_entry = !target.ends_with("index");
+    const bool is_entry = target.ends_with(".coppice");
     if (is_entry) body.append(faults_.padding_bytes, '\0');
     if (is_entry && faults_.bytes_per_s > 0.0 && method != "HEAD") return trickle(connection, body);
     if (faults_.wrong_bytes && is_entry) body[body.size() / 2] = static_cast<char>(body[body.size() / 2] ^ 1);
     if (!faults_.half_bodies || !is_entry || method == "HEAD") return answer(connection, 200, body, method != "HEAD");
     send_all(connection, head_of(200, body.size()) + body.substr(0, body.size() / 2));
     return false;
-  }
-
-  /// As nginx's autoindex_format json has it.
-  static std::string listing_of(const fs::path& folder) {
-    std::string text = "[";
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-      const std::string type = entry.is_directory() ? "directory" : "file",
-                        bytes = entry.is_directory() ? "0" : std::to_string(entry.file_size());
-      text += std::string(text.size() > 1 ? "," : "") + R"({"name":")" + entry.path().filename().string() + R"(","type":")" + type +
-              R"(","mtime":"Thu, 26 Nov 2026 22:07:53 GMT","size":)" + bytes + "}";
-    }
-    return text + "]";
   }
 
   bool trickle(int connection, const std::string& body) const {

@@ -20,7 +20,6 @@ struct ServerFaults {
   double delay_s = 0.0;                ///< before each answer
   std::size_t padding_bytes = 0;       ///< after what is asked for
   double bytes_per_s = 0.0;            ///< sends what is asked for no faster
-  bool lists = false;                  ///< folders, as nginx does; without it there is nothing at them
 };
 
 /// A process that keeps what is put into it as files of a folder, at their paths. Ended by the destructor.
@@ -32,7 +31,7 @@ class FaultyServer {
   FaultyServer& operator=(const FaultyServer&) = delete;
 
   [[nodiscard]] std::string url() const;
-  /// "GET /v1/index" of each, in their order.
+  /// "GET /KEY.record" of each, in their order.
   [[nodiscard]] std::vector<std::string> requests() const;
 
  private:
@@ -54,7 +53,7 @@ class Nginx {
   [[nodiscard]] std::string url() const;
   /// Where the objects are.
   [[nodiscard]] std::filesystem::path root() const { return folder_ / "objects"; }
-  /// "GET /v1/index 200" of each so far, in the order of their ends.
+  /// "GET /KEY.record 200" of each so far, in the order of their ends.
   [[nodiscard]] std::vector<std::string> requests() const;
 
  private:

@@ -29,8 +29,8 @@ struct JpegForm {
   std::uint32_t width = 16, height = 16;
   int components = 3;  ///< 1 grey, 3 RGB given and YCbCr stored, 4 CMYK
   bool progressive = false;
-  bool adobe = true;  ///< of CMYK: marked, and so stored inverted
-  bool ycck = false;  ///< of CMYK: stored so
+  bool adobe = true;  ///< CMYK only: marked, and so stored inverted
+  bool ycck = false;  ///< CMYK only: stored as YCCK
   ImageBytes pixel;   ///< `components` bytes, for every pixel; empty: a gradient
 };
 ImageBytes encode_jpeg(const JpegForm& form);

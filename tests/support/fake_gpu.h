@@ -51,7 +51,7 @@ class FakeGpu {
       closed.push_back(plant);
       plants.erase(plant);
     }
-    streamer_.begin_frame({.frame_number = frame_number, .lenses = {StreamLens{view, demands}}});
+    streamer_.begin_frame({.frame_number = frame_number, .view_groups = {ViewGroup{view, demands}}});
     for (const ChunkId& id : streamer_.take_evicted()) evict(id);
     if (!uploads) return;
     for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) upload(chunk);
@@ -64,7 +64,7 @@ class FakeGpu {
   /// chunk: of take_decoded
   void upload(const DecodedChunk& chunk) {
     ASSERT_TRUE(streamer_.begin_upload(chunk.id));
-    ledger_.take(chunk.bytes);
+    ledger_.reserve(chunk.bytes);
     bytes_[key(chunk.id)] = chunk.bytes;
     take(chunk);
     streamer_.uploaded(chunk.id);
@@ -78,7 +78,7 @@ class FakeGpu {
     released.push_back(id);
     const auto of = bytes_.extract(key(id));
     ASSERT_FALSE(of.empty());
-    ledger_.give(of.mapped());
+    ledger_.release(of.mapped());
   }
 
   void evict(const ChunkId& id) {

@@ -75,7 +75,7 @@ struct FakeRead {
   void* argument = nullptr;
 };
 
-/// Goes on by a second whenever it is read: no test has to sit through the pauses between the tries of a read.
+/// Goes on by a second whenever it is read: no test has to sit through the pauses between the attempts at a read.
 inline std::uint64_t hurried_clock_ns() {
   static std::atomic<std::uint64_t> now = 0;
   return now += 1'000'000'000;
@@ -95,8 +95,8 @@ struct FakeIo {
   std::uint64_t fail_offset = UINT64_MAX;  ///< a read from here fails
   std::int64_t failing_result = -1;
   ReadFault fault = ReadFault::none;
-  std::size_t fault_at = 0;     ///< index of the read that goes wrong, in order of answers
-  std::size_t fault_tries = 1;  ///< how often that place goes wrong
+  std::size_t fault_at = 0;        ///< index of the read that goes wrong, in order of answers
+  std::size_t fault_attempts = 1;  ///< how often that place goes wrong
   std::size_t answered = 0;
 
   coppice_io hook() { return {sizeof(coppice_io), this, open, close, read}; }
@@ -121,15 +121,16 @@ struct FakeIo {
 
  private:
   FakeRead faulty_;
-  std::size_t tries_left_ = 0;
+  std::size_t attempts_left_ = 0;
 
   bool goes_wrong(const FakeRead& wanted) {
     if (answered++ == fault_at) {
       faulty_ = wanted;
-      tries_left_ = fault_tries;
+      attempts_left_ = fault_attempts;
     }
-    if (tries_left_ == 0 || wanted.file != faulty_.file || wanted.offset != faulty_.offset || wanted.bytes != faulty_.bytes) return false;
-    --tries_left_;
+    if (attempts_left_ == 0 || wanted.file != faulty_.file || wanted.offset != faulty_.offset || wanted.bytes != faulty_.bytes)
+      return false;
+    --attempts_left_;
     return true;
   }
   static std::int64_t open(void* user, const char* path, std::uint64_t* file_bytes) {

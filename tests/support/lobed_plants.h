@@ -33,7 +33,7 @@ struct LobedPlant {
   LobeSides sides = LobeSides::one;
   LobeVertices vertices = LobeVertices::per_lobe;
   LobeOrder order = LobeOrder::consecutive;
-  TwigForm twigs = TwigForm::none;  ///< of five segments, for six leaves each, in the leaves' material
+  TwigForm twigs = TwigForm::none;  ///< five segments each, for six leaves, in the leaves' material
   bool twigs_bear = false;          ///< leaves touch their twig
   PotForm pot = PotForm::none;
   Degenerate degenerate = Degenerate::none;
@@ -45,7 +45,7 @@ struct LobedPlant {
   bool are_leaves = false;  ///< each lobe is a leaf of its own, with all of the image: whorls, pairs, compound leaves. Equal or mirrored
   double step = 0.7;        ///< angle between neighbouring lobes, rad
   double cone = 0.0;        ///< angle of the lobes to their common plane, rad
-  double bend = 0.0;        ///< of each leaf by its own amount, up to so many radians over its length
+  double bend = 0.0;        ///< each leaf bends by its own amount, up to so many radians over its length
   double touching = 0.0;    ///< share of leaves whose tip is a point of the leaf before
   double step_m = 0.0;      ///< positions are rounded to multiples
   std::uint32_t leaf_count = 900;  ///< a multiple of 6

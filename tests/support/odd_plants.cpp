@@ -135,7 +135,7 @@ OddPlant log(const std::string& name, const glm::vec3& to, float radius_m) {
 
 // ---- Rosettes
 
-/// Of closed leaves, a third as thick as wide.
+/// A plant of closed leaves, a third as thick as wide.
 OddPlant succulent(const std::string& name, std::uint32_t count, float length_m, float width_m) {
   Grower grow(name, count);
   grow.paint("", kGreen);

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -79,7 +80,14 @@ pid_t start(const std::filesystem::path& program, const std::vector<std::string>
   words.insert(words.end(), arguments.begin(), arguments.end());
   const std::vector<char*> argv = pointers(words);
   std::vector<std::string> variables = options.environment;
-  for (char** variable = environ; *variable != nullptr; ++variable) variables.emplace_back(*variable);
+  // A name stands once: programs differ in which of two they take.
+  const auto is_set = [&options](const std::string& name) {
+    return std::ranges::any_of(options.environment, [&](const std::string& set) { return set.starts_with(name); });
+  };
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string text = *variable;
+    if (!is_set(text.substr(0, text.find('=') + 1))) variables.push_back(text);
+  }
   const std::vector<char*> environment = pointers(variables);
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("fork failed");

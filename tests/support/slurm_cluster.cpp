@@ -101,7 +101,7 @@ std::vector<Process> all_processes() {
 /// False if it has not come true after a minute.
 template <class Condition>
 bool comes_true(const Condition& condition) {
-  for (int tries = 0; tries < 600; ++tries) {
+  for (int attempts = 0; attempts < 600; ++attempts) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }

@@ -147,7 +147,7 @@ double value_at(std::vector<double> values, double share) {
 
 /// One of the leaves that are looked at.
 struct Leaf {
-  glm::vec3 anchor{0.0f};  ///< of the quad: it is moved as this corner is
+  glm::vec3 anchor{0.0f};  ///< the quad's corner with which it moves
   glm::dvec3 stalk{0.0}, middle{0.0};
   double length_m = 0.0;
   OnWood wood;
@@ -167,7 +167,7 @@ std::vector<Leaf> leaves_of(std::span<const bake::Quad> quads, const bake::Mesh&
 
 }  // namespace
 
-WindFigures wind_figures(bake::Plant plant, std::uint32_t most_leaves) {
+WindFigures wind_figures(bake::Plant plant, std::uint32_t max_leaves) {
   bake::Foliage foliage;
   if (plant.leaves.empty()) {
     foliage.quads.emplace_back().fill(plant.wood.positions.front());
@@ -179,9 +179,8 @@ WindFigures wind_figures(bake::Plant plant, std::uint32_t most_leaves) {
   const bake::Sphere sphere = bake::plant_sphere(foliage, plant.wood);
   const bake::Wind wind = bake::wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {});
   WindFigures figures{
-      .radius_m = sphere.radius, .reach_m = most_wind_move_m({wind.head, wind.nodes}), .growth = most_wind_growth({wind.head, wind.nodes})};
-  const std::vector<Leaf> leaves =
-      leaves_of(std::span<const bake::Quad>(foliage.quads).first(plant.leaves.size()), plant.wood, most_leaves);
+      .radius_m = sphere.radius, .reach_m = max_wind_move_m({wind.head, wind.nodes}), .growth = max_wind_growth({wind.head, wind.nodes})};
+  const std::vector<Leaf> leaves = leaves_of(std::span<const bake::Quad>(foliage.quads).first(plant.leaves.size()), plant.wood, max_leaves);
   const Field field(wind);
   std::vector<double> gaps(leaves.size(), 0.0), moves_m(leaves.size(), 0.0);
   std::vector<glm::dvec3> at_rest, moved(leaves.size());
@@ -192,7 +191,7 @@ WindFigures wind_figures(bake::Plant plant, std::uint32_t most_leaves) {
       const glm::dvec3 by = field.offset(leaf.anchor, sway);
       moved[i] = leaf.middle + by;
       moves_m[i] = std::max(moves_m[i], glm::length(by));
-      figures.squeeze_most = std::max(figures.squeeze_most, std::abs(field.volume(glm::vec3(leaf.middle), sway) - 1.0));
+      figures.squeeze_max = std::max(figures.squeeze_max, std::abs(field.volume(glm::vec3(leaf.middle), sway) - 1.0));
       if (plant.wood.indices.empty() || !(leaf.length_m > 0.0)) continue;
       glm::dvec3 wood(0.0);
       for (int corner = 0; corner < 3; ++corner) {
@@ -203,13 +202,13 @@ WindFigures wind_figures(bake::Plant plant, std::uint32_t most_leaves) {
       gaps[i] = std::max(gaps[i], std::abs(gap_m - leaf.wood.distance_m) / std::max(leaf.length_m, leaf.wood.distance_m));
     }
     if (const double rest = spread(at_rest); rest > 0.0)
-      figures.volume_most = std::max(figures.volume_most, std::abs(spread(moved) / rest - 1.0));
+      figures.volume_max = std::max(figures.volume_max, std::abs(spread(moved) / rest - 1.0));
   }
   figures.move_median_m = value_at(moves_m, 0.5);
-  figures.move_most_m = value_at(moves_m, 1.0);
+  figures.move_max_m = value_at(moves_m, 1.0);
   figures.gap_median = value_at(gaps, 0.5);
   figures.gap_99 = value_at(gaps, 0.99);
-  figures.gap_most = value_at(gaps, 1.0);
+  figures.gap_max = value_at(gaps, 1.0);
   return figures;
 }
 

@@ -12,17 +12,17 @@ namespace coppice::test {
 /// how much more or less it is in the wind, as a share of the leaf's length, or of the gap at rest where the leaf floats farther away.
 struct WindFigures {
   double radius_m = 0.0;
-  double reach_m = 0.0;                                   ///< by the file's field nothing is moved further
-  double growth = 0.0;                                    ///< of the field, most_wind_growth
-  double move_median_m = 0.0;                             ///< how far the median leaf is off its place, at most
-  double move_most_m = 0.0;                               ///< how far the leaf that moves most is
-  double gap_median = 0.0, gap_99 = 0.0, gap_most = 0.0;  ///< each leaf's largest; 0 without leaves or wood
-  double volume_most = 0.0;                               ///< largest change of the crown's volume (covariance of leaves), as a share
-  double squeeze_most = 0.0;                              ///< largest change of the volume about a leaf: of the field's Jacobian
+  double reach_m = 0.0;                                  ///< by the file's field nothing is moved further
+  double growth = 0.0;                                   ///< of the field, max_wind_growth
+  double move_median_m = 0.0;                            ///< how far the median leaf is off its place, at most
+  double move_max_m = 0.0;                               ///< how far the leaf that moves most is
+  double gap_median = 0.0, gap_99 = 0.0, gap_max = 0.0;  ///< each leaf's largest; 0 without leaves or wood
+  double volume_max = 0.0;                               ///< largest change of the crown's volume (covariance of leaves), as a share
+  double squeeze_max = 0.0;                              ///< largest change of the volume about a leaf: of the field's Jacobian
 };
 
 /// plant: with its leaves as modelled; leaf quads are made of them here. Of many leaves so many are looked at, evenly.
 /// Throws std::runtime_error where no quads can be made of them.
-WindFigures wind_figures(bake::Plant plant, std::uint32_t most_leaves = 1500);
+WindFigures wind_figures(bake::Plant plant, std::uint32_t max_leaves = 1500);
 
 }  // namespace coppice::test

@@ -95,7 +95,7 @@ Plant bamboo() {
                       cane = add_material(plant, "cane", {0.35f, 0.33f, 0.08f});
   for (int culm = 0; culm < kCulms; ++culm) {
     const glm::vec3 foot = 0.12f * std::sqrt(static_cast<float>(culm)) * around(kGoldenAngle * static_cast<float>(culm));
-    const glm::vec3 lean = 0.12f * foot + glm::vec3(0.0f, between(random, 0.36f, 0.46f), 0.0f);  // of an internode
+    const glm::vec3 lean = 0.12f * foot + glm::vec3(0.0f, between(random, 0.36f, 0.46f), 0.0f);  // per internode
     for (int node = 0; node < kInternodes; ++node) {
       const auto n = static_cast<float>(node);
       const glm::vec3 bottom = foot + (n + 0.01f) * lean + 0.008f * n * n * foot,

@@ -103,7 +103,7 @@ std::vector<std::pair<std::string, std::string>> read_keep(const char* path) {
 int run(char** arguments) {
   const std::filesystem::path folder = arguments[1];
   const auto keep = read_keep(arguments[3]);
-  const double most_seconds = std::stod(arguments[4]);
+  const double max_seconds = std::stod(arguments[4]);
   std::unordered_map<std::string, Line> numbers;
   std::vector<Case> cases;
   std::set<std::string> measured;
@@ -153,7 +153,7 @@ int run(char** arguments) {
     const double now = new_lines_a_second(one);
     const std::size_t index = queue.top().second;
     queue.pop();
-    if (now == 0 || quick_seconds + one.seconds > most_seconds) {
+    if (now == 0 || quick_seconds + one.seconds > max_seconds) {
       continue;
     }
     if (!queue.empty() && now < queue.top().first) {

@@ -88,7 +88,7 @@ TEST(CardLooks, WoodHasTheColourOfItsPartOfTheTexture) {
   wood_color_of(looks, 0, {{{NAN, 0}, {1e30f, 0}, {0, -1e30f}}});  // stays inside the table
 }
 
-TEST(CardLooks, ATrianglesCoverIsThatOfEqualParts) {
+TEST(CardLooks, ATrianglesCoverageIsThatOfEqualParts) {
   PlantLooks looks = looks_of(0, COPPICE_NO_TEXTURE, {texture_chunk({})}, 0.5f);
   // A texel is 1/16 of the width; the left three quarters are covered.
   std::vector<std::uint8_t> rgba(4 * 16, 255);

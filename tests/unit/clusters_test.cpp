@@ -13,7 +13,7 @@
 
 #include "coppice/format.h"
 #include "coppice_lod.h"
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 #include "hook_array.h"
 #include "hooks.h"
 #include "made_mesh.h"
@@ -190,19 +190,19 @@ TEST(Clusters, ThoseOfAPlantOfOneLeafAreItsRoot) {
 }
 
 // Leaves are drawn pixel by pixel, so that they carry their gaps; discs are smaller by them.
-TEST(Clusters, CarryTheGapsOfTheirLeaves) {
+TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   Crown crown;
   const std::vector<std::uint8_t> opaque = crown.built_page(0);
-  EXPECT_FALSE(crown.ready_cuts().has_gaps);
+  EXPECT_FALSE(crown.ready_cuts().has_transparency);
   std::set<std::pair<Corners, std::uint32_t>> gaps;  // a merged leaf may have the corners of one that it replaced
   for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
     crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
     gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
   }
-  EXPECT_FALSE(has_gaps(opaque));
+  EXPECT_FALSE(has_transparency(opaque));
   const std::vector<std::uint8_t> bytes = crown.built_page(0);
-  EXPECT_TRUE(has_gaps(bytes));
-  EXPECT_TRUE(crown.ready_cuts().has_gaps);
+  EXPECT_TRUE(has_transparency(bytes));
+  EXPECT_TRUE(crown.ready_cuts().has_transparency);
   for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
     const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster)), whole = read<Cluster>(opaque, i * sizeof(Cluster));
     EXPECT_EQ(cluster.grains_m, whole.grains_m) << "what decides who draws it";
@@ -214,10 +214,10 @@ TEST(Clusters, CarryTheGapsOfTheirLeaves) {
     for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
       const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
       const auto before = read<Leaf>(opaque, address_of(whole.leaves) + at * sizeof(Leaf));
-      EXPECT_TRUE(gaps.contains({name_of(leaf).first, gaps_of_leaf(leaf.card)}));
-      EXPECT_EQ(gaps_of_leaf(before.card), 0u);
+      EXPECT_TRUE(gaps.contains({name_of(leaf).first, transparency_of_leaf(leaf.card)}));
+      EXPECT_EQ(transparency_of_leaf(before.card), 0u);
       EXPECT_EQ(card_of_leaf(leaf.card), card_of_leaf(before.card));
-      EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(gaps_of_leaf(leaf.card)), 1e-3f);
+      EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(transparency_of_leaf(leaf.card)), 1e-3f);
     }
   }
 }
@@ -530,7 +530,7 @@ TEST(Clusters, AMeshIsWholeInItsBlock) {
       constexpr std::uint64_t kBase = 0x1fffffff0ull;
       auto block = build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
       ASSERT_TRUE(block);
-      EXPECT_LE(block->bytes.size(), most_mesh_bytes(kind, 4, 2, clusters));
+      EXPECT_LE(block->bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
       EXPECT_EQ(block->index_count, 6u);
       EXPECT_EQ(block->materials.count(), 1u);
       EXPECT_TRUE(block->materials[1]);

@@ -54,7 +54,7 @@ CollapseResult collapse(const Scene& scene) {
   return *result;
 }
 
-LiveImage live_image(const Scene& scene) {
+IncrementalImage incremental_image(const Scene& scene) {
   const auto buffers = render_item_buffers({scene.foliage, scene.materials, scene.images}, scene.views, scene.options.resolution_px);
   EXPECT_TRUE(buffers) << buffers.error().message();
   return {{scene.foliage, scene.materials, scene.images},
@@ -85,10 +85,10 @@ Scene two_squares() {
 }
 
 /// Costs of the merged leaf that bridges the gap (outer corners of both), and of the left square alone.
-std::array<MergeCost, 2> costs_of_two_squares(LiveImage& image) {
+std::array<MergeCost, 2> costs_of_two_squares(IncrementalImage& image) {
   const std::array<PairCorners, 2> shapes{{{0, 5, 6, 3}, {0, 1, 2, 3}}};
   std::array<MergeCost, 2> costs{};
-  LiveImage::Scratch scratch;
+  IncrementalImage::Scratch scratch;
   image.costs_of({0, 1, shapes}, scratch, costs);
   EXPECT_EQ(image.error(), 0.0);
   image.apply({0, 1, 2, image.merged(0, 1, shapes[0], kNoFade)});
@@ -96,10 +96,10 @@ std::array<MergeCost, 2> costs_of_two_squares(LiveImage& image) {
   return costs;
 }
 
-TEST(LiveImage, BlocksOfTwoSquaresByHand) {
+TEST(IncrementalImage, BlocksOfTwoSquaresByHand) {
   Scene scene = two_squares();
   scene.image_options = {.pixel_weight = 0, .scales = {{3, 1}}, .coverage_weight = 0};
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   ASSERT_EQ(image.areas(0)[0], 16u);
   ASSERT_EQ(image.areas(1)[0], 16u);
   // A block of 8 x 8 px counts 16 times (units of 1/1024 px^2). Four blocks of 8 new px each, 255 in each of four channels; or, if only
@@ -112,10 +112,10 @@ TEST(LiveImage, BlocksOfTwoSquaresByHand) {
   EXPECT_EQ(image.areas(image.background())[0], 256u - 64u);
 }
 
-TEST(LiveImage, PixelsOfTwoSquaresByHand) {
+TEST(IncrementalImage, PixelsOfTwoSquaresByHand) {
   Scene scene = two_squares();
   scene.image_options = {.pixel_weight = 3, .scales = {{3, 1}}, .coverage_weight = 0};
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   // On top of the blocks: 32 px more, or 16 less, each 1024 units, three times, of 255^2 in four channels.
   const std::int64_t pixel = std::int64_t{3 * 1024} * 4 * 255 * 255, block = std::int64_t{8 * 255} * (8 * 255);
   const auto costs = costs_of_two_squares(image);
@@ -123,10 +123,10 @@ TEST(LiveImage, PixelsOfTwoSquaresByHand) {
   EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * pixel + 16 * 2 * (4 * block)));
 }
 
-TEST(LiveImage, CoverageOfTwoSquaresByHand) {
+TEST(IncrementalImage, CoverageOfTwoSquaresByHand) {
   Scene scene = two_squares();
   scene.image_options = {.pixel_weight = 0, .scales = {{3, 1}}, .coverage_weight = 5};
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   // On top of the blocks: the view of 256 px is a block of its own, 32 px too much or 16 too little, in one channel.
   const std::int64_t px2 = std::int64_t{5} * 255 * 255 * 1024 / 256, block = std::int64_t{8 * 255} * (8 * 255);
   const auto costs = costs_of_two_squares(image);
@@ -135,27 +135,27 @@ TEST(LiveImage, CoverageOfTwoSquaresByHand) {
 }
 
 // The squares cover 32 px.
-TEST(LiveImage, LostCoverOfTwoSquaresByHand) {
-  const auto lost_cover = [](const PairCorners& corners, std::uint8_t fade) {
-    LiveImage image = live_image(two_squares());
-    EXPECT_EQ(image.lost_cover(), 0.0);
+TEST(IncrementalImage, LostCoverOfTwoSquaresByHand) {
+  const auto lost_coverage = [](const PairCorners& corners, std::uint8_t fade) {
+    IncrementalImage image = incremental_image(two_squares());
+    EXPECT_EQ(image.lost_coverage(), 0.0);
     image.apply({0, 1, 2, image.merged(0, 1, corners, fade)});
-    return image.lost_cover();
+    return image.lost_coverage();
   };
   const PairCorners left{0, 1, 2, 3}, bridge{0, 5, 6, 3};
-  EXPECT_DOUBLE_EQ(lost_cover(left, kNoFade), 0.5);
-  EXPECT_DOUBLE_EQ(lost_cover(bridge, kNoFade), -1.0);
-  EXPECT_DOUBLE_EQ(lost_cover(bridge, fade_of(kOpaque / 2)), 0.0);
+  EXPECT_DOUBLE_EQ(lost_coverage(left, kNoFade), 0.5);
+  EXPECT_DOUBLE_EQ(lost_coverage(bridge, kNoFade), -1.0);
+  EXPECT_DOUBLE_EQ(lost_coverage(bridge, fade_of(kOpaque / 2)), 0.0);
 }
 
 // The bridge is 64 px where the squares were 32: pixels alone want the opacity that errs least on 32 px that are black and 32 that are not.
-TEST(LiveImage, OpacityOfTwoSquaresByHand) {
+TEST(IncrementalImage, OpacityOfTwoSquaresByHand) {
   Scene scene = two_squares();
   scene.image_options = {.pixel_weight = 1, .scales = {{5, 1}}, .coverage_weight = 0};
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   const std::array<PairCorners, 1> bridge{{{0, 5, 6, 3}}};
   std::array<MergeCost, 1> costs{};
-  LiveImage::Scratch scratch;
+  IncrementalImage::Scratch scratch;
   image.costs_of({0, 1, bridge}, scratch, costs);
   EXPECT_EQ(costs[0].best_fade(kBrightest), fade_of(kOpaque / 2));
   image.apply({0, 1, 2, image.merged(0, 1, bridge[0], fade_of(kOpaque / 2))});
@@ -166,28 +166,28 @@ TEST(LiveImage, OpacityOfTwoSquaresByHand) {
   EXPECT_EQ(image.areas(2)[0], 64u);
 }
 
-TEST(LiveImage, BehindAnOpaqueLeafNothingCounts) {
+TEST(IncrementalImage, BehindAnOpaqueLeafNothingCounts) {
   Scene scene = two_squares();
   scene.foliage.quads.push_back(test::rectangle({-2, -2, 1}, {4, 0, 0}, {0, 4, 0}));
   scene.foliage.cards.push_back(0);
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   MergeCost cost;
-  LiveImage::Scratch scratch;
+  IncrementalImage::Scratch scratch;
   const PairCorners bridge{0, 5, 6, 3};
   image.costs_of({0, 1, {&bridge, 1}}, scratch, {&cost, 1});
   EXPECT_FALSE(cost.is_seen());
   EXPECT_EQ(cost.at(kNoFade), 0.0);
 }
 
-TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
+TEST(IncrementalImage, AHalvedPictureErrsAsTheWholeDoes) {
   Scene scene = scene_of(test::ball_crown(60, 21), 64);
   scene.image_options.pixel_weight = 0;  // what differs within a pixel is no error any more
-  LiveImage image = live_image(scene);
-  LiveImage::Scratch scratch;
+  IncrementalImage image = incremental_image(scene);
+  IncrementalImage::Scratch scratch;
   std::vector<std::uint32_t> live;
   for (std::uint32_t id = 2; id <= 60; ++id) live.push_back(id);
   image.apply({0, 1, 60, image.merged(0, 1, {0, 5, 6, 3}, fade_of(11, 5))});
-  const double whole = image.error(), lost_cover = image.lost_cover();
+  const double whole = image.error(), lost_coverage = image.lost_coverage();
   EXPECT_GT(whole, 0.0);
   for (const std::uint32_t side_px : {32u, 16u, 8u}) {
     ASSERT_TRUE(image.can_halve());
@@ -195,7 +195,7 @@ TEST(LiveImage, AHalvedPictureErrsAsTheWholeDoes) {
     EXPECT_EQ(image.pixels_per_view(), side_px * side_px);
     EXPECT_EQ(image.pixel_area(), 64.0 * 64.0 / (side_px * side_px));
     EXPECT_NEAR(image.error(), whole, 0.02 * whole) << "differences are rounded to sixteenths";
-    EXPECT_NEAR(image.lost_cover(), lost_cover, 0.002);
+    EXPECT_NEAR(image.lost_coverage(), lost_coverage, 0.002);
     // Scratches follow.
     MergeCost cost;
     const PairCorners same{0, 1, 2, 3};
@@ -215,7 +215,7 @@ TEST(LeafShades, EachSideHasTheLightsBeforeIt) {
   EXPECT_EQ(shades.seen_from({0.9f, 0.1f, 0}), shades.seen_from({0, 1, 0}));
 }
 
-using FixedShade = std::array<std::int64_t, kImageChannels>;  ///< in sixteenths, as LiveImage has them
+using FixedShade = std::array<std::int64_t, kImageChannels>;  ///< in sixteenths, as IncrementalImage has them
 
 /// Block sums of every view and channel, rendered from scratch: every pixel's leaves sorted and laid over each other. shift 0: pixels
 std::vector<FixedShade> naive_blocks(const Scene& scene, const std::vector<LiveLeaf>& leaves, std::uint32_t shift) {
@@ -280,8 +280,8 @@ double naive_error(const Scene& scene, const std::vector<LiveLeaf>& source, cons
 
 void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
   const CollapseResult result = collapse(scene);
-  LiveImage image = live_image(scene);
-  LiveImage::Scratch scratch;
+  IncrementalImage image = incremental_image(scene);
+  IncrementalImage::Scratch scratch;
   std::vector<std::uint32_t> ids;
   std::vector<LiveLeaf> source;
   for (std::uint32_t i = 0; i < scene.foliage.leaf_count(); ++i) {
@@ -314,11 +314,11 @@ void expect_incremental_error_is_that_of_rendering_anew(const Scene& scene) {
   EXPECT_GT(translucent, 20u);
 }
 
-TEST(LiveImage, IncrementalErrorIsThatOfRenderingAnew) {
+TEST(IncrementalImage, IncrementalErrorIsThatOfRenderingAnew) {
   expect_incremental_error_is_that_of_rendering_anew(scene_of(test::random_quads(60, 1), 45));
 }
 
-TEST(LiveImage, IncrementalErrorIsThatOfRenderingAnewWithHolesAndScales) {
+TEST(IncrementalImage, IncrementalErrorIsThatOfRenderingAnewWithHolesAndScales) {
   Scene scene = scene_of(test::ball_crown(60, 2), 45);
   punch_holes(scene);
   scene.image_options.scales = {{1, 1}, {3, 2}, {5, 4}};
@@ -382,7 +382,7 @@ TEST(CollapseImage, LeavesThatNobodySeesGoFirst) {
   }
   const Scene scene = scene_of(test::plain_foliage(quads));
   const CollapseResult result = collapse(scene);
-  LiveImage image = live_image(scene);
+  IncrementalImage image = incremental_image(scene);
   for (std::uint32_t i = 0; i < 7; ++i) {
     const Merge& merge = result.sequence.merges[i];
     image.apply({merge.first, merge.second, 12 + i, image.merged(merge.first, merge.second, merge.corners, merge.fade)});

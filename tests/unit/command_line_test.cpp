@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "command_line.h"
@@ -68,7 +69,15 @@ TEST(FirstClause, EndsWhereOnePauses) {
   EXPECT_EQ(first_clause(""), "");
 }
 
-TEST(WordsOf, ComeFromChecksAndTypeNames) {
+/// The lines of an answer, in any order: words without their descriptions.
+std::multiset<std::string> answer(const CLI::App& app, const std::vector<std::string>& words) {
+  std::multiset<std::string> lines;
+  std::istringstream stream(completions(app, words));
+  for (std::string line; std::getline(stream, line);) lines.insert(line.starts_with(':') ? line : line.substr(0, line.find('\t')));
+  return lines;
+}
+
+TEST(Completions, ComeFromChecksAndTypeNames) {
   CLI::App app("A tool. Of ours", "tool");
   std::string text;
   std::vector<std::string> several;
@@ -83,30 +92,34 @@ TEST(WordsOf, ComeFromChecksAndTypeNames) {
   option("--number", "N");
   app.add_option("--list", several)->delimiter(',')->type_name("NAME=A.png,...");
   app.add_flag("--yes,!--no", flag);
-  const CommandWords words = words_of(app);
-  EXPECT_EQ(words.name, "tool");
-  EXPECT_EQ(words.about, "A tool");
-  ASSERT_EQ(words.places.size(), 1u);
-  EXPECT_EQ(words.places[0].value.endings, std::vector<std::string>{".glb"});
-  EXPECT_TRUE(words.places[0].value.is_folder);
-  using Strings = std::vector<std::string>;
-  std::map<std::string, OptionWords> options;
-  for (const OptionWords& each : words.options) options[each.names.back()] = each;
-  EXPECT_EQ(options.at("--set").names, (Strings{"-s", "--set"}));
-  EXPECT_EQ(options.at("--set").value.words, (Strings{"one", "two"}));
-  EXPECT_EQ(options.at("--count").value.words, (Strings{"full", "none"}));
-  EXPECT_EQ(options.at("--map").value.words, (Strings{"off", "on"}));
-  EXPECT_EQ(options.at("--file").value.endings, Strings{""});
-  EXPECT_EQ(options.at("--file").value.words, Strings{"top"});
-  EXPECT_TRUE(options.at("--folder").value.is_folder);
-  EXPECT_TRUE(options.at("--folder").value.endings.empty());
-  EXPECT_TRUE(options.at("--number").takes_value);
-  EXPECT_TRUE(options.at("--number").value.words.empty());
-  EXPECT_TRUE(options.at("--list").value.is_named);
-  EXPECT_EQ(options.at("--list").value.separator, ',');
-  EXPECT_EQ(options.at("--list").value.endings, Strings{".png"});
-  EXPECT_EQ(options.at("--no").names, (Strings{"--yes", "--no"}));
-  EXPECT_FALSE(options.at("--no").takes_value);
+  using Lines = std::multiset<std::string>;
+  EXPECT_EQ(answer(app, {""}), (Lines{":file\t.glb", ":folder\t"}));
+  EXPECT_EQ(answer(app, {"--yes", "-s", "one", ""}), (Lines{":file\t.glb", ":folder\t"}));
+  EXPECT_EQ(answer(app, {"a.glb", ""}), Lines{}) << "there is one place";
+  EXPECT_EQ(answer(app, {"--", "-"}), (Lines{":file\t.glb", ":folder\t"}));
+  EXPECT_EQ(answer(app, {"-s", "o"}), (Lines{"one", "two"}));
+  EXPECT_EQ(answer(app, {"--set=o"}), (Lines{":before\t--set=", "one", "two"}));
+  EXPECT_EQ(answer(app, {"--count", ""}), (Lines{"full", "none"}));
+  EXPECT_EQ(answer(app, {"--map", ""}), (Lines{"off", "on"}));
+  EXPECT_EQ(answer(app, {"--file", ""}), (Lines{":file\t", ":folder\t", "top"}));
+  EXPECT_EQ(answer(app, {"--folder", ""}), Lines{":folder\t"});
+  EXPECT_EQ(answer(app, {"--number", ""}), Lines{});
+  EXPECT_EQ(answer(app, {"--list", "oak"}), Lines{}) << "nobody knows names";
+  EXPECT_EQ(answer(app, {"--list", "oak=a.png,b"}), (Lines{":before\toak=a.png,", ":file\t.png", ":folder\t", ":list\t"}));
+  EXPECT_EQ(answer(app, {"--list=oak=b"}), (Lines{":before\t--list=oak=", ":file\t.png", ":folder\t", ":list\t"}));
+  EXPECT_EQ(answer(app, {"--no=o"}), Lines{}) << "a flag";
+  EXPECT_EQ(answer(app, {"-"}),
+            (Lines{"-h", "--help", "--set", "-s", "--count", "--map", "--file", "--folder", "--number", "--list", "--yes", "--no"}));
+}
+
+TEST(Completions, KnowCommandsAndDescribeThem) {
+  const Commands commands;
+  EXPECT_EQ(completions(commands.app, {}), "bake\tBakes\n");
+  EXPECT_EQ(completions(commands.app, {"bak"}), "bake\tBakes\n") << "the shell chooses those that begin so";
+  EXPECT_EQ(completions(commands.app, {"grow", "-"}), "");
+  const std::string options = completions(commands.app, {"bake", "-"});
+  for (const std::string line : {"--share\tHow much\n", "-n\tHow many, of", "--quiet\tSay nothing\n"})
+    EXPECT_NE(options.find(line), std::string::npos) << options;
 }
 
 TEST(UnknownWord, NamesTheFirstAndWhatWasMeant) {

@@ -193,7 +193,7 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
   DemandAhead ahead;
   Ledger ledger;
   ASSERT_TRUE(make_room(ahead, default_allocator(), ledger, 2));
-  EXPECT_EQ(ledger.taken(), ahead.measured.bytes() + ahead.finished.bytes());
+  EXPECT_EQ(ledger.reserved(), ahead.measured.bytes() + ahead.finished.bytes());
   const auto add_ahead = [&](float z) {
     std::vector<PlantDemand> demands = measured_at(z);
     add_demand_ahead(ahead, blocks, *demand_view(reversed_infinite_view({0, 0, z})), 20.0f, demands);
@@ -224,7 +224,7 @@ TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
   expect_same(add_ahead(z), with_ahead(91.0f), 11);
   for (int frame = 12; frame <= 15; ++frame) {
     const std::vector<PlantDemand> demands = add_ahead(z);
-    if (frame == 15) expect_same(demands, measured_at(z), frame);  // who stands still wants what is in view
+    if (frame == 15) expect_same(demands, measured_at(z), frame);  // who stands still has demand for what is in view
   }
 }
 
@@ -330,7 +330,7 @@ TEST(InstanceBounds, HoldEveryInstanceAndSkipHoles) {
   EXPECT_EQ(bounds.instance_count, 2u);
   EXPECT_EQ(bounds.plant, 3u);
   EXPECT_FLOAT_EQ(bounds.max_instance_radius_m, 3.0f);
-  EXPECT_FLOAT_EQ(bounds.mean_wanted_radius_m, 2.0f);
+  EXPECT_FLOAT_EQ(bounds.mean_demand_radius_m, 2.0f);
   EXPECT_DOUBLE_EQ(bounds.center_m[0], 6.0) << "half way from -1 to 13";
   EXPECT_FLOAT_EQ(bounds.radius_m, 7.0f);
   EXPECT_EQ(instance_bounds(std::vector<InstanceSphere>{{{0, 0, 0}, 1.0f, 3}, {{0, 0, 0}, 1.0f, 4}}).plant, InstanceBounds::kMixedPlants);
@@ -368,22 +368,22 @@ TEST(ChunkValue, OfWoodIsTheVisibleErrorItRemovesPerByte) {
   PlantDemand demand;
   demand.max_size_px = 200.0f;
   demand.instances[15] = 3.0f;  // 181 to 256 px, here at most 200
-  const PlantWants wants = plant_wants(plant.valued, demand, view);
-  EXPECT_EQ(wants.finest_wood, 0u);
+  const DemandedDetail demanded = demanded_detail(plant.valued, demand, view);
+  EXPECT_EQ(demanded.finest_wood, 0u);
   // Errors 10 and 2.5 px, both above the threshold.
-  EXPECT_NEAR(wood_value(plant.valued, wants, demand, view, 0, 1000), 3.0f * 7.5f / 1000.0f, 1e-5f);
+  EXPECT_NEAR(wood_value(plant.valued, demanded, demand, view, 0, 1000), 3.0f * 7.5f / 1000.0f, 1e-5f);
   demand.max_size_px = 15.0f;
-  EXPECT_EQ(plant_wants(plant.valued, demand, view).finest_wood, 1u) << "1.3 px is good enough";
-  EXPECT_EQ(wood_value(plant.valued, plant_wants(plant.valued, demand, view), demand, view, 0, 1000), 0.0f);
+  EXPECT_EQ(demanded_detail(plant.valued, demand, view).finest_wood, 1u) << "1.3 px is good enough";
+  EXPECT_EQ(wood_value(plant.valued, demanded_detail(plant.valued, demand, view), demand, view, 0, 1000), 0.0f);
 }
 
 TEST(ChunkValue, NothingInViewWantsNothing) {
   const Plant plant;
-  const PlantWants wants = plant_wants(plant.valued, {}, {});
-  EXPECT_EQ(wants.page_count, 0u);
-  EXPECT_EQ(wants.finest_wood, 2u);
-  EXPECT_FALSE(wants.textures);
-  EXPECT_EQ(texture_value(wants, {}, 100), 0.0f);
+  const DemandedDetail demanded = demanded_detail(plant.valued, {}, {});
+  EXPECT_EQ(demanded.page_count, 0u);
+  EXPECT_EQ(demanded.finest_wood, 2u);
+  EXPECT_FALSE(demanded.textures);
+  EXPECT_EQ(texture_value(demanded, {}, 100), 0.0f);
 }
 
 }  // namespace demand_test

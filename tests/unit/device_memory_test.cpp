@@ -24,30 +24,30 @@ class DeviceMemoryTest : public ::testing::Test {
     set_block_bytes(device_, kBlock, kUnit);
   }
   ~DeviceMemoryTest() override {
-    for (MemoryRange& range : taken_) give_memory(device_, range);
+    for (MemoryRange& range : reserved_) release_memory(device_, range);
     close_memory(device_);
     EXPECT_EQ(hook_.live_count, 0u);
     EXPECT_EQ(hook_.misuse, "");
     EXPECT_EQ(device_.memory.allocated_bytes, 0u);
-    EXPECT_EQ(ledger_.taken(), 0u);
+    EXPECT_EQ(ledger_.reserved(), 0u);
     EXPECT_EQ(device_.memory.free_bytes, 0u);
   }
 
   static MemoryRequest of(std::uint64_t bytes, std::uint64_t alignment = 4) {
     return {.requirements = {.size = bytes, .alignment = alignment, .memoryTypeBits = 1}};
   }
-  MemoryRange take(const MemoryRequest& request) {
-    auto range = take_memory(device_, request);
+  MemoryRange reserve(const MemoryRequest& request) {
+    auto range = reserve_memory(device_, request);
     EXPECT_TRUE(range) << range.error().message();
-    taken_.push_back(*range);
+    reserved_.push_back(*range);
     return *range;
   }
-  void give(std::size_t index) {
-    give_memory(device_, taken_[index]);
-    taken_.erase(taken_.begin() + static_cast<std::ptrdiff_t>(index));
+  void release(std::size_t index) {
+    release_memory(device_, reserved_[index]);
+    reserved_.erase(reserved_.begin() + static_cast<std::ptrdiff_t>(index));
   }
   void give_all() {
-    while (!taken_.empty()) give(0);
+    while (!reserved_.empty()) release(0);
   }
   /// No two ranges overlap, runs are sorted and apart, and all sums are what they say.
   void expect_consistent() {
@@ -64,7 +64,7 @@ class DeviceMemoryTest : public ::testing::Test {
         if (block.kind == MemoryKind::device) free += block.free[i].bytes / kUnit * kUnit;
         EXPECT_TRUE(i == 0 || block.free[i].offset > block.free[i - 1].offset + block.free[i - 1].bytes);
       }
-      for (const MemoryRange& range : taken_)
+      for (const MemoryRange& range : reserved_)
         if (range.block == index) parts.push_back({range.offset, range.bytes});
       std::ranges::sort(parts, {}, &FreeRun::offset);
       std::uint64_t end = 0;
@@ -80,23 +80,23 @@ class DeviceMemoryTest : public ::testing::Test {
     EXPECT_EQ(hook_.live_count, count);
     EXPECT_EQ(hook_.live_bytes, allocated);
     EXPECT_EQ(committed_bytes(memory), allocated + kBlock - std::min(free, kBlock));
-    EXPECT_EQ(ledger_.taken(), committed_bytes(memory));
+    EXPECT_EQ(ledger_.reserved(), committed_bytes(memory));
   }
 
   test::DeviceMemoryHook hook_;
   Ledger ledger_;
   Device device_;
-  std::vector<MemoryRange> taken_;
+  std::vector<MemoryRange> reserved_;
 };
 
 TEST_F(DeviceMemoryTest, ABlockIsSharedAndOneEmptyOneIsKept) {
-  for (int i = 0; i < 16; ++i) EXPECT_EQ(take(of(kUnit)).block, 0u);
+  for (int i = 0; i < 16; ++i) EXPECT_EQ(reserve(of(kUnit)).block, 0u);
   EXPECT_EQ(hook_.calls, 1u);
-  for (int i = 0; i < 32; ++i) take(of(kUnit));
+  for (int i = 0; i < 32; ++i) reserve(of(kUnit));
   EXPECT_EQ(hook_.live_count, 3u);
   give_all();
   EXPECT_EQ(hook_.live_count, 1u);
-  take(of(kUnit));
+  reserve(of(kUnit));
   EXPECT_EQ(hook_.calls, 3u) << "what was kept is used";
   set_block_bytes(device_, 2 * kBlock, kUnit);
   give_all();
@@ -104,23 +104,23 @@ TEST_F(DeviceMemoryTest, ABlockIsSharedAndOneEmptyOneIsKept) {
 }
 
 TEST_F(DeviceMemoryTest, TheFullestBlockAndItsSmallestRunAreTaken) {
-  for (int i = 0; i < 32; ++i) take(of(kUnit));
-  give(31);  // the second block: free are 15, then 10 and 11
-  give(27);
-  give(26);
-  give(5);  // the first: 5
-  EXPECT_EQ(take(of(kUnit)).block, 0u);
-  const MemoryRange one = take(of(kUnit));
+  for (int i = 0; i < 32; ++i) reserve(of(kUnit));
+  release(31);  // the second block: free are 15, then 10 and 11
+  release(27);
+  release(26);
+  release(5);  // the first: 5
+  EXPECT_EQ(reserve(of(kUnit)).block, 0u);
+  const MemoryRange one = reserve(of(kUnit));
   EXPECT_EQ(one.block, 1u);
   EXPECT_EQ(one.offset, 15 * kUnit);
-  EXPECT_EQ(take(of(2 * kUnit)).offset, 10 * kUnit);
+  EXPECT_EQ(reserve(of(2 * kUnit)).offset, 10 * kUnit);
   expect_consistent();
 }
 
 TEST_F(DeviceMemoryTest, PlacesAreAlignedInTheMemoryThatTheHookGave) {
-  take(of(100));
+  reserve(of(100));
   for (const std::uint64_t alignment : {256u, 512u, 2048u, 4096u}) {
-    const MemoryRange range = take(of(300, alignment));
+    const MemoryRange range = reserve(of(300, alignment));
     EXPECT_EQ((device_.memory.blocks[range.block].source.offset + range.offset) % alignment, 0u);
     EXPECT_EQ(range.bytes, 512u);
   }
@@ -128,61 +128,61 @@ TEST_F(DeviceMemoryTest, PlacesAreAlignedInTheMemoryThatTheHookGave) {
 }
 
 TEST_F(DeviceMemoryTest, WhatIsLargeOrAloneHasABlockOfItsOwn) {
-  take(of(kUnit));
-  EXPECT_EQ(take(of(kBlock / 2)).block, 0u);
-  EXPECT_EQ(take(of(kBlock / 2 + 1)).block, 1u);
+  reserve(of(kUnit));
+  EXPECT_EQ(reserve(of(kBlock / 2)).block, 0u);
+  EXPECT_EQ(reserve(of(kBlock / 2 + 1)).block, 1u);
   EXPECT_EQ(hook_.live_bytes, kBlock + kBlock / 2 + 256);
   MemoryRequest request = of(kUnit);
   request.kind = MemoryKind::alone;
-  take(request);
+  reserve(request);
   EXPECT_EQ(hook_.sizes.rbegin()->second, kUnit);
-  give(taken_.size() - 1);
+  release(reserved_.size() - 1);
   EXPECT_EQ(hook_.live_count, 2u) << "and it goes back at once";
   expect_consistent();
 }
 
 TEST_F(DeviceMemoryTest, MappedMemoryHasBlocksOfItsOwnAndNoneIsKept) {
-  take(of(kUnit));
+  reserve(of(kUnit));
   MemoryRequest request = of(kUnit);
   request.kind = MemoryKind::host;
-  EXPECT_EQ(take(request).block, 1u);
-  EXPECT_EQ(take(request).block, 1u);
-  EXPECT_EQ(take(of(kUnit)).block, 0u);
+  EXPECT_EQ(reserve(request).block, 1u);
+  EXPECT_EQ(reserve(request).block, 1u);
+  EXPECT_EQ(reserve(of(kUnit)).block, 0u);
   expect_consistent();
-  give(1);
-  give(1);
+  release(1);
+  release(1);
   EXPECT_EQ(hook_.live_count, 1u);
 }
 
 TEST_F(DeviceMemoryTest, MemoryTypesAndImagesAreKeptApart) {
   MemoryRequest image = of(kUnit);
   image.image = true;
-  EXPECT_EQ(take(of(kUnit)).block, take(image).block);
+  EXPECT_EQ(reserve(of(kUnit)).block, reserve(image).block);
   set_granularity(device_.memory, 65536);
-  EXPECT_EQ(take(image).block, 1u);
-  EXPECT_EQ(take(of(kUnit)).block, 0u);
+  EXPECT_EQ(reserve(image).block, 1u);
+  EXPECT_EQ(reserve(of(kUnit)).block, 0u);
   MemoryRequest other_type = of(kUnit);
   other_type.requirements.memoryTypeBits = 2;
   hook_.memory_type = 1;
-  EXPECT_EQ(take(other_type).block, 2u);
+  EXPECT_EQ(reserve(other_type).block, 2u);
   other_type.requirements.memoryTypeBits = 3;
-  EXPECT_EQ(take(other_type).block, 0u) << "the fullest that fits";
+  EXPECT_EQ(reserve(other_type).block, 0u) << "the fullest that fits";
   expect_consistent();
   set_granularity(device_.memory, 1024);
-  EXPECT_EQ(take(of(1)).bytes, 1024u) << "so that neighbours may be of both kinds";
+  EXPECT_EQ(reserve(of(1)).bytes, 1024u) << "so that neighbours may be of both kinds";
 }
 
 TEST_F(DeviceMemoryTest, TheBudgetHoldsAndWhatIsLackingIsWanted) {
-  take(of(kUnit));
-  ledger_.set_budget(ledger_.taken() + 2 * kUnit);
-  take(of(kUnit));
-  take(of(kUnit));
-  const auto refused = take_memory(device_, of(3 * kUnit));
+  reserve(of(kUnit));
+  ledger_.set_budget(ledger_.reserved() + 2 * kUnit);
+  reserve(of(kUnit));
+  reserve(of(kUnit));
+  const auto refused = reserve_memory(device_, of(3 * kUnit));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().status, Status::out_of_memory);
-  EXPECT_EQ(ledger_.wanted(), 3 * kUnit);
-  give(0);
-  take(of(kUnit));
+  EXPECT_EQ(ledger_.refused(), 3 * kUnit);
+  release(0);
+  reserve(of(kUnit));
   EXPECT_LE(device_.memory.allocated_bytes, ledger_.budget());
   expect_consistent();
 }
@@ -194,16 +194,16 @@ TEST_F(DeviceMemoryTest, WhatFitsTheBudgetIsNeverRefused) {
     ledger_.set_budget(Ledger::kUnlimited);
     MemoryRequest request = of(1 + random() % (kBlock / 2 + kUnit), 4u << random() % 10);
     if (random() % 4 == 0) request.kind = MemoryKind::host;
-    if (random() % 2 == 0 || taken_.empty())
-      take(request);
+    if (random() % 2 == 0 || reserved_.empty())
+      reserve(request);
     else
-      give(random() % taken_.size());
+      release(random() % reserved_.size());
     if (i % 100 == 0) expect_consistent();
     const std::uint64_t bytes = (request.requirements.size + 255) / 256 * 256;
-    ledger_.set_budget(ledger_.taken() + bytes);
-    take(request);
-    EXPECT_LE(ledger_.taken(), ledger_.budget());
-    if (random() % 8 != 0) give(taken_.size() - 1);
+    ledger_.set_budget(ledger_.reserved() + bytes);
+    reserve(request);
+    EXPECT_LE(ledger_.reserved(), ledger_.budget());
+    if (random() % 8 != 0) release(reserved_.size() - 1);
     if (HasFailure()) return;
   }
   give_all();
@@ -216,11 +216,11 @@ TEST_F(DeviceMemoryTest, TheSameCallsTakeTheSamePlaces) {
   for (auto& run : places) {
     std::mt19937 random(3);
     for (int i = 0; i < 500; ++i) {
-      if (random() % 3 != 0 || taken_.empty()) {
-        const MemoryRange range = take(of(1 + random() % kBlock));
+      if (random() % 3 != 0 || reserved_.empty()) {
+        const MemoryRange range = reserve(of(1 + random() % kBlock));
         run.insert(run.end(), {range.block, range.offset});
       } else {
-        give(random() % taken_.size());
+        release(random() % reserved_.size());
       }
     }
     give_all();
@@ -232,11 +232,11 @@ TEST_F(DeviceMemoryTest, TheSameCallsTakeTheSamePlaces) {
 
 TEST_F(DeviceMemoryTest, AHookThatFailsOrGivesNonsenseIsAnError) {
   hook_.fail_at = 0;
-  auto failed = take_memory(device_, of(kUnit));
+  auto failed = reserve_memory(device_, of(kUnit));
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().status, Status::out_of_memory);
   hook_.memory_type = 1;
-  failed = take_memory(device_, of(kUnit));
+  failed = reserve_memory(device_, of(kUnit));
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().status, Status::internal);
   EXPECT_TRUE(test::mentions(failed.error().message(), {"memory_type"}));

@@ -221,10 +221,10 @@ TEST(EvaluationRender, SunsGoRoundAndUp) {
     EXPECT_NEAR(suns[i].y, (static_cast<double>(i) + 0.5) / 8.0, 1e-12);
   }
   const auto looks = *surface_looks(test::plain_materials(), {});
-  const UnlitPicture picture =
+  const UnlitImage unlit =
       render_unlit(Level{foliage_mesh(test::plain_foliage({upright(-9, -9, 9, 9, 0)}))}, looks, camera_from({0, 0, 1}), 16);
-  EXPECT_EQ(lit_picture(picture, {0, 0, 1}).luminance[0], 255.0f) << "a white leaf that faces the sun";
-  EXPECT_NEAR(lit_picture(picture, {0, 1, 0}).luminance[0], 255.0 * 0.62620, 0.02) << "ambient light";
+  EXPECT_EQ(lit_image(unlit, {0, 0, 1}).luminance[0], 255.0f) << "a white leaf that faces the sun";
+  EXPECT_NEAR(lit_image(unlit, {0, 1, 0}).luminance[0], 255.0 * 0.62620, 0.02) << "ambient light";
 }
 
 TEST(EvaluationRender, FramesSmoothAnEdge) {

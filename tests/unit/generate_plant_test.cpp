@@ -238,7 +238,7 @@ TEST_P(GeneratePlant, CrownIsFullFromEverySide) {
   for (const double part : area) EXPECT_GT(part, total / 8.0 * 0.35);
 }
 
-// The picture is the leaf's outline: every triangle of the leaf shows, and the corners of a quad that holds the leaf do not.
+// The image is the leaf's outline: every triangle of the leaf shows, and the corners of a quad that holds the leaf do not.
 TEST_P(GeneratePlant, LeafPictureHasTheLeafsOutline) {
   const Material& material = plant_.materials.at(0);
   if (expected_.min_leaf_triangles == 2) {

@@ -28,7 +28,7 @@ struct Case {
   std::string name;
   std::function<void(Pack&)> fill;
   std::size_t variants = 1;
-  std::size_t leaves = 0;  ///< of the plant that is taken
+  std::size_t leaves = 0;  ///< leaves of the plant that is taken
   std::size_t left = 0;    ///< levels, billboards and the like
 };
 void PrintTo(const Case& each, std::ostream* out) {  // NOLINT(readability-identifier-naming)

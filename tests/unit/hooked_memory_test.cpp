@@ -82,7 +82,7 @@ std::size_t new_bytes_of_plant(std::span<const std::uint8_t> file, const char* n
     const auto plant = streamer->open_plant(name);
     for (std::uint64_t frame = 1; plant && frame <= kFrames; ++frame) {
       static_cast<void>(streamer->release(frame - 1));
-      streamer->begin_frame({.frame_number = frame, .lenses = {StreamLens{view, demands}}});
+      streamer->begin_frame({.frame_number = frame, .view_groups = {ViewGroup{view, demands}}});
       for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX))
         if (streamer->begin_upload(chunk.id)) streamer->uploaded(chunk.id);
     }

@@ -252,7 +252,7 @@ TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
   std::vector<std::uint64_t> pauses_ms;
   while (retry.pause(1'000'000)) pauses_ms.push_back(retry.again_ns / 1'000'000 - 1);
   EXPECT_EQ(pauses_ms, (std::vector<std::uint64_t>{50, 200, 800}));
-  EXPECT_EQ(retry.failed_tries, kReadTries);
+  EXPECT_EQ(retry.failed_attempts, kReadAttempts);
 }
 
 TEST(LogLine, IsFitForATerminal) {

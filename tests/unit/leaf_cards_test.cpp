@@ -79,11 +79,11 @@ double area_m2(const Quad& quad) {
 TEST(DrawLeaf, PutsTheStalkLeftAndCornerThreeOnTop) {
   const Plant plant = plant_of({{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}, {0, 1, 2}}});
   const Quad unit{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(1, 1, 0), glm::vec3(0, 1, 0)};
-  const LeafPicture picture = draw_leaf(plant, plant.leaves[0], unit, 4, 4);
-  ASSERT_EQ(picture.texels.size(), 16u);
+  const CardImage image = draw_leaf(plant, plant.leaves[0], unit, 4, 4);
+  ASSERT_EQ(image.texels.size(), 16u);
   for (std::size_t row = 0; row < 4; ++row)
     for (std::size_t column = 0; column < 4; ++column) {
-      const glm::vec4& texel = picture.texels[4 * row + column];
+      const glm::vec4& texel = image.texels[4 * row + column];
       const float expected = column < row ? 1.0f : column > row ? 0.0f : 0.5f;
       // On the diagonal half of the 16 samples, and those whose centres lie on it.
       EXPECT_NEAR(texel.a, expected, column == row ? 0.13f : 0.0f) << row << ' ' << column;
@@ -104,9 +104,9 @@ TEST(DrawLeaf, ShowsTheTopmostTexelThatIsNoHole) {
   plant.images.push_back({2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
   plant.foliage.triangle_materials = {0, 0, 2, 2};
   const Quad quad{square().positions[0], square().positions[1], square().positions[2], square().positions[3]};
-  const LeafPicture picture = draw_leaf(plant, plant.leaves[0], quad, 2, 2);
-  for (const std::size_t left : {0u, 2u}) EXPECT_EQ(picture.texels[left], glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
-  for (const std::size_t right : {1u, 3u}) EXPECT_EQ(picture.texels[right], glm::vec4(1.0f));
+  const CardImage image = draw_leaf(plant, plant.leaves[0], quad, 2, 2);
+  for (const std::size_t left : {0u, 2u}) EXPECT_EQ(image.texels[left], glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
+  for (const std::size_t right : {1u, 3u}) EXPECT_EQ(image.texels[right], glm::vec4(1.0f));
 }
 
 TEST(LeafCards, CoverTheLeafsArea) {
@@ -116,7 +116,7 @@ TEST(LeafCards, CoverTheLeafsArea) {
   const Card& card = foliage.card_table.at(foliage.cards[0]);
   EXPECT_NEAR(area_m2(foliage.quads[0]) * coverage(plant, card), 0.8, 0.02);
   EXPECT_GT(plant.materials[card.material].alpha_cutoff, 0.0f);
-  EXPECT_EQ(plant.materials[card.material].base_color, plant.materials[0].base_color) << "what is seen until the picture is there";
+  EXPECT_EQ(plant.materials[card.material].base_color, plant.materials[0].base_color) << "what is seen until the image is there";
 }
 
 /// Stalk at the origin, folded along x: each half leans by the slope, whose tip lies at x = 2.
@@ -188,13 +188,13 @@ TEST(LeafCards, QuadHoldsALeafThatReachesBehindItsStalk) {
         {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5}}});
   plant.wood.positions = {{-0.01f, 0.0f, 0.0f}, {-0.01f, 0.001f, 0.0f}, {-0.01f, 0.0f, 0.001f}};
   const Foliage foliage = carded(plant);
-  float least_x = 1.0f, most_x = 0.0f;
+  float min_x = 1.0f, max_x = 0.0f;
   for (const glm::vec3& corner : foliage.quads[0]) {
-    least_x = std::min(least_x, corner.x);
-    most_x = std::max(most_x, corner.x);
+    min_x = std::min(min_x, corner.x);
+    max_x = std::max(max_x, corner.x);
   }
-  EXPECT_NEAR(least_x, -0.4f, 1e-5f);
-  EXPECT_NEAR(most_x, 2.0f, 1e-5f);
+  EXPECT_NEAR(min_x, -0.4f, 1e-5f);
+  EXPECT_NEAR(max_x, 2.0f, 1e-5f);
 }
 
 TEST(LeafCards, QuadIsCroppedToWhatTheTextureShows) {
@@ -222,7 +222,7 @@ TEST(LeafCards, LeafThatIsAQuadKeepsItsTexture) {
   EXPECT_EQ(foliage.card_table.at(0).uv, plain.card_table.at(0).uv);
 }
 
-// However different the leaves, there are no more pictures than the atlas holds, and every leaf has one.
+// However different the leaves, there are no more images than the atlas holds, and every leaf has one.
 TEST(LeafCards, ManyShapesShareTheAtlas) {
   std::vector<LeafMesh> leaves;
   for (int i = 0; i < 60; ++i) {
@@ -235,7 +235,7 @@ TEST(LeafCards, ManyShapesShareTheAtlas) {
   const Foliage foliage = carded(plant);
   ASSERT_EQ(plant.materials.size(), 3u);
   EXPECT_GT(foliage.card_table.size(), 2u);
-  EXPECT_LE(foliage.card_table.size(), kMaxPictures);
+  EXPECT_LE(foliage.card_table.size(), kMaxCardImages);
   EXPECT_LE(plant.images.at(0).width, 512u);
   std::set<std::uint32_t> used(foliage.cards.begin(), foliage.cards.end());
   EXPECT_EQ(used.size(), foliage.card_table.size());

@@ -60,7 +60,7 @@ TEST_F(LeafMeshStream, FullDetailAsksForThem) {
 TEST_F(LeafMeshStream, TakeExactlyWhatIsReservedForThem) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(150.0f)});
-  const std::uint64_t before = ledger.taken();
+  const std::uint64_t before = ledger.reserved();
   const std::uint32_t pages = streamer->state(plant).resident_page_count;
   frames(20, {demand_of(250.0f)});
   const PlantFile& file = streamer->file(plant);
@@ -71,7 +71,7 @@ TEST_F(LeafMeshStream, TakeExactlyWhatIsReservedForThem) {
     expected += vertices * 32u + 3 * triangles * 4u + clusters * sizeof(gpu::Cluster) + blocks * sizeof(uvec2);
   }
   const std::uint32_t more_pages = streamer->state(plant).resident_page_count - pages;
-  EXPECT_EQ(ledger.taken() - before, expected + more_pages * (32768u + 1024u * (sizeof(QuantisedQuad) + sizeof(std::uint32_t))));
+  EXPECT_EQ(ledger.reserved() - before, expected + more_pages * (32768u + 1024u * (sizeof(QuantisedQuad) + sizeof(std::uint32_t))));
 }
 
 TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
@@ -81,7 +81,7 @@ TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
   const std::uint32_t pages = streamer->state(plant).resident_page_count;
   ASSERT_EQ(pages, 6u);
   // One byte too little: something has to go, and from that very frame on nothing may count on what went.
-  for (std::uint64_t budget = ledger.taken() - 1; budget > 300000; budget -= 100000) {
+  for (std::uint64_t budget = ledger.reserved() - 1; budget > 300000; budget -= 100000) {
     ledger.set_budget(budget);
     frames(1, {demand_of(5000.0f)});
     const PlantState state = streamer->state(plant);
@@ -98,9 +98,9 @@ TEST_F(LeafMeshStream, AreEvictedAsASetAndLeaveTheQuads) {
 TEST_F(LeafMeshStream, NoneIsLoadedWhereNotAllFit) {
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(150.0f)});
-  const std::uint64_t without = ledger.taken();
+  const std::uint64_t without = ledger.reserved();
   frames(20, {demand_of(390.0f)});
-  const std::uint64_t with = ledger.taken();
+  const std::uint64_t with = ledger.reserved();
   ASSERT_TRUE(streamer->state(plant).leaf_meshes_resident);
   ledger.set_budget(without);
   frames(20, {demand_of(150.0f)});
@@ -131,20 +131,21 @@ TEST_F(LeafMeshStream, AreWorthTheErrorTheyRemoveByAllTheirBytes) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand demand = demand_of(800.0f, 3.0f);  // 4 px of error, of which the threshold hides 2 less its spread
-  const PlantWants wants = plant_wants(valued, demand, view);
-  EXPECT_TRUE(wants.leaf_meshes);
-  const float least_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
-  EXPECT_NEAR(leaf_mesh_value(valued, wants, demand, view), 3.0f * (4.0f - least_px) / 1000.0f, 1e-5f);
+  const DemandedDetail demanded = demanded_detail(valued, demand, view);
+  EXPECT_TRUE(demanded.leaf_meshes);
+  const float min_px = 2.0f * (1.0f - lod::kCoppiceThresholdSpread);
+  EXPECT_NEAR(leaf_mesh_value(valued, demanded, demand, view), 3.0f * (4.0f - min_px) / 1000.0f, 1e-5f);
   valued.leaf_mesh_bytes = 0;
-  EXPECT_FALSE(plant_wants(valued, demand, view).leaf_meshes) << "a plant without";
+  EXPECT_FALSE(demanded_detail(valued, demand, view).leaf_meshes) << "a plant without";
 }
 
 TEST_F(LeafMeshStream, PagesForAllQuadsAreWantedWhereMeshesAreAboutToGo) {
   open("a");
   ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440, 1000};
   const PlantDemand near_switch = demand_of(370.0f);
-  EXPECT_GT(plant_wants(valued, near_switch, view).page_count, plant_wants({valued.table, 3000, 61440}, near_switch, view).page_count);
-  EXPECT_EQ(plant_wants(valued, demand_of(100.0f), view).page_count, 1u);
+  EXPECT_GT(demanded_detail(valued, near_switch, view).page_count,
+            demanded_detail({valued.table, 3000, 61440}, near_switch, view).page_count);
+  EXPECT_EQ(demanded_detail(valued, demand_of(100.0f), view).page_count, 1u);
 }
 
 TEST_F(LeafMeshStream, ClosingGivesThemBack) {

@@ -263,7 +263,7 @@ TEST(LeafQuads, AHundredThousandLeaves) {
 struct RealPlant {
   const char* file;
   std::uint32_t leaf_count;
-  double least_area_ratio, most_area_ratio;  ///< quads to leaf meshes, both sides of closed leaves counted
+  double min_area_ratio, max_area_ratio;  ///< quads to leaf meshes, both sides of closed leaves counted
 };
 
 void PrintTo(const RealPlant& each, std::ostream* out) {
@@ -291,8 +291,8 @@ TEST_P(RealPlantTest, HasItsLeaves) {
   const Mesh& mesh = plant->foliage;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
     leaves_m2 += triangle_area(mesh.positions[mesh.indices[i]], mesh.positions[mesh.indices[i + 1]], mesh.positions[mesh.indices[i + 2]]);
-  EXPECT_GE(quads_m2 / leaves_m2, GetParam().least_area_ratio);
-  EXPECT_LE(quads_m2 / leaves_m2, GetParam().most_area_ratio);
+  EXPECT_GE(quads_m2 / leaves_m2, GetParam().min_area_ratio);
+  EXPECT_LE(quads_m2 / leaves_m2, GetParam().max_area_ratio);
   for (const Card& card : foliage.card_table)
     for (const glm::vec2& uv : card.uv) EXPECT_TRUE(std::isfinite(uv.x) && std::isfinite(uv.y));
 }

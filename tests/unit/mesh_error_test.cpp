@@ -47,7 +47,7 @@ TEST(WoodError, IsTheSideOfTheSquareOfPixelsThatAreMissing) {
   const std::size_t sizes = kErrorSizesPx.size(), last = sizes - 1;
   ASSERT_EQ(error_px->size(), 3 * sizes);
   for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ((*error_px)[i], 0.0f) << "the finest is what there is";
-  double mean_area = 0.0;  // of a square, over the views
+  double mean_area = 0.0;  // a square's, over the views
   for (const Viewpoint& view : error_viewpoints()) mean_area += std::abs(static_cast<double>(view.direction.z)) * 0.04 * 256 * 256 / 6.0;
   EXPECT_NEAR((*error_px)[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
   EXPECT_GT(96.0 * 2.0 / 3.0, std::sqrt(2.0 * mean_area)) << "two thirds of the plant count more than their pixels";

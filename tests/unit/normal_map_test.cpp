@@ -29,10 +29,10 @@ glm::vec3 normal_at(const Image& map, std::size_t texel) {
 
 /// Degrees between the normals of two maps, the largest.
 float worst_angle_deg(const Image& a, const Image& b) {
-  float least_cosine = 1.0f;
+  float min_cosine = 1.0f;
   for (std::size_t i = 0; i < a.rgba.size() / 4; ++i)
-    least_cosine = std::min(least_cosine, glm::dot(glm::normalize(normal_at(a, i)), glm::normalize(normal_at(b, i))));
-  return std::acos(std::min(1.0f, least_cosine)) * 57.29578f;
+    min_cosine = std::min(min_cosine, glm::dot(glm::normalize(normal_at(a, i)), glm::normalize(normal_at(b, i))));
+  return std::acos(std::min(1.0f, min_cosine)) * 57.29578f;
 }
 
 float mean_angle_deg(const Image& a, const Image& b) {

@@ -18,7 +18,7 @@
 namespace coppice::bake {
 namespace odd_plants_test {
 
-/// Of triangles with the same corners one.
+/// Counts triangles with the same corners once.
 std::size_t different_triangles(const Mesh& mesh) {
   std::set<std::multiset<std::tuple<float, float, float>>> different;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

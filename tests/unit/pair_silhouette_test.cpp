@@ -14,7 +14,7 @@
 namespace coppice::bake {
 namespace pair_silhouette_test {
 
-/// Of an opaque quad that stands for opaque leaves.
+/// The mismatch of an opaque quad that replaces opaque leaves.
 float opaque_mismatch_m2(const PairShape& shape) {
   return shape.mismatch_m2(1.0f, 1.0f);
 }
@@ -51,7 +51,7 @@ TEST(PairShapes, AreDistinctAndTheLastIsThePapers) {
   for (std::size_t i = 0; i < 20; i += 2) {
     const PairShapes shapes = pair_shapes(foliage.quads[i], foliage.quads[i + 1]);
     ASSERT_GE(shapes.count, PairShapes::kOpaque + 1);
-    ASSERT_LE(shapes.count, PairShapes::kMost);
+    ASSERT_LE(shapes.count, PairShapes::kMax);
     EXPECT_EQ(shapes.all().back().corners, merge_corners(foliage.quads[i], foliage.quads[i + 1]));
     std::set<PairCorners> distinct;
     for (const PairShape& shape : shapes.all().first(shapes.count - 1)) distinct.insert(shape.corners);

@@ -45,9 +45,9 @@ std::vector<TileSize> gather(const SceneFile& scene, const SceneEye& eye, float 
   return found;
 }
 
-float fit(const SceneFile& scene, std::vector<TileSize>& tiles, float least_px, std::uint32_t block_count) {
+float fit(const SceneFile& scene, std::vector<TileSize>& tiles, float min_px, std::uint32_t block_count) {
   std::vector<std::uint32_t> scratch(tiles.size());
-  return fit_tiles(scene, tiles, least_px, block_count, scratch);
+  return fit_tiles(scene, tiles, min_px, block_count, scratch);
 }
 
 TEST(TileSelection, FindsWhatAScanFinds) {
@@ -86,16 +86,16 @@ TEST(TileSelection, TheThresholdRisesUntilWhatIsWantedFits) {
   for (std::uint32_t capacity = all_blocks - 1; capacity >= 32; capacity /= 2) {
     const float px = fit(*scene, tiles, 1.0f, capacity);
     std::uint32_t blocks = 0;
-    float least_px = INFINITY, most_left_out_px = 0.0f;
+    float min_px = INFINITY, max_left_out_px = 0.0f;
     for (const TileSize& tile : tiles) {
       if (tile.wanted) blocks += tile_blocks(scene->tiles[tile.tile]);
-      float& bound_px = tile.wanted ? least_px : most_left_out_px;
+      float& bound_px = tile.wanted ? min_px : max_left_out_px;
       bound_px = tile.wanted ? std::min(bound_px, tile.size_px) : std::max(bound_px, tile.size_px);
     }
     EXPECT_LE(blocks, capacity);
     EXPECT_GT(blocks + 32, capacity) << "another tile might have fitted";
-    EXPECT_GE(least_px, px);
-    EXPECT_LE(most_left_out_px, px * (1.0f + 1.0f / 16.0f)) << "none larger is left out";
+    EXPECT_GE(min_px, px);
+    EXPECT_LE(max_left_out_px, px * (1.0f + 1.0f / 16.0f)) << "none larger is left out";
     EXPECT_GE(px, last_px);
     last_px = px;
   }
@@ -124,7 +124,7 @@ struct Owner {
   std::set<std::uint32_t> placed;
   std::multiset<std::pair<float, float>> plants;  ///< x, z of what is there
   std::vector<std::vector<SceneInstance>> of_tile;
-  std::uint32_t blocks = 0, most_blocks = 0;
+  std::uint32_t blocks = 0, max_blocks = 0;
   AssetFolder plants_folder;
 
   explicit Owner(std::vector<std::uint8_t> bytes = scene_bytes(), std::uint32_t max_in_flight = 8) {
@@ -134,7 +134,7 @@ struct Owner {
   void open(std::uint32_t max_in_flight) {
     auto opened =
         SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, ledger, "wood/a.forest",
-                          {.least_px = 1.0f, .max_in_flight = max_in_flight, .plants = plants_folder, .clock_ns = test::hurried_clock_ns});
+                          {.min_px = 1.0f, .max_in_flight = max_in_flight, .plants = plants_folder, .clock_ns = test::hurried_clock_ns});
     if (!opened) return;
     stream = *std::move(opened);
     of_tile.resize(stream->file().tiles.size());
@@ -154,7 +154,7 @@ struct Owner {
       blocks += tile_blocks(stream->file().tiles[ready->tile]);
       stream->placed(ready->tile);
     }
-    most_blocks = std::max(most_blocks, blocks);
+    max_blocks = std::max(max_blocks, blocks);
   }
   void settle(const SceneEye& eye, std::uint32_t block_count) {
     for (int i = 0; i < 100; ++i) frame(eye, block_count);
@@ -190,7 +190,7 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   owner.settle(here, kFew);
   const float threshold_px = owner.stream->stats().threshold_px;
   EXPECT_GT(threshold_px, 1.0f);
-  EXPECT_LE(owner.most_blocks, kFew);
+  EXPECT_LE(owner.max_blocks, kFew);
   EXPECT_GT(owner.blocks + 32, kFew);
   for (std::uint32_t tile = 0; tile < owner.of_tile.size(); ++tile) {
     const float px = size_of(owner.stream->file().tiles[tile], here);
@@ -198,7 +198,7 @@ TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
     EXPECT_TRUE(!owner.placed.contains(tile) || px >= threshold_px) << px;
   }
   for (int step = 0; step < 60; ++step) owner.frame(eye_at(200.0f + 40.0f * static_cast<float>(step), 300), kFew);
-  EXPECT_LE(owner.most_blocks, kFew) << "at no time";
+  EXPECT_LE(owner.max_blocks, kFew) << "at no time";
   owner.settle(here, kFew / 2);
   EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
   EXPECT_LE(owner.blocks, kFew / 2) << "less room: it gives way";
@@ -305,7 +305,7 @@ TEST(SceneStream, AReadThatFailsIsToldOnce) {
   ASSERT_EQ(owner.log.lines.size(), 1u);
   EXPECT_TRUE(
       test::mentions(owner.log.lines[0], {"wood/a.forest: tile 0", std::strerror(EIO), "byte " + std::to_string(owner.io.fail_offset)}));
-  EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadTries});
+  EXPECT_EQ(std::ranges::count(owner.io.log, owner.io.fail_offset, &test::FakeRead::offset), std::ptrdiff_t{kReadAttempts});
   EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
 }
 
@@ -317,7 +317,7 @@ TEST(SceneStream, EveryReadMayFailAFewTimes) {
       owner.io.files["wood/a.forest"] = scene_bytes();
       owner.io.fault = fault;
       owner.io.fault_at = n;
-      owner.io.fault_tries = kReadTries - 1;
+      owner.io.fault_attempts = kReadAttempts - 1;
       owner.log.lines.clear();
       owner.open(8);
       ASSERT_NE(owner.stream, nullptr) << n;

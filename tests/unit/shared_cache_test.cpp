@@ -1,4 +1,4 @@
-// Entries, keys, what tells two of them apart, indices and addresses; upkeep of folders. Servers: cache_server_test.
+// Entries, keys and what tells two of them apart, addresses; upkeep of folders. Servers: cache_server_test.
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -16,8 +16,6 @@
 
 #include "atomic_file.h"
 #include "bake_cache.h"
-#include "cache_breaker.h"
-#include "cache_index.h"
 #include "cache_location.h"
 #include "cache_upkeep.h"
 #include "gltf_builder.h"
@@ -81,24 +79,38 @@ TEST(KeyParts, NamesThatAreNoTextStayApart) {
             portable_text("\xff\x01"));
 }
 
-TEST(Bundle, GivesBackItsEntryAndNoticesEveryChange) {
+TEST(CacheEntry, GivesBackWhatWasStoredAndNoticesEveryChange) {
   const CachedBake entry = entry_of("oak.glb", 50);
   const std::string key = key_of(entry.parts);
-  std::vector<std::uint8_t> bundle = bundle_of(entry);
-  const auto read = read_bundle(bundle, key);
+  std::string record = record_text(entry);
+  const auto read = read_entry(bytes_of(record), entry.bytes, key);
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->bytes, entry.bytes);
   EXPECT_EQ(read->parts, entry.parts);
   EXPECT_EQ(read->warnings, entry.warnings);
-  EXPECT_FALSE(read_bundle(bundle, std::string(32, 'a'))) << "an entry in another's place";
-  for (std::size_t i = 0; i < bundle.size(); ++i) {
-    bundle[i] ^= 1;
-    EXPECT_FALSE(read_bundle(bundle, key)) << "byte " << i;
-    bundle[i] ^= 1;
-    EXPECT_FALSE(read_bundle(std::span(bundle).first(i), key)) << i << " bytes";
+  EXPECT_FALSE(read_entry(bytes_of(record), entry.bytes, std::string(32, 'a'))) << "an entry in another's place";
+  for (std::size_t i = 0; i + 1 < record.size(); ++i) {  // the last is a newline
+    record[i] ^= 1;
+    EXPECT_FALSE(read_entry(bytes_of(record), entry.bytes, key)) << "byte " << i;
+    record[i] ^= 1;
+    EXPECT_FALSE(read_entry(bytes_of(record).first(i), entry.bytes, key)) << i << " bytes";
   }
-  bundle.push_back(0);
-  EXPECT_FALSE(read_bundle(bundle, key));
+  for (std::size_t i = 0; i < entry.bytes.size(); ++i) {
+    std::vector<std::uint8_t> bytes = entry.bytes;
+    bytes[i] ^= 1;
+    EXPECT_FALSE(read_entry(bytes_of(record), bytes, key)) << "byte " << i;
+  }
+  EXPECT_FALSE(read_entry(bytes_of(record), std::vector<std::uint8_t>(51, 7), key));
+}
+
+/// A server could fill the memory of whoever parses what it sends.
+TEST(CacheEntry, ARecordThatIsTooLongIsNotParsed) {
+  const CachedBake entry = entry_of("a");
+  const std::string key = key_of(entry.parts);
+  std::string record = record_text(entry);
+  record.resize(kMaxRecordBytes, ' ');
+  EXPECT_TRUE(read_entry(bytes_of(record), entry.bytes, key));
+  EXPECT_FALSE(read_entry(bytes_of(record += ' '), entry.bytes, key));
 }
 
 TEST(WhyBaked, NamesWhatDiffersFromTheNearestEntry) {
@@ -147,34 +159,6 @@ TEST(WhyBaked, ReadsTheKeysOfAFolder) {
   EXPECT_EQ(known[0].parts, oak_parts());
 }
 
-TEST(CacheIndex, IsReadAsItWasWrittenOrNotAtAll) {
-  CacheIndex index;
-  for (int i = 0; i < 5; ++i) index[key_of(entry_of(std::to_string(i)).parts)] = static_cast<std::uint64_t>(i) << 33;
-  std::string text = index_text(index);
-  const auto read = read_index(text);
-  ASSERT_TRUE(read) << read.error().message();
-  EXPECT_EQ(*read, index);
-  EXPECT_TRUE(read_index(index_text({}))->empty());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    text[i] ^= 1;
-    EXPECT_FALSE(read_index(text)) << "byte " << i;
-    text[i] ^= 1;
-    EXPECT_FALSE(read_index(text.substr(0, i))) << i << " bytes";
-  }
-}
-
-TEST(CacheIndex, ListingsAreThoseOfNginx) {
-  const auto files = read_listing(
-      R"([{ "name":"ab", "type":"directory", "mtime":"Thu, 26 Nov 2026 22:07:53 GMT" },
-          { "name":"x", "type":"file", "mtime":"Thu, 01 Jan 1970 00:01:00 GMT", "size":123 }])");
-  ASSERT_TRUE(files) << files.error().message();
-  ASSERT_EQ(files->size(), 2u);
-  EXPECT_TRUE((*files)[0].is_folder);
-  EXPECT_EQ((*files)[1].bytes, 123u);
-  EXPECT_EQ((*files)[1].modified_s, 60);
-  for (const char* other : {"", "<html>", "{}", "[1]", R"([{"name":1}])"}) EXPECT_FALSE(read_listing(other)) << other;
-}
-
 TEST(CacheLocation, TellsFoldersFromAddressesAndRefusesSecrets) {
   EXPECT_EQ(parse_cache_location("/mnt/cache")->folder, "/mnt/cache");
   EXPECT_EQ(parse_cache_location("cache")->url, "");
@@ -204,29 +188,6 @@ TEST(CacheLocation, CredentialsAreAPasswordOrAToken) {
   ::unsetenv(kCredentialsVariable);
 }
 
-TEST(CacheBreaker, OpensAtOnceForGraveThingsAndAfterThreeOddOnes) {
-  using Setback = CacheBreaker::Setback;
-  CacheBreaker grave(1), odd(1), mixed(1), slow(2);
-  grave.went_wrong(Setback::grave, "first");
-  grave.went_wrong(Setback::grave, "second");
-  EXPECT_TRUE(grave.is_open());
-  EXPECT_EQ(grave.why(), "first");
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_FALSE(odd.is_open());
-    odd.went_wrong(Setback::odd, "it answers 503");
-    mixed.went_wrong(Setback::odd, "it answers 503");
-    mixed.went_well();
-  }
-  EXPECT_TRUE(odd.is_open());
-  EXPECT_FALSE(mixed.is_open());
-  slow.lost(2.9);  // two jobs may lose a second and a half each
-  EXPECT_FALSE(slow.is_open());
-  slow.waiting(0.05);
-  EXPECT_FALSE(slow.is_open());
-  slow.waiting(0.2);
-  EXPECT_TRUE(slow.is_open());
-}
-
 class FolderUpkeep : public testing::Test {
  protected:
   /// An entry that was used so long ago.
@@ -240,7 +201,6 @@ class FolderUpkeep : public testing::Test {
     const timespec times[2] = {time, time};
     ASSERT_EQ(::utimensat(AT_FDCWD, path.c_str(), times, 0), 0);
   }
-  [[nodiscard]] CachePlace place() const { return {{folder_.path(), {}}, {}}; }
   [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(peek_cached(folder_.path(), key)); }
 
   test::TemporaryFolder folder_;
@@ -253,40 +213,24 @@ TEST_F(FolderUpkeep, AnEntryUnderAnotherKeyIsDamaged) {
   const auto found = peek_cached(folder_.path(), other);
   ASSERT_FALSE(found) << "one plant's bytes as another's";
   EXPECT_EQ(found.error().status, Status::bad_file);
-  EXPECT_EQ(verify_cache(place(), false, [](std::uint64_t, std::uint64_t) {})->damaged, Lines{other});
-}
-
-/// A server could fill the memory of whoever parses what it sends.
-TEST(CacheBundle, ARecordThatIsTooLongIsNotParsed) {
-  const CachedBake entry = entry_of("a");
-  const std::string key = key_of(entry.parts);
-  const std::vector<std::uint8_t> bundle = bundle_of(entry);
-  const std::string text(as_text(bundle));
-  const std::size_t start = text.find('\n') + 1, record_bytes = std::stoul(text.substr(std::string("coppice-cache 1 ").size()));
-  const auto padded = [&](std::size_t bytes) {
-    const std::string spaces(bytes - record_bytes, ' ');
-    return "coppice-cache 1 " + std::to_string(bytes) + "\n" + text.substr(start, record_bytes) + spaces +
-           text.substr(start + record_bytes);
-  };
-  EXPECT_TRUE(read_bundle(bytes_of(padded(kMostRecordBytes)), key));
-  EXPECT_FALSE(read_bundle(bytes_of(padded(kMostRecordBytes + 1)), key));
+  EXPECT_EQ(verify_cache(folder_.path(), false, [](std::uint64_t, std::uint64_t) {})->damaged, Lines{other});
 }
 
 TEST_F(FolderUpkeep, WhatWasUsedLongestAgoIsPrunedFirst) {
   const std::string oldest = old_entry("a", 300), used = old_entry("b", 200), newest = old_entry("c", 100);
-  const std::uint64_t all = cache_stats(place())->bytes;
-  EXPECT_EQ(cache_stats(place())->entries, 3u);
-  EXPECT_EQ(cache_stats(place())->versions.at("25"), 3u);
-  EXPECT_EQ(prune_cache(place(), all)->removed_entries, 0u);
+  const std::uint64_t all = cache_stats(folder_.path())->bytes;
+  EXPECT_EQ(cache_stats(folder_.path())->entries, 3u);
+  EXPECT_EQ(cache_stats(folder_.path())->versions.at("25"), 3u);
+  EXPECT_EQ(prune_cache(folder_.path(), all)->removed_entries, 0u);
   ASSERT_TRUE(load_cached(folder_.path(), oldest)) << "a use";
-  const auto pruned = prune_cache(place(), all - 1);
+  const auto pruned = prune_cache(folder_.path(), all - 1);
   ASSERT_TRUE(pruned) << pruned.error().message();
   EXPECT_EQ(pruned->removed_entries, 1u);
   EXPECT_EQ(pruned->entries, 2u);
   EXPECT_TRUE(has(oldest));
   EXPECT_FALSE(has(used));
   EXPECT_TRUE(has(newest));
-  EXPECT_EQ(prune_cache(place(), 0)->bytes, 0u);
+  EXPECT_EQ(prune_cache(folder_.path(), 0)->bytes, 0u);
   EXPECT_TRUE(fs::is_empty(folder_.path()));
 }
 
@@ -297,8 +241,8 @@ TEST_F(FolderUpkeep, FilesOfWritersThatMayStillRunStay) {
   for (const fs::path& file : {stray, old_stray, others, old_others, abandoned}) test::write_file(file, std::vector<std::uint8_t>(5));
   set_age(old_stray, 4000);
   set_age(old_others, 4000);
-  EXPECT_EQ(cache_stats(place())->stray_files, 2u);
-  ASSERT_TRUE(prune_cache(place(), 0));
+  EXPECT_EQ(cache_stats(folder_.path())->stray_files, 2u);
+  ASSERT_TRUE(prune_cache(folder_.path(), 0));
   EXPECT_TRUE(fs::exists(stray)) << "a record may follow";
   EXPECT_FALSE(fs::exists(old_stray));
   EXPECT_TRUE(fs::exists(others)) << "another machine may be writing it";
@@ -312,17 +256,16 @@ TEST_F(FolderUpkeep, VerifyFindsWhatIsDamagedAndRemovesItWhenAsked) {
   std::uint64_t steps = 0;
   const auto count = [&steps](std::uint64_t done, std::uint64_t of) { steps += done <= of ? 1 : 0; };
   for (const bool remove : {false, true}) {
-    const auto found = verify_cache(place(), remove, count);
+    const auto found = verify_cache(folder_.path(), remove, count);
     ASSERT_TRUE(found) << found.error().message();
     EXPECT_EQ(found->entries, 2u);
     EXPECT_EQ(found->damaged, Lines{bad});
     EXPECT_EQ(found->removed, remove ? 1u : 0u);
   }
   EXPECT_EQ(steps, 4u);
-  EXPECT_TRUE(verify_cache(place(), false, count)->damaged.empty());
+  EXPECT_TRUE(verify_cache(folder_.path(), false, count)->damaged.empty());
   EXPECT_TRUE(has(good));
-  EXPECT_FALSE(cache_stats({{folder_ / "nowhere", {}}, {}}));
-  EXPECT_FALSE(rebuild_index(place()));
+  EXPECT_FALSE(cache_stats(folder_ / "nowhere"));
 }
 
 }  // namespace shared_cache_test

@@ -67,9 +67,9 @@ class StreamFault : public test::StreamerFixture {
 /// A read that goes wrong so many times.
 struct FaultyRead {
   ReadFault fault = ReadFault::none;
-  std::size_t tries = 1;
+  std::size_t attempts = 1;
   /// Bytes that come but are wrong are not read again: the file is damaged.
-  [[nodiscard]] bool is_lasting() const { return fault == ReadFault::returns_wrong_bytes || tries >= kReadTries; }
+  [[nodiscard]] bool is_lasting() const { return fault == ReadFault::returns_wrong_bytes || attempts >= kReadAttempts; }
 };
 
 class NthRead : public StreamFault, public testing::WithParamInterface<FaultyRead> {
@@ -78,7 +78,7 @@ class NthRead : public StreamFault, public testing::WithParamInterface<FaultyRea
   bool run(std::size_t n) {
     log.lines.clear();
     io.fault = GetParam().fault;
-    io.fault_tries = GetParam().tries;
+    io.fault_attempts = GetParam().attempts;
     io.fault_at = n;
     io.answered = 0;
     start();
@@ -123,13 +123,13 @@ TEST_P(NthRead, CostsNoMoreThanWhatItWasOf) {
   EXPECT_GE(n, 2 * (2 + kChunks - 2));
 }
 void PrintTo(const FaultyRead& read, std::ostream* out) {
-  *out << "fault " << static_cast<int>(read.fault) << ", " << read.tries << " tries";
+  *out << "fault " << static_cast<int>(read.fault) << ", " << read.attempts << " attempts";
 }
 INSTANTIATE_TEST_SUITE_P(FailsOnce, NthRead, testing::Values(FaultyRead{ReadFault::fails, 1}));
-INSTANTIATE_TEST_SUITE_P(FailsAllButOnce, NthRead, testing::Values(FaultyRead{ReadFault::fails, kReadTries - 1}));
-INSTANTIATE_TEST_SUITE_P(Fails, NthRead, testing::Values(FaultyRead{ReadFault::fails, kReadTries}));
+INSTANTIATE_TEST_SUITE_P(FailsAllButOnce, NthRead, testing::Values(FaultyRead{ReadFault::fails, kReadAttempts - 1}));
+INSTANTIATE_TEST_SUITE_P(Fails, NthRead, testing::Values(FaultyRead{ReadFault::fails, kReadAttempts}));
 INSTANTIATE_TEST_SUITE_P(ComesShortOnce, NthRead, testing::Values(FaultyRead{ReadFault::comes_short, 1}));
-INSTANTIATE_TEST_SUITE_P(ComesShort, NthRead, testing::Values(FaultyRead{ReadFault::comes_short, kReadTries}));
+INSTANTIATE_TEST_SUITE_P(ComesShort, NthRead, testing::Values(FaultyRead{ReadFault::comes_short, kReadAttempts}));
 INSTANTIATE_TEST_SUITE_P(ReturnsWrongBytes, NthRead, testing::Values(FaultyRead{ReadFault::returns_wrong_bytes, 1}));
 
 /// A clock that stands still until the test moves it.
@@ -150,7 +150,7 @@ class PausedRead : public StreamFault {
     now_ms += ms;
     frames(3, both());
   }
-  [[nodiscard]] std::ptrdiff_t tries() const { return std::ranges::count(io.log, io.fail_offset, &test::FakeRead::offset); }
+  [[nodiscard]] std::ptrdiff_t attempts() const { return std::ranges::count(io.log, io.fail_offset, &test::FakeRead::offset); }
 
   std::uint32_t plant = 0;
 
@@ -160,21 +160,21 @@ class PausedRead : public StreamFault {
 
 TEST_F(PausedRead, IsTriedAgainAfterGrowingPauses) {
   frames(5, both());
-  EXPECT_EQ(tries(), 1);
+  EXPECT_EQ(attempts(), 1);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 2u) << "frames go on with what is there";
   std::ptrdiff_t tried = 1;
   for (const std::uint64_t pause_ms : {50u, 200u, 800u}) {
     wait_ms(pause_ms - 1);
-    EXPECT_EQ(tries(), tried) << pause_ms;
+    EXPECT_EQ(attempts(), tried) << pause_ms;
     EXPECT_TRUE(log.lines.empty());
     wait_ms(1);
-    EXPECT_EQ(tries(), ++tried) << pause_ms;
+    EXPECT_EQ(attempts(), ++tried) << pause_ms;
   }
   ASSERT_EQ(log.lines.size(), 1u);
   EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", std::strerror(EIO), "byte " + std::to_string(io.fail_offset)}));
   EXPECT_EQ(streamer->stats().all().failed, 1u);
   wait_ms(1'000'000);
-  EXPECT_EQ(tries(), tried) << "never again";
+  EXPECT_EQ(attempts(), tried) << "never again";
   EXPECT_EQ(std::ranges::count(io.log, offset_of(plant, COPPICE_CHUNK_PAGE, 1), &test::FakeRead::offset), 1);
   shut_down();
 }
@@ -197,7 +197,7 @@ TEST_F(PausedRead, IsForgottenWhereNothingWantsItAnyMore) {
   frames(40, {PlantDemand{}, PlantDemand{}});
   EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   wait_ms(0);  // asks again
-  ledger.set_budget(ledger.taken() / 2);
+  ledger.set_budget(ledger.reserved() / 2);
   frames(2, both());
   streamer->close_plant(plant);
   frames(5, both());
@@ -211,7 +211,7 @@ TEST_F(PausedRead, ALackOfMemoryInTheHookIsNoFailure) {
   io.failing_result = -ENOMEM;
   for (int i = 0; i < 20; ++i) wait_ms(1000);
   EXPECT_EQ(streamer->stats().all().failed, 0u);
-  EXPECT_GT(tries(), 1);
+  EXPECT_GT(attempts(), 1);
   io.fail_offset = UINT64_MAX;
   frames(100, both());
   expect_whole(plant);

@@ -27,7 +27,7 @@ namespace streamer_test {
 
 using test::demand_of;
 
-/// Six pages, two wood LoDs, a texture. Its table wants m = (size / 20)^2 leaves at the default threshold.
+/// Six pages, two wood LoDs, a texture. Its table asks for m = (size / 20)^2 leaves at the default threshold.
 const std::vector<std::uint8_t>& plant_file() {
   static const std::vector<std::uint8_t> file = [] {
     bake::PackSizes sizes;
@@ -64,7 +64,7 @@ class StreamerTest : public test::StreamerFixture {
 
   void start() {
     StreamerFixture::start();
-    empty_bytes = ledger.taken();
+    empty_bytes = ledger.reserved();
   }
   [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
     return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
@@ -174,36 +174,36 @@ TEST_F(StreamerTest, LaterPagesAreWorthLess) {
   open("a");
   const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440};
   const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
-  const PlantWants wants = plant_wants(valued, demand, view);
-  ASSERT_EQ(wants.page_count, 6u);
+  const DemandedDetail demanded = demanded_detail(valued, demand, view);
+  ASSERT_EQ(demanded.page_count, 6u);
   for (std::uint32_t page = 0; page < 6; ++page) {
-    const float value = page_value(valued, wants, demand, view, page);
+    const float value = page_value(valued, demanded, demand, view, page);
     EXPECT_GT(value, 0.0f);
-    EXPECT_NEAR(page_value(valued, wants, twice, view, page), 2.0f * value, 1e-3f * value) << "two see twice as much";
+    EXPECT_NEAR(page_value(valued, demanded, twice, view, page), 2.0f * value, 1e-3f * value) << "two see twice as much";
   }
   for (std::uint32_t page = 0; page < 3; ++page)
-    EXPECT_GT(page_value(valued, wants, demand, view, page), page_value(valued, wants, demand, view, page + 1));
+    EXPECT_GT(page_value(valued, demanded, demand, view, page), page_value(valued, demanded, demand, view, page + 1));
   // From 1 leaf to 513 at 5000 px: the table's 0.1 * size / sqrt(m), per byte.
   const float gain_px = error_px_at(valued.table, 1.0f, 5000.0f) - error_px_at(valued.table, 513.0f, 5000.0f);
-  EXPECT_NEAR(page_value(valued, wants, demand, view, 0), gain_px / 61440.0f, 1e-3f * gain_px / 61440.0f);
-  EXPECT_EQ(page_value(valued, wants, demand, view, 6), 0.0f);
+  EXPECT_NEAR(page_value(valued, demanded, demand, view, 0), gain_px / 61440.0f, 1e-3f * gain_px / 61440.0f);
+  EXPECT_EQ(page_value(valued, demanded, demand, view, 6), 0.0f);
 }
 
 TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
   start();
   const std::uint32_t plant = open("a");
   frames(3, {PlantDemand{}});
-  const std::uint64_t before = ledger.taken();
+  const std::uint64_t before = ledger.reserved();
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->stats().all().in_flight, 7u);
-  EXPECT_GT(ledger.taken(), before);
+  EXPECT_GT(ledger.reserved(), before);
   frames(20, {PlantDemand{}});
   io.answer_all();
   frames(1, {PlantDemand{}});
   EXPECT_EQ(streamer->stats().all().in_flight, 0u);
   EXPECT_EQ(streamer->stats().all().cancelled, 7u);
-  EXPECT_EQ(ledger.taken(), before);
+  EXPECT_EQ(ledger.reserved(), before);
   EXPECT_EQ(streamer->state(plant).resident_page_count, 1u);
   io.deferred = false;
   frames(10, {demand_of(5000.0f)});
@@ -244,19 +244,19 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   start();
   const std::uint32_t plant = open("a"), other = open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t floor_bytes = ledger.taken();
+  const std::uint64_t floor_bytes = ledger.reserved();
   const std::vector<PlantDemand> demands = {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)};
   frames(20, demands);
   ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
   ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
   EXPECT_FLOAT_EQ(streamer->threshold_px(0), 2.0f) << "the view's own while everything fits";
   float threshold_px = 2.0f;
-  for (std::uint64_t budget = ledger.taken(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
+  for (std::uint64_t budget = ledger.reserved(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
     ledger.set_budget(budget);
     frames(1, demands);
     const float raised_px = streamer->threshold_px(0);
     frames(1, demands);
-    EXPECT_LE(ledger.taken(), budget) << "what went is released in the next frame";
+    EXPECT_LE(ledger.reserved(), budget) << "what went is released in the next frame";
     EXPECT_EQ(streamer->threshold_px(0), raised_px) << "at once as far as it must";
     EXPECT_GE(streamer->threshold_px(0), threshold_px);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what goes is what the threshold no longer asks for";
@@ -270,7 +270,7 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   EXPECT_GT(streamer->threshold_px(0), 20.0f) << "513 leaves at 5000 px are wrong by 22 px";
   ledger.set_budget(1);
   frames(3, demands);
-  EXPECT_EQ(ledger.taken(), floor_bytes) << "what is pinned stays";
+  EXPECT_EQ(ledger.reserved(), floor_bytes) << "what is pinned stays";
   EXPECT_GE(streamer->state(plant).resident_leaf_count, 513u);
 }
 
@@ -278,7 +278,7 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
   start();
   const std::uint32_t plant = open("a");
   frames(1, {PlantDemand{}});
-  const std::uint64_t floor_bytes = ledger.taken();
+  const std::uint64_t floor_bytes = ledger.reserved();
   ledger.set_budget(floor_bytes + 1000);
   frames(2, {demand_of(2000.0f)});
   float threshold_px = streamer->threshold_px(0);
@@ -300,7 +300,7 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
   start();
   open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t full = ledger.taken();
+  const std::uint64_t full = ledger.reserved();
   gpu->frames_behind = 3;
   ledger.set_budget(full - 100000);
   frames(1, {demand_of(5000.0f)});
@@ -312,7 +312,7 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
   EXPECT_EQ(gpu->evicted.size(), evicted) << "what is on its way out counts as room to come";
   frames(1, {demand_of(5000.0f)});
   EXPECT_EQ(gpu->released.size(), evicted);
-  EXPECT_LE(ledger.taken(), full - 100000);
+  EXPECT_LE(ledger.reserved(), full - 100000);
 }
 
 class TightBudget : public StreamerTest, public testing::WithParamInterface<std::uint64_t> {};
@@ -323,14 +323,14 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t budget = ledger.taken() + 500000;
+  const std::uint64_t budget = ledger.reserved() + 500000;
   ledger.set_budget(budget);
   std::size_t evicted_before = 0;
   for (std::uint32_t turn = 0; turn < 4; ++turn) {
     const float a_px = turn % 2 == 0 ? 4000.0f : 900.0f, b_px = turn % 2 == 0 ? 900.0f : 4000.0f;
     for (int i = 0; i < 60; ++i) {
       frames(1, {demand_of(a_px), demand_of(b_px)});
-      ASSERT_LE(ledger.taken(), budget);
+      ASSERT_LE(ledger.reserved(), budget);
     }
     const std::size_t settled = gpu->evicted.size();
     const std::uint64_t loaded = streamer->stats().all().loaded;
@@ -345,7 +345,7 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
     EXPECT_LE(settled - evicted_before, 9u) << "no more goes than one plant has";
     evicted_before = settled;
   }
-  EXPECT_LE(ledger.most_taken(), budget);
+  EXPECT_LE(ledger.max_reserved(), budget);
 }
 INSTANTIATE_TEST_SUITE_P(GpuFramesBehind, TightBudget, testing::Values(0, 3), testing::PrintToStringParamName());
 
@@ -365,10 +365,10 @@ class ATwentieth : public StreamerTest {
     start();
     for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
     frames(1, {});
-    const std::uint64_t floor_bytes = ledger.taken();
+    const std::uint64_t floor_bytes = ledger.reserved();
     frames(300, demands());
     ASSERT_EQ(streamer->stats().all().wanted, 0u);
-    wanted_bytes = ledger.taken() - floor_bytes;
+    wanted_bytes = ledger.reserved() - floor_bytes;
     budget = floor_bytes + wanted_bytes / 20;
   }
   /// jitter  share by which sizes differ from what they are at rest
@@ -396,7 +396,7 @@ TEST_F(ATwentieth, IsEvenlyCoarse) {
     EXPECT_GE(error_px(plant, size_px(plant), 1) * kEvenFactor, threshold_px) << plant << " is finer than the others";
   }
   EXPECT_GE(refined, 3u);
-  EXPECT_GE(ledger.taken() + wanted_bytes / 80, budget) << "a quarter of the room is left unused";
+  EXPECT_GE(ledger.reserved() + wanted_bytes / 80, budget) << "a quarter of the room is left unused";
 }
 
 TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
@@ -404,7 +404,7 @@ TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
   frames(1, demands());
   for (int i = 0; i < 100; ++i) {
     frames(1, demands());
-    ASSERT_LE(ledger.taken(), budget) << i;
+    ASSERT_LE(ledger.reserved(), budget) << i;
   }
   const std::uint64_t loaded = streamer->stats().all().loaded, evicted = streamer->stats().all().evicted;
   frames(300, demands());
@@ -414,7 +414,7 @@ TEST_F(ATwentieth, IsNeverExceededAndComesToRest) {
   const std::uint64_t loaded_by_shaking = streamer->stats().all().loaded;
   for (int i = 0; i < 300; ++i) {
     frames(1, demands(i % 2 == 0 ? 0.05f : -0.05f));
-    ASSERT_LE(ledger.taken(), budget) << i;
+    ASSERT_LE(ledger.reserved(), budget) << i;
   }
   EXPECT_EQ(streamer->stats().all().loaded, loaded_by_shaking);
 }
@@ -431,7 +431,7 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
   frames(200, demands());
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
-  EXPECT_LE(ledger.most_taken(), budget);
+  EXPECT_LE(ledger.max_reserved(), budget);
 }
 
 TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
@@ -439,7 +439,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  ledger.set_budget(ledger.taken() + 600000);
+  ledger.set_budget(ledger.reserved() + 600000);
   frames(100, {demand_of(4000.0f), demand_of(4000.0f)});
   EXPECT_EQ(streamer->state(0).resident_page_count, streamer->state(1).resident_page_count);
   EXPECT_GE(streamer->state(0).resident_page_count, 2u);
@@ -450,13 +450,13 @@ TEST_F(StreamerTest, WhatOthersTakeEvicts) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = ledger.taken() + 370000;  // a load takes more than what it leaves behind
+  const std::uint64_t budget = ledger.reserved() + 370000;  // a load takes more than what it leaves behind
   ledger.set_budget(budget);
-  ledger.take(500000);
+  ledger.reserve(500000);
   frames(2, {demand_of(5000.0f)});
-  EXPECT_LE(ledger.taken(), budget);
+  EXPECT_LE(ledger.reserved(), budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
-  ledger.give(500000);
+  ledger.release(500000);
   frames(200, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 6u);
 }
@@ -474,7 +474,7 @@ TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e4f));
   ASSERT_GT(find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes, 10 * 5 * 62000u);
-  ledger.set_budget(ledger.taken() + 1000);
+  ledger.set_budget(ledger.reserved() + 1000);
   frames(40, demands);
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 0u);
@@ -493,7 +493,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
   }
   frames(1, {});
   const std::uint64_t texture_bytes = find_chunk(streamer->file(0), COPPICE_CHUNK_TEXTURE, 0)->bytes;
-  ledger.set_budget(ledger.taken() + 4 * texture_bytes);
+  ledger.set_budget(ledger.reserved() + 4 * texture_bytes);
   frames(100, demands);
   EXPECT_EQ(streamer->stats().all().wanted, 0u) << "each alone would fit";
   EXPECT_EQ(streamer->stats().all().evicted, 0u);
@@ -504,7 +504,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
   EXPECT_EQ(streamer->state(kPosters - 1).resident_texture_count, 1u) << "most see this one";
 }
 
-TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
+TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   io.files["poster"] = poster_file(1024);
   start();
   std::vector<PlantDemand> demands;
@@ -515,7 +515,7 @@ TEST_F(StreamerTest, WhatTakesManyVictimsComesInAllTheSame) {
   for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e6f));
-  ledger.set_budget(ledger.taken());
+  ledger.set_budget(ledger.reserved());
   frames(20, demands);
   EXPECT_EQ(streamer->state(poster).resident_texture_count, 1u);
   EXPECT_GT(streamer->stats().all().evicted, 64u);
@@ -567,7 +567,7 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
   const std::uint32_t plant = open("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
-  const std::uint64_t decoded_bytes = ledger.taken();
+  const std::uint64_t decoded_bytes = ledger.reserved();
   for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
     if (chunk.id.kind != ChunkKind::page) continue;
     EXPECT_EQ(streamer->begin_upload(chunk.id), chunk.id.index <= 3);
@@ -577,7 +577,7 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
   frames(10, {demand_of(5000.0f)});
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->stats().all().failed, 1u);
-  EXPECT_LT(ledger.taken(), decoded_bytes - 2 * 32768);
+  EXPECT_LT(ledger.reserved(), decoded_bytes - 2 * 32768);
 }
 
 TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
@@ -709,7 +709,7 @@ TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
   frames(3, {});
   EXPECT_EQ(gpu->closed, (std::vector<std::uint32_t>{plant}));
   EXPECT_EQ(gpu->released.size(), gpu->evicted.size());
-  EXPECT_EQ(ledger.taken(), empty_bytes);
+  EXPECT_EQ(ledger.reserved(), empty_bytes);
   EXPECT_EQ(io.open_count, 0u);
   io.deferred = jobs.deferred = false;
   EXPECT_EQ(open("b"), plant) << "the index is free again";
@@ -746,7 +746,7 @@ TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
   io.files["cut"].resize(plant_file().size() - 1);
   EXPECT_EQ(streamer->open_plant("cut").error().status, Status::bad_file);
   EXPECT_EQ(io.open_count, 0u) << "every file is closed again";
-  EXPECT_EQ(ledger.taken(), empty_bytes);
+  EXPECT_EQ(ledger.reserved(), empty_bytes);
   const std::uint32_t plant = open("small");
   EXPECT_EQ(streamer->open_plant("a").error().status, Status::out_of_memory);
   frames(2, {demand_of(5000.0f)});
@@ -760,7 +760,7 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
   std::vector<std::uint32_t> opening;
   for (int i = 0; i < 12; ++i) opening.push_back(*streamer->start_open(i % 2 == 0 ? "a" : "small"));
   EXPECT_EQ(streamer->start_open("a").error().status, Status::out_of_memory);
-  std::size_t most_open = 0, decodes = 0;
+  std::size_t max_open = 0, decodes = 0;
   for (int i = 0; i < 40 && !opening.empty(); ++i) {
     frames(1, {});
     std::erase_if(opening, [&](std::uint32_t plant) {
@@ -769,18 +769,18 @@ TEST_F(StreamerTest, OpeningsTakeTheirTurnAndWaitForNothing) {
       EXPECT_EQ(finished.has_value(), streamer->is_open(plant));
       return finished.has_value();
     });
-    most_open = std::max(most_open, io.open_count);
+    max_open = std::max(max_open, io.open_count);
     decodes += jobs.waiting.size();
     if (i % 2 == 0) io.answer_all();
     if (i % 3 == 0) jobs.run_all();
   }
   EXPECT_TRUE(opening.empty());
-  EXPECT_EQ(most_open, 12u);
+  EXPECT_EQ(max_open, 12u);
   EXPECT_GE(decodes, 12u) << "what is pinned is decoded by jobs";
   for (std::uint32_t plant = 0; plant < 12; ++plant) streamer->close_plant(plant);
   frames(5, {});
   EXPECT_EQ(io.open_count, 0u);
-  EXPECT_EQ(ledger.taken(), empty_bytes);
+  EXPECT_EQ(ledger.reserved(), empty_bytes);
 }
 
 TEST_F(StreamerTest, RoomForPlantsGrowsAsTheyAreOpened) {
@@ -798,7 +798,7 @@ TEST_F(StreamerTest, RoomForPlantsGrowsAsTheyAreOpened) {
     EXPECT_EQ(plants.back(), i);
   }
   EXPECT_EQ(streamer->start_open("small").error().status, Status::out_of_memory);
-  EXPECT_GT(ledger.taken(), empty_bytes);
+  EXPECT_GT(ledger.reserved(), empty_bytes);
   streamer->cancel_open(700);
   streamer->cancel_open(70);
   EXPECT_EQ(*streamer->start_open("small"), 70u);
@@ -822,7 +822,7 @@ TEST_F(StreamerTest, NoMoreThanEightAreReadAtATime) {
   EXPECT_EQ(io.open_count, 0u) << "nothing is touched by the call";
   for (int i = 0; i < 3; ++i)
     for (std::uint32_t plant = 0; plant < 12; ++plant) EXPECT_FALSE(streamer->finish_open(plant));
-  EXPECT_EQ(io.open_count, Streamer::kMostOpening);
+  EXPECT_EQ(io.open_count, Streamer::kMaxOpening);
   io.deferred = false;
   io.answer_all();
 }
@@ -845,7 +845,7 @@ TEST_F(StreamerTest, AnOpeningIsTakenBackWithoutWaiting) {
     jobs.run_all();
     frames(1, {});
     EXPECT_EQ(io.open_count, 0u) << steps;
-    EXPECT_EQ(ledger.taken(), empty_bytes) << steps;
+    EXPECT_EQ(ledger.reserved(), empty_bytes) << steps;
     io.deferred = jobs.deferred = false;
     EXPECT_EQ(open("b"), plant) << "its index is free";
     streamer->close_plant(plant);
@@ -881,7 +881,7 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
   }
   ASSERT_TRUE(failed);
   EXPECT_EQ(failed->error().status, Status::out_of_memory);
-  EXPECT_EQ(tried, (Streamer::kOpenTries - 1) * Streamer::kOpenRetryFrames);
+  EXPECT_EQ(tried, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
 }
 
 TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {
@@ -926,7 +926,7 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
   start();
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(5000.0f)});
-  const std::uint64_t budget = ledger.taken() + 130000;  // a page on its way takes decoders, too
+  const std::uint64_t budget = ledger.reserved() + 130000;  // a page on its way takes decoders, too
   ledger.set_budget(budget);
   gpu->frames_behind = 2;
   const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
@@ -935,10 +935,10 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
     EXPECT_EQ(other.error().status, Status::out_of_memory);
     ASSERT_LT(++attempts, 12);
     gpu->frame(view, demands);
-    EXPECT_LE(ledger.taken(), budget);
+    EXPECT_LE(ledger.reserved(), budget);
   }
   EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
-  EXPECT_LE(ledger.taken(), budget);
+  EXPECT_LE(ledger.reserved(), budget);
   EXPECT_LT(streamer->state(plant).resident_page_count, 6u);
 }
 
@@ -948,7 +948,7 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   frames(20, {demand_of(300.0f)});
   ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
   const std::uint64_t loaded = streamer->stats().all().loaded;
-  ledger.set_budget(ledger.taken() + 1000);
+  ledger.set_budget(ledger.reserved() + 1000);
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(streamer->open_plant("b").error().status, Status::out_of_memory);
     frames(5, {demand_of(300.0f)});
@@ -1056,14 +1056,14 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
     ASSERT_TRUE(streamer);
     test::FakeGpu gpu(**streamer, ledger);
     for (int i = 0; i < 3; ++i) ASSERT_TRUE((*streamer)->open_plant(path.c_str()));
-    const std::uint64_t budget = ledger.taken() + 500000;
+    const std::uint64_t budget = ledger.reserved() + 500000;
     ledger.set_budget(budget);
     LodView view;
     for (int i = 0; i < 200; ++i) {
       const auto weight = [&](int plant) { return (i / 40 + round) % 3 == plant ? 20.0f : 1.0f; };
       const std::vector<PlantDemand> demands = {demand_of(4000.0f, weight(0)), demand_of(4000.0f, weight(1)), demand_of(900.0f, weight(2))};
       gpu.frame(view, demands);
-      ASSERT_LE(ledger.taken(), budget);
+      ASSERT_LE(ledger.reserved(), budget);
       if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     EXPECT_EQ((*streamer)->stats().all().failed, 0u);

@@ -183,7 +183,7 @@ TEST(TextureIslands, MaterialsWithIslandsAllOverOneImageKeepTheirColours) {
 
 TEST(TextureIslands, MaskedLeavesKeepTheirColourOverAnyHole) {
   for (const Rgba& paper : kPapers)
-    for (const std::uint8_t faint : {std::uint8_t{0}, std::uint8_t{90}}) {  // of what the alpha test discards
+    for (const std::uint8_t faint : {std::uint8_t{0}, std::uint8_t{90}}) {  // alphas that the alpha test discards
       Plant plant;
       plant.materials = {{.name = "leaf", .image = 0, .alpha_cutoff = 0.5f}};
       plant.images = {paint([&](std::uint32_t x, std::uint32_t y) -> Rgba {

@@ -70,19 +70,19 @@ class TextureStream : public testing::Test {
 TEST_F(TextureStream, BlocksGoAsTheyAreToAGpuThatReadsThem) {
   start(plant_file(bake::TextureCoding::bc), true);
   EXPECT_EQ(io_.log.size(), 2u) << "header and front";
-  const std::uint64_t before = ledger_.taken();
+  const std::uint64_t before = ledger_.reserved();
   EXPECT_EQ(offered(), stored());
-  EXPECT_EQ(ledger_.taken(), before + 2 * chunk().bytes) << "what waits for its upload, and the room of it";
+  EXPECT_EQ(ledger_.reserved(), before + 2 * chunk().bytes) << "what waits for its upload, and the room of it";
   gpu_->uploads = true;
   frames(2, test::demand_of(500.0f));
   EXPECT_EQ(streamer_->state(0).resident_texture_count, 1u);
-  EXPECT_EQ(ledger_.taken(), before + chunk().bytes);
+  EXPECT_EQ(ledger_.reserved(), before + chunk().bytes);
 }
 
 TEST_F(TextureStream, OtherwiseTheyAreDecodedAndCountedAsWhatTheyBecome) {
   start(plant_file(bake::TextureCoding::bc), false);
   EXPECT_EQ(io_.log.size(), 2u) << "header and front";
-  const std::uint64_t before = ledger_.taken();
+  const std::uint64_t before = ledger_.reserved();
   const std::size_t live_before = allocator_.live_bytes;
   const auto layout = read_texture(stored());
   ASSERT_TRUE(layout);
@@ -91,30 +91,30 @@ TEST_F(TextureStream, OtherwiseTheyAreDecodedAndCountedAsWhatTheyBecome) {
   decode_texture(*layout, stored(), expected);
   EXPECT_EQ(offered(), expected);
   EXPECT_EQ(allocator_.live_bytes, live_before + expected.size()) << "the chunk as stored is gone";
-  EXPECT_EQ(ledger_.taken(), before + 2 * expected.size());
+  EXPECT_EQ(ledger_.reserved(), before + 2 * expected.size());
   gpu_->uploads = true;
   frames(2, test::demand_of(500.0f));
-  EXPECT_EQ(ledger_.taken(), before + expected.size());
+  EXPECT_EQ(ledger_.reserved(), before + expected.size());
   EXPECT_EQ(allocator_.live_bytes, live_before);
 }
 
 TEST_F(TextureStream, WhileATextureIsDecodedBothFormsAreCounted) {
   jobs_.deferred = true;
   start(plant_file(bake::TextureCoding::bc), false);
-  const std::uint64_t before = ledger_.taken();
+  const std::uint64_t before = ledger_.reserved();
   const auto layout = read_texture(stored());
   ASSERT_TRUE(layout);
   frames(1, test::demand_of(500.0f));
-  EXPECT_EQ(ledger_.taken(), before + 2 * decoded_texture_bytes(*layout) + chunk().bytes);
+  EXPECT_EQ(ledger_.reserved(), before + 2 * decoded_texture_bytes(*layout) + chunk().bytes);
   jobs_.run_all();
 }
 
 TEST_F(TextureStream, Rgba8IsNeverDecoded) {
   for (const bool block_textures : {true, false}) {
     start(plant_file(bake::TextureCoding::rgba8), block_textures);
-    const std::uint64_t before = ledger_.taken();
+    const std::uint64_t before = ledger_.reserved();
     EXPECT_EQ(offered(), stored());
-    EXPECT_EQ(ledger_.taken(), before + 2 * chunk().bytes);
+    EXPECT_EQ(ledger_.reserved(), before + 2 * chunk().bytes);
     gpu_.reset();
     streamer_.reset();
   }

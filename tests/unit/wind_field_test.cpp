@@ -78,15 +78,15 @@ TEST(WindField, GrowthOfKnownFields) {
   coppice_file_wind head = box_head(2);
   std::vector<coppice_file_wind_node> nodes(8);
   for (std::size_t i = 1; i < 8; i += 2) nodes[i].lean = 255;  // along x, over 2 m
-  EXPECT_NEAR(most_wind_growth({head, nodes}), 0.1 / 2.0, 1e-8);
+  EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0, 1e-8);
   for (std::size_t i = 2; i < 8; ++i)
     if (i / 2 % 2 == 1) nodes[i].sway_cos = 127, nodes[i].sway_sin = -127;  // along y, over 4 m
-  EXPECT_NEAR(most_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0, 1e-8);
+  EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0, 1e-8);
   head.bend_m = 0.2f;
-  EXPECT_NEAR(most_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0 + 2.0 * 0.2 / 4.0, 1e-8);
-  EXPECT_NEAR(most_wind_move_m({head, nodes}), 0.2 + 0.1 + 0.1 * std::sqrt(2.0), 1e-7);
+  EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0 + 2.0 * 0.2 / 4.0, 1e-8);
+  EXPECT_NEAR(max_wind_move_m({head, nodes}), 0.2 + 0.1 + 0.1 * std::sqrt(2.0), 1e-7);
   head.node_side = 0;
-  EXPECT_NEAR(most_wind_growth({head, {}}), 0.1, 1e-8);
+  EXPECT_NEAR(max_wind_growth({head, {}}), 0.1, 1e-8);
 }
 
 /// All that a renderer may make of it: the wind along x, a swing at `phase`, along x too.
@@ -100,13 +100,13 @@ std::array<double, 3> moved(const WindField& field, const Point& at, double phas
 TEST(WindField, NoTwoPointsMoveApartFasterThanItsGrowth) {
   std::mt19937 random(7);
   const auto unit = [&] { return static_cast<float>(random() % 10001) / 10000.0f; };
-  double most_share = 0.0;
+  double max_share = 0.0;
   for (const std::uint32_t side : {2u, 4u, 8u}) {
     const auto nodes = random_nodes(side, side);
     coppice_file_wind head = box_head(side);
     head.bend_m = 0.3f;
     const WindField field{head, nodes};
-    const double growth = most_wind_growth(field);
+    const double growth = max_wind_growth(field);
     for (int i = 0; i < 20000; ++i) {
       // Now and then outside the box.
       const Point a{-1.2f + 2.4f * unit(), -0.5f + 5.0f * unit(), -1.2f + 2.4f * unit()};
@@ -117,10 +117,10 @@ TEST(WindField, NoTwoPointsMoveApartFasterThanItsGrowth) {
       const double distance = std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
       if (distance < 1e-3) continue;
       ASSERT_LE(std::abs(apart), growth * distance + 1e-6) << side;
-      most_share = std::max(most_share, std::abs(apart) / (growth * distance));
+      max_share = std::max(max_share, std::abs(apart) / (growth * distance));
     }
   }
-  EXPECT_GT(most_share, 0.4) << "the bound says little";
+  EXPECT_GT(max_share, 0.4) << "the bound says little";
 }
 
 TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {

@@ -16,10 +16,10 @@ namespace wind_figures_test {
 
 void expect_whole(const WindFigures& of) {
   EXPECT_LE(of.gap_99, 0.02) << "of a leaf's length";
-  EXPECT_LE(of.volume_most, 0.03);
-  EXPECT_LE(of.squeeze_most, 0.1);
+  EXPECT_LE(of.volume_max, 0.03);
+  EXPECT_LE(of.squeeze_max, 0.1);
   EXPECT_LE(of.reach_m, COPPICE_MAX_WIND_MOVE * of.radius_m);
-  EXPECT_LE(of.move_most_m, of.reach_m * 1.0001);
+  EXPECT_LE(of.move_max_m, of.reach_m * 1.0001);
 }
 
 class GrownInWind : public testing::TestWithParam<const char*> {};
@@ -29,7 +29,7 @@ TEST_P(GrownInWind, LeavesStayOnTheirTwigs) {
   ASSERT_TRUE(plant);
   const WindFigures of = wind_figures(std::move(*plant), 300);
   expect_whole(of);
-  EXPECT_GE(of.move_most_m, 0.01 * of.radius_m) << "it moves";
+  EXPECT_GE(of.move_max_m, 0.01 * of.radius_m) << "it moves";
 }
 
 INSTANTIATE_TEST_SUITE_P(Species, GrownInWind, testing::Values("corylus", "willow", "juniper"),

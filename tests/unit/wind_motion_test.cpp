@@ -112,11 +112,11 @@ TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
     const Sway sway = sway_of(now, plant(), rotation(), {between(-300, 300), 0, between(-300, 300)}, place());
     const float moved = length(wind_offset(at(place()), sway)), reach = now.load * plant().reach_m;
     EXPECT_LE(moved, reach * 1.0001f);
-    EXPECT_LE(reach, most_wind_move_m(field_) * 1.0001);
+    EXPECT_LE(reach, max_wind_move_m(field_) * 1.0001);
     furthest = std::max(furthest, moved);
   }
   EXPECT_GT(furthest, 0.2f) << "it moves";
-  EXPECT_EQ(kMostWindReach, static_cast<float>(COPPICE_MAX_WIND_MOVE));
+  EXPECT_EQ(kMaxWindReach, static_cast<float>(COPPICE_MAX_WIND_MOVE));
 }
 
 TEST_F(WindMotion, StillAirMovesNothingAtAll) {
@@ -162,13 +162,13 @@ TEST_F(WindMotion, GustsAreOfTheWorldAndTravel) {
   EXPECT_NEAR(std::remainder(now.waves[0].z - later.waves[0].z, 6.2831853f), 0.0f, 1e-3f);
 }
 
-/// A map of random velocities, up to `most_mps` along each axis, over 60 m by 40 m about a corner of the world.
+/// A map of random velocities, up to `max_mps` along each axis, over 60 m by 40 m about a corner of the world.
 class WindMap : public WindMotion {
  protected:
   static constexpr std::uint32_t kColumns = 7, kRows = 5;
-  PlacedWind with_map(float speed, float most_mps) {
+  PlacedWind with_map(float speed, float max_mps) {
     map_.resize(std::size_t{2} * kColumns * kRows);
-    for (float& each : map_) each = between(-most_mps, most_mps);
+    for (float& each : map_) each = between(-max_mps, max_mps);
     coppice_wind wind = blowing(speed, 3);
     wind.map = map_.data();
     wind.map_width = kColumns;
@@ -177,7 +177,7 @@ class WindMap : public WindMotion {
     wind.map_min[1] = -500.0, wind.map_max[1] = -460.0;
     return {.wind = wind,
             .origin_m = {2e5, 0, 1e5},
-            .most_map_mps = most_wind_mps(map_),
+            .max_map_mps = max_wind_mps(map_),
             .map_address = reinterpret_cast<std::uintptr_t>(map_.data())};
   }
   /// What the map adds at a place of the engine's coordinates.
@@ -231,13 +231,13 @@ TEST_F(WindMap, NothingIsMovedBeyondTheReach) {
     const dvec3 eye{2e5 + 1030.0, 0, 1e5 - 480.0};
     const PlacedWind wind = with_map(between(0.0f, 30.0f), between(0.0f, 100.0f));
     const WindNow now = wind_now(wind, eye);
-    EXPECT_LE(now.most_load, 1.0f);
-    EXPECT_EQ(now.most_load, most_wind_load(wind));
+    EXPECT_LE(now.max_load, 1.0f);
+    EXPECT_EQ(now.max_load, max_wind_load(wind));
     for (int j = 0; j < 60; ++j) {
       const vec3 foot = foot_of(double{between(995.0f, 1065.0f)}, double{between(-505.0f, -455.0f)}, eye);
       const Sway sway = sway_of(now, plant(), rotation(), foot, place());
-      EXPECT_LE(sway.load, now.most_load * 1.0001f);
-      EXPECT_LE(length(wind_offset(at(place()), sway)), now.most_load * plant().reach_m * 1.0001f);
+      EXPECT_LE(sway.load, now.max_load * 1.0001f);
+      EXPECT_LE(length(wind_offset(at(place()), sway)), now.max_load * plant().reach_m * 1.0001f);
     }
   }
 }

@@ -22,7 +22,7 @@
 #include "random_tree.h"
 #include "raster.h"
 #include "wood_plants.h"
-#include "wood_stand_ins.h"
+#include "wood_proxies.h"
 
 namespace coppice::bake {
 namespace wood_lods_test {
@@ -304,12 +304,12 @@ TEST(WoodLods, PiecesLeftOutAreSpreadOverThePlant) {
   }
 }
 
-TEST(StandIn, HasTheProjectedAreaThatIsAskedForAndThePiecesEnds) {
+TEST(Proxy, HasTheProjectedAreaThatIsAskedForAndThePiecesEnds) {
   const Mesh wood = tree();
   for (const WoodPiece& piece : split_wood(wood))
-    for (const StandIn form : {StandIn{1, 2}, StandIn{4, 2}, StandIn{1, 3}, StandIn{8, 3}, StandIn{0, 3}, StandIn{0, 4}}) {
+    for (const Proxy form : {Proxy{1, 2}, Proxy{4, 2}, Proxy{1, 3}, Proxy{8, 3}, Proxy{0, 3}, Proxy{0, 4}}) {
       Mesh mesh;
-      append_stand_in(wood, piece, {form, 1.5 * piece.projected_m2, 0.7}, mesh);
+      append_proxy(wood, piece, {form, 1.5 * piece.projected_m2, 0.7}, mesh);
       EXPECT_EQ(mesh.triangle_materials.size(), form.triangle_count());
       expect_valid(mesh);
       EXPECT_NEAR(projected_area_m2(mesh.positions, mesh.indices), 1.5 * piece.projected_m2, 1e-3 * piece.projected_m2);
@@ -323,20 +323,20 @@ TEST(StandIn, HasTheProjectedAreaThatIsAskedForAndThePiecesEnds) {
     }
 }
 
-TEST(StandIn, TapersAsItsPieceDoes) {
+TEST(Proxy, TapersAsItsPieceDoes) {
   Mesh wood;
   append_tube(wood, {0, 0, 0}, {0, 4, 0}, 0.1f, 0);
   const WoodPiece piece = split_wood(wood)[0];
   for (const std::uint32_t sections : {1u, 4u}) {
     Mesh strip;
-    append_stand_in(wood, piece, {{sections, 2}, 2.0 * piece.projected_m2, 0.0}, strip);
+    append_proxy(wood, piece, {{sections, 2}, 2.0 * piece.projected_m2, 0.0}, strip);
     const double foot_m = glm::distance(strip.positions[0], strip.positions[1]);
     const double tip_m = glm::distance(strip.positions.end()[-2], strip.positions.end()[-1]);
     EXPECT_NEAR(std::min(foot_m, tip_m) / std::max(foot_m, tip_m), 0.1, 0.03) << sections << " sections";
   }
 }
 
-TEST(StandIn, LineFitsWhatIsStraightAndNotWhatForks) {
+TEST(Proxy, LineFitsWhatIsStraightAndNotWhatForks) {
   Mesh straight, fork;
   append_tube(straight, {0, 0, 0}, {0, 4, 0}, 0.1f, 0);
   append_tube(fork, {0, 0, 0}, {1.5f, 4, 0}, 0.1f, 0);

@@ -85,9 +85,9 @@ void report(Session& session, const Options& options) {
 
 /// Until the GPU had drawn the first frame that shows a plant, ms; 0 if none of the first frames does.
 float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::time_point started) {
-  const int most_frames = session.forest.scene != 0 ? 200 : 4;  // of a scene the first tiles may show nothing
+  const int max_frames = session.forest.scene != 0 ? 200 : 4;  // the first tiles of a scene may show nothing
   float last_ms = 0;
-  for (int i = 0; i < most_frames; ++i) {
+  for (int i = 0; i < max_frames; ++i) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     // Its figures are of the frame before, which was finished when the last one was waited for.

@@ -21,7 +21,7 @@ constexpr float kTimed_ms = 250;
 constexpr std::uint32_t kSubsamples = 4;  // along each axis
 constexpr int kDollyFrames = 4;
 constexpr float kDollyStep_m = 0.05f, kDollyStep_s = 1.0f / 30;
-constexpr float kWindFrom_s = 10;  // of a gust
+constexpr float kWindFrom_s = 10;  // a time within a gust
 // Only to the side can the eye of the cuts be moved and the picture stay (`view_of`). There distances change half as much, in the mean over
 // the picture, as on the way ahead.
 constexpr float kAside_m = 2 * kDollyStep_m;
@@ -66,9 +66,9 @@ float largest_block_difference(const Luminance& a, const Luminance& b, std::size
 
 /// Full detail's pictures, which the others are compared with; supersampled.
 struct Reference {
-  std::vector<Luminance> pictures;  ///< of the poses
-  std::vector<Luminance> dolly;     ///< of its frames
-  std::vector<Luminance> windy;     ///< of the same in wind
+  std::vector<Luminance> pictures;  ///< one for each pose
+  std::vector<Luminance> dolly;     ///< its frames
+  std::vector<Luminance> windy;     ///< its frames in wind
 };
 
 Pose moved(Pose pose, int frame) {
@@ -83,15 +83,15 @@ struct Samples {
   std::vector<Luminance> pictures, switched;  ///< with the pose's cuts, and with those of an eye beside it
 };
 
-void visit(Session& session, const Pose& pose, std::uint32_t least_frames, Samples& samples) {
+void visit(Session& session, const Pose& pose, std::uint32_t min_frames, Samples& samples) {
   settle(session, pose, 0);
-  if (least_frames > 1) warm_up(session, pose, 0);
+  if (min_frames > 1) warm_up(session, pose, 0);
   const auto start = Clock::now();
   std::uint32_t frames = 0;
   do {
     render_frame(session, pose, 0, 0);
     ++frames;
-  } while (frames < least_frames || ms_since(start) < kTimed_ms);
+  } while (frames < min_frames || ms_since(start) < kTimed_ms);
   wait_for_frames(session.device, session.ring);
   samples.times_ms.push_back(ms_since(start) / static_cast<float>(frames));
   samples.leaves.push_back(session.statistics.last_view.drawn_leaf_count);

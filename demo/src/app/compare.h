@@ -34,7 +34,7 @@ struct ComparedMode {
 struct Comparison {
   std::string device;
   std::uint32_t plants = 0, width_px = 0, height_px = 0, poses = 0;
-  float wind_mps = 0;               ///< of wind_popping; all else is of still air
+  float wind_mps = 0;               ///< for wind_popping; everything else is in still air
   std::vector<ComparedMode> modes;  ///< full detail last
 };
 
@@ -44,7 +44,7 @@ const char* mode_name(LodMode lod);
 /// the dolly in options.wind_mps too; prints the table and writes options.compare and the plot. errors  Failure
 void compare_lods(Session& session, const CameraPath& path, const Options& options);
 
-// Of compare_report.cpp.
+// In compare_report.cpp.
 std::string comparison_table(const Comparison& comparison);
 std::string comparison_json(const Comparison& comparison);
 /// Error against frame time, one line a mode; the time's axis is logarithmic.

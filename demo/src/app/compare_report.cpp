@@ -21,31 +21,31 @@ constexpr double kWidth = 640, kHeight = 400, kLeft = 64, kRight = 24, kTop = 44
 
 /// The plot's axes.
 struct Axes {
-  double most_rmse = 1, least_log_ms = 0, most_log_ms = 1;
+  double max_rmse = 1, min_log_ms = 0, max_log_ms = 1;
 
   explicit Axes(const Comparison& comparison) {
-    least_log_ms = 1e9;
+    min_log_ms = 1e9;
     for (const ComparedMode& mode : comparison.modes) {
-      most_rmse = std::max(most_rmse, 1.1 * static_cast<double>(mode.rmse));
-      least_log_ms = std::min(least_log_ms, std::floor(std::log10(static_cast<double>(mode.frame_ms))));
-      most_log_ms = std::max(most_log_ms, std::ceil(std::log10(static_cast<double>(mode.frame_ms))));
+      max_rmse = std::max(max_rmse, 1.1 * static_cast<double>(mode.rmse));
+      min_log_ms = std::min(min_log_ms, std::floor(std::log10(static_cast<double>(mode.frame_ms))));
+      max_log_ms = std::max(max_log_ms, std::ceil(std::log10(static_cast<double>(mode.frame_ms))));
     }
   }
-  [[nodiscard]] double x(double rmse) const { return kLeft + (kWidth - kLeft - kRight) * rmse / most_rmse; }
+  [[nodiscard]] double x(double rmse) const { return kLeft + (kWidth - kLeft - kRight) * rmse / max_rmse; }
   [[nodiscard]] double y(double ms) const {
-    return kHeight - kBottom - (kHeight - kTop - kBottom) * (std::log10(ms) - least_log_ms) / (most_log_ms - least_log_ms);
+    return kHeight - kBottom - (kHeight - kTop - kBottom) * (std::log10(ms) - min_log_ms) / (max_log_ms - min_log_ms);
   }
 };
 
 std::string grid(const Axes& axes) {
   std::string svg;
-  for (int power = static_cast<int>(axes.least_log_ms); power <= static_cast<int>(axes.most_log_ms); ++power) {
+  for (int power = static_cast<int>(axes.min_log_ms); power <= static_cast<int>(axes.max_log_ms); ++power) {
     const double ms = std::pow(10.0, power), y = axes.y(ms);
     svg += line("<line x1=\"%.0f\" y1=\"%.1f\" x2=\"%.0f\" y2=\"%.1f\" stroke=\"#ddd\"/>\n", kLeft, y, kWidth - kRight, y);
     svg += line("<text x=\"%.0f\" y=\"%.1f\" text-anchor=\"end\">%g</text>\n", kLeft - 8, y + 4, ms);
   }
-  const int step = axes.most_rmse > 12 ? 5 : axes.most_rmse > 5 ? 2 : 1;
-  for (int rmse = 0; rmse <= static_cast<int>(axes.most_rmse); rmse += step)
+  const int step = axes.max_rmse > 12 ? 5 : axes.max_rmse > 5 ? 2 : 1;
+  for (int rmse = 0; rmse <= static_cast<int>(axes.max_rmse); rmse += step)
     svg += line("<text x=\"%.1f\" y=\"%.0f\" text-anchor=\"middle\">%d</text>\n", axes.x(rmse), kHeight - kBottom + 18, rmse);
   svg += line("<text x=\"%.0f\" y=\"%.0f\" text-anchor=\"middle\">RMSE against full detail, of 255</text>\n",
               0.5 * (kLeft + kWidth - kRight), kHeight - 12);

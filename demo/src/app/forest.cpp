@@ -317,7 +317,7 @@ Box box_of(const Forest& forest, const Planting& planting, const Terrain& terrai
 
 void reload(Forest& forest, std::size_t file) {
   const coppice_plant plant = forest.scene != 0 ? scene_plant(forest, static_cast<std::uint32_t>(file)).plant : forest.plants[file];
-  if (plant == 0) return;  // of a scene, and not opened yet
+  if (plant == 0) return;  // a scene's plant that is not opened yet
   const coppice_status status = coppice_plant_reload(forest.context.get(), plant, nullptr);
   if (status == COPPICE_OK) return;
   std::fprintf(stderr, "coppice-forest: %s; what was there stays\n", reason_of(forest, status, forest.files[file]).c_str());

@@ -26,13 +26,13 @@ struct Forest {
   std::unique_ptr<Log> log;
   std::unique_ptr<Trace> trace;  ///< null unless asked for
   std::unique_ptr<coppice_context, ContextDestroyer> context;
-  std::array<coppice_view, kMostPanes> views{};          ///< the picture, or its panes; 0: not there
+  std::array<coppice_view, kMaxPanes> views{};           ///< the picture, or its panes; 0: not there
   std::array<coppice_view, Shadows::kMaps> sun_views{};  ///< the shadow maps; 0 without them
   std::vector<coppice_plant> plants;
   std::vector<Species> species;                  ///< per plant
   glm::vec3 leaf_color = {0.07f, 0.12f, 0.03f};  ///< albedo, the mean over plants; a leaf's green of scenes, and where none has leaves
   coppice_scene scene = 0;
-  coppice_scene_info scene_info{};  ///< of the scene, if there is one
+  coppice_scene_info scene_info{};  ///< the scene's, if there is one
 };
 
 /// The .coppice files to show: those of the command line, of folders by name; else every one in out/plants of the current folder, else
@@ -55,7 +55,7 @@ void reload(Forest& forest, std::size_t file);
 /// Throws a Failure with the reason that the library logged, or the call's name, unless the status is COPPICE_OK.
 void check(const Forest& forest, coppice_status status, const char* call);
 coppice_stats statistics_of(const Forest& forest);
-/// Of the picture, or its left pane.
+/// Statistics of the picture, or of its left pane.
 coppice_view_stats view_statistics_of(const Forest& forest);
 
 struct CutSettings {

@@ -186,7 +186,7 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
 /// How far the wind moves the largest plants to and fro, at most: a twentieth of their radius in a gale, and less in less (coppice_wind).
 /// load: coppice_gusts'
 float sway_m(const Session& session, float load) {
-  constexpr float kUnknownRadius_m = 5;  // of a scene's
+  constexpr float kUnknownRadius_m = 5;  // assumed radius of a scene's plant
   float radius_m = session.forest.species.empty() ? kUnknownRadius_m : 0;
   for (const Species& species : session.forest.species) radius_m = std::max(radius_m, species.radius_m);
   return 0.05f * load * radius_m;
@@ -343,8 +343,8 @@ std::vector<FrameView> views_of(const Session& session, const Pose& pose, float 
 void pace_frame(Session& session, float frame_ms) {
   Controls& controls = session.controls;
   // Less than the display's time of a frame cannot be had.
-  const float least_ms = session.window && controls.frame_ms > 0 ? session.window->display_frame_ms : 0;
-  session.pace.aim_ms = std::max(controls.frame_ms, least_ms);
+  const float min_ms = session.window && controls.frame_ms > 0 ? session.window->display_frame_ms : 0;
+  session.pace.aim_ms = std::max(controls.frame_ms, min_ms);
   const bool limited = session.statistics.last_view.threshold_px > 1.001f * controls.error_px;
   keep_pace(session.pace, frame_ms, limited);
   set_scale(session.renderer, stepped_scale(session.pace));
@@ -457,17 +457,17 @@ void warm_up(Session& session, const Pose& pose, float time_s) {
   constexpr std::uint32_t kFrames = 4;
   constexpr float kGpuWakes_ms = 1000;
   const auto start = Clock::now();
-  const float least_ms = session.device.software ? 0 : kGpuWakes_ms;
-  for (std::uint32_t i = 0; i < kFrames || ms_since(start) < least_ms; ++i) render_frame(session, pose, time_s, 0);
+  const float min_ms = session.device.software ? 0 : kGpuWakes_ms;
+  for (std::uint32_t i = 0; i < kFrames || ms_since(start) < min_ms; ++i) render_frame(session, pose, time_s, 0);
 }
 
 void settle(Session& session, const Pose& pose, float time_s) {
   constexpr auto kPatience = std::chrono::seconds(2);
-  const int most_quiet_frames = session.renderer.temporal ? 16 : 4;
+  const int max_quiet_frames = session.renderer.temporal ? 16 : 4;
   auto last_progress = Clock::now();
   std::uint64_t loaded = 0;
   float threshold_px = 0;
-  for (int quiet_frames = 0; quiet_frames < most_quiet_frames;) {
+  for (int quiet_frames = 0; quiet_frames < max_quiet_frames;) {
     render_frame(session, pose, time_s, 0);
     wait_for_frames(session.device, session.ring);
     const coppice_stats& stats = session.statistics.last;

@@ -51,9 +51,9 @@ struct Session {
   Controls controls;
   FramePace pace;
   double gusts_m = 0;             ///< how far gusts have travelled in a window, whose wind changes
-  float wind_before_mps = 0;      ///< of the frame before
+  float wind_before_mps = 0;      ///< the frame before's
   glm::vec2 jitter_px = {0, 0};   ///< moves the picture, for supersampling
-  std::uint32_t sample = 0;       ///< of a supersampled picture, from 1 on; 0: frames are shown as they are
+  std::uint32_t sample = 0;       ///< number of the sample in a supersampled picture, from 1 on; 0: frames are shown as they are
   float cuts_aside_m = 0;         ///< the picture has the cuts of an eye so far to the right
   std::uint32_t supersample = 1;  ///< along each axis, of pictures that are written
   Panes panes = Panes::one;

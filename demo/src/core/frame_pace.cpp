@@ -7,8 +7,8 @@ namespace forest {
 namespace {
 
 constexpr float kFirstBudget = 250'000;  // where any number was allowed
-constexpr float kLeastBudget = 100'000;  // with fewer leaves they get so large that their pixels cost what their number saves
-constexpr float kMostBudget = 1e8f;
+constexpr float kMinBudget = 100'000;    // with fewer leaves they get so large that their pixels cost what their number saves
+constexpr float kMaxBudget = 1e8f;
 constexpr float kScaleSteps = 32;
 // What changes takes some frames to show in their time.
 constexpr float kShareOfNewest = 0.15f;
@@ -28,7 +28,7 @@ void keep_pace(FramePace& pace, float frame_ms, bool limited) {
   if (pace.scales && (share > 1 ? pace.scale > kLeastScale : !limited)) {
     pace.scale = std::clamp(pace.scale * std::sqrt(factor), kLeastScale, 1.0f);
   } else if (share > 1 || limited) {
-    pace.budget = std::clamp((pace.budget > 0 ? pace.budget : kFirstBudget) * factor, kLeastBudget, kMostBudget);
+    pace.budget = std::clamp((pace.budget > 0 ? pace.budget : kFirstBudget) * factor, kMinBudget, kMaxBudget);
   }
 }
 

@@ -10,7 +10,7 @@ struct FramePace {
   float scale = 1;     ///< share of the picture's width and height that is drawn
   bool scales = true;  ///< whether `scale` may change
   float budget = 0;    ///< leaves; 0: any number
-  float mean_ms = 0;   ///< of the last frames, the newest weigh most; 0: none yet
+  float mean_ms = 0;   ///< mean of the last frames, weighted to the newest; 0: none yet
 };
 
 /// Fewer pixels than this share squared show no forest any more.

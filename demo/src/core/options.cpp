@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
@@ -239,11 +240,16 @@ ParsedOptions parse_options(int argc, char** argv) {
   declare_figures(app, parsed.options);
   declare_doctor(app, parsed.options);
   try {
+    if (argc > 1 && argv[1] == std::string_view(coppice::command_line::kCompleteOption)) {
+      std::fputs(coppice::command_line::completions(app, {argv + 2, argv + argc}).c_str(), stdout);
+      parsed.exit_code = 0;
+      return parsed;
+    }
     app.parse(argc, argv);
     refuse_with_doctor(app);
     choose_defaults(app, parsed.options);
     if (!shell.empty()) {
-      std::fputs(coppice::command_line::completion_script(app, shell).c_str(), stdout);
+      std::fputs(coppice::command_line::completion_script(app.get_name(), shell).c_str(), stdout);
       parsed.exit_code = 0;
     }
   } catch (const CLI::ParseError& error) {

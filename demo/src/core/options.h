@@ -49,12 +49,12 @@ inline constexpr float kWindowWind_mps = 4;
 struct Options {
   std::vector<std::string> plants;        ///< .coppice files and folders of them; empty: those of the default folders, see find_plants
   std::string scene;                      ///< a .forest file; empty: `count` plants are placed
-  std::uint32_t most_instances = 262144;  ///< of a scene at a time
+  std::uint32_t most_instances = 262144;  ///< maximum of a scene's plants at a time
   std::uint32_t count = 2000;
   std::uint32_t seed = 1;
   std::uint32_t width_px = 1280;
   std::uint32_t height_px = 720;
-  std::optional<float> render_scale;    ///< of what is drawn against the picture, along each axis; absent: 1, or kSoftwareRenderScale
+  std::optional<float> render_scale;    ///< drawn size relative to the picture, along each axis; absent: 1, or kSoftwareRenderScale
   std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
   bool headless = false;
   std::string screenshot;                 ///< empty: none
@@ -89,8 +89,8 @@ struct Options {
   double doctor_limit_s = 60;       ///< for each of its trials
 };
 
-/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version or --completion printed, 2 after
-/// a usage error (already printed).
+/// Parses argv. Returns an exit code instead when there is nothing to run: 0 after what --help, --version, --completion or --complete
+/// printed, 2 after a usage error (already printed).
 struct ParsedOptions {
   Options options;
   std::optional<int> exit_code;

@@ -20,7 +20,7 @@
 namespace forest {
 namespace {
 
-/// Of an open file; closed on every way out.
+/// Descriptor of an open file; closed on every way out.
 struct Descriptor {
   int number = -1;
 

@@ -304,13 +304,13 @@ Difference difference_of(const Picture& picture, const Picture& reference) {
   float blocks = 0, both = 0;
   for (std::uint32_t top = 0; top < kPictureSide_px; top += kBlock_px)
     for (std::uint32_t left = 0; left < kPictureSide_px; left += kBlock_px) {
-      float cover = 0, any = 0;
+      float coverage = 0, any = 0;
       glm::vec3 color(0);
       for (std::uint32_t y = top; y < top + kBlock_px; ++y)
         for (std::uint32_t x = left; x < left + kBlock_px; ++x) {
           const std::size_t at = std::size_t{y} * kPictureSide_px + x;
           const float a = picture.depth[at], b = reference.depth[at];
-          cover += static_cast<float>(a > 0) - static_cast<float>(b > 0);
+          coverage += static_cast<float>(a > 0) - static_cast<float>(b > 0);
           any += static_cast<float>(a > 0 || b > 0);
           color += picture.color[at] - reference.color[at];
           if (a <= 0 || b <= 0) continue;
@@ -319,12 +319,12 @@ Difference difference_of(const Picture& picture, const Picture& reference) {
         }
       if (any == 0) continue;
       ++blocks;
-      sum.cover += cover * cover / (kPixels * kPixels);
+      sum.coverage += coverage * coverage / (kPixels * kPixels);
       sum.color += glm::dot(color, color) / (3 * kPixels * kPixels);
     }
   // Nothing in common is as wrong as can be.
   if (both == 0) return {1, 1, 1};
-  return {std::sqrt(sum.cover / blocks), sum.depth / both, std::sqrt(sum.color / blocks)};
+  return {std::sqrt(sum.coverage / blocks), sum.depth / both, std::sqrt(sum.color / blocks)};
 }
 
 }  // namespace forest

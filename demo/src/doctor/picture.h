@@ -32,9 +32,9 @@ struct Picture {
 
 /// How a picture differs from the processor's. All are shares of 1.
 struct Difference {
-  float cover = 0;  ///< of blocks of 8 x 8 px that either covers: root mean square of how much more or less is covered
-  float depth = 0;  ///< mean of pixels that both cover
-  float color = 0;  ///< of the same blocks as cover, root mean square, what is not covered being black
+  float coverage = 0;  ///< in blocks of 8 x 8 px that either covers: root mean square of the difference in coverage
+  float depth = 0;     ///< mean over pixels that both cover
+  float color = 0;     ///< in the same blocks: root mean square; uncovered pixels are black
 };
 Difference difference_of(const Picture& picture, const Picture& reference);
 

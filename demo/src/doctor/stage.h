@@ -43,7 +43,7 @@ struct Stage {
 void draw_frame(Stage& stage, Until until);
 /// Frames until all that the view wants is there and the GPU's figures are of it. errors  Failure
 void draw_until_settled(Stage& stage, Until until);
-/// Of the last frame; its colours are those of the first attachment. errors  Failure
+/// Reads the last frame; its colours are those of the first attachment. errors  Failure
 Picture read_picture(const Stage& stage);
 
 }  // namespace forest

@@ -206,8 +206,8 @@ float black_share(const Picture& picture) {
 
 /// What the pictures of right drivers stay well below: textures are filtered, and single pixels of coarse leaves left out, in ways of their
 /// own.
-constexpr Difference kMost{.cover = 0.1f, .depth = 0.04f, .color = 0.02f};
-constexpr float kMostBlack = 0.02f;
+constexpr Difference kMost{.coverage = 0.1f, .depth = 0.04f, .color = 0.02f};
+constexpr float kMaxBlack = 0.02f;
 
 Outcome try_picture(const Stand& stand, const StageDesc& desc) {
   const auto start = Clock::now();
@@ -221,8 +221,8 @@ Outcome try_picture(const Stand& stand, const StageDesc& desc) {
   const Reference reference = draw_on_processor(stand);
   const Difference difference = difference_of(picture, reference.picture);
   const float black = stage.colors.empty() ? 0 : black_share(picture);
-  std::string note = "differs by " + percent(difference.cover) + " of cover, " + percent(difference.depth) + " of depth";
-  bool right = difference.cover < kMost.cover && difference.depth < kMost.depth && black < kMostBlack;
+  std::string note = "differs by " + percent(difference.coverage) + " of coverage, " + percent(difference.depth) + " of depth";
+  bool right = difference.coverage < kMost.coverage && difference.depth < kMost.depth && black < kMaxBlack;
   if (desc.output == COPPICE_OUTPUT_SURFACE) {
     note += ", " + percent(difference.color) + " of colour";
     right = right && difference.color < kMost.color;

@@ -19,8 +19,8 @@ struct FrameRing {
   static constexpr std::size_t kSlots = 2;
   std::array<FrameSlot, kSlots> slots;
   Handle<VkSemaphore> timeline;
-  std::uint64_t number = 0;     ///< of the frame being recorded, from 1
-  std::uint64_t submitted = 0;  ///< of the latest that was submitted
+  std::uint64_t number = 0;     ///< number of the frame being recorded, from 1 on
+  std::uint64_t submitted = 0;  ///< the latest frame that was submitted
 
   [[nodiscard]] std::size_t slot_index() const { return number % kSlots; }
 };

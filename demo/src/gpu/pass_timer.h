@@ -17,7 +17,7 @@ struct PassTimer {
   Handle<VkQueryPool> pool;
   float tick_ms = 0;
   std::array<bool, FrameRing::kSlots> written = {};
-  SceneTimes times = {};  ///< of the frame that used the current slot before
+  SceneTimes times = {};  ///< times of the frame that used the current slot before
 
   explicit PassTimer(const Device& device);
 };

@@ -174,7 +174,7 @@ constexpr float kMargin = 12;
 constexpr ImGuiWindowFlags kLabel = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
                                     ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing;
 
-/// Of the next window: as large as what it shows, but not larger than the picture; what does not fit is scrolled to.
+/// Fits the next window to its content, but not larger than the picture; the rest can be scrolled to.
 void keep_inside(const ImVec2& display) {
   const ImVec2 most{std::max(display.x - 2 * kMargin, 1.0f), std::max(display.y - 2 * kMargin, 1.0f)};
   ImGui::SetNextWindowSizeConstraints({0, 0}, most);

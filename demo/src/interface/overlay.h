@@ -38,7 +38,7 @@ struct Overlay {
   std::size_t frame_count = 0;                     ///< that went into it
   std::uint64_t bytes_read = 0;                    ///< as of the frame before
   double decode_ms = 0;                            ///< likewise
-  float bytes_per_ms = 0, decode_share = 0;        ///< of late; decode_share in threads
+  float bytes_per_ms = 0, decode_share = 0;        ///< recent values; decode_share in threads
   bool hidden = false;                             ///< whatever the window asks for: for pictures that are saved
   std::string message;                             ///< what has just been done
   float message_left_ms = 0;                       ///< for so long it is shown
@@ -56,7 +56,7 @@ struct OverlayFigures {
   const coppice_view_stats& view;
   const SceneTimes* scene_times;  ///< null where passes are not measured
   float frame_ms = 0;
-  VkExtent2D drawn = {};  ///< of the picture
+  VkExtent2D drawn = {};  ///< drawn size of the picture
   float leaf_budget = 0;  ///< 0: none
 };
 

@@ -27,7 +27,7 @@ struct Statistics {
   std::vector<float> threshold_px;                  ///< per frame
   /// GPU time by pass, ms, per frame: the library's (coppice_pass), then the scene's (ScenePass). Empty unless measured.
   std::array<std::vector<float>, COPPICE_PASS_COUNT + static_cast<std::size_t>(ScenePass::count)> pass_ms;
-  coppice_stats last = {};            ///< of the last frame
+  coppice_stats last = {};            ///< the last frame's
   coppice_view_stats last_view = {};  ///< likewise, of the picture
   /// Headless, from the start of the program, device and pipelines included: until the GPU had drawn the first frame that shows a plant,
   /// and until all of a scene that the first view wants was there.
@@ -39,7 +39,7 @@ struct Statistics {
   std::uint32_t validation_messages = 0;
 };
 
-/// Of Statistics::pass_ms.
+/// Names of Statistics::pass_ms.
 constexpr std::array kPassNames = {"upload", "cull",   "splats", "leaves", "tiles",    "draw",
                                    "light",  "ground", "tufts",  "sky",    "tone_map", "temporal"};
 static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);

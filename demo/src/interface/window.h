@@ -33,8 +33,8 @@ struct Window {
   bool wants_picture = false;    ///< P was pressed; whoever saves the picture resets it
   double last_x = 0;
   double last_y = 0;
-  float display_frame_ms = 0;                         ///< of the fastest monitor
-  std::chrono::steady_clock::time_point frame_start;  ///< of the latest frame
+  float display_frame_ms = 0;                         ///< frame time of the fastest monitor
+  std::chrono::steady_clock::time_point frame_start;  ///< start of the latest frame
   std::array<int, 4> place_before_full_screen = {};   ///< x, y, width and height in screen coordinates
 
   Window() = default;

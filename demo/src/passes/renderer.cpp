@@ -46,7 +46,7 @@ Image upload(const Device& device, const Texture& texture) {
 }
 
 void allocate_sets(Renderer& renderer) {
-  constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots * kMostPanes);
+  constexpr auto kSets = static_cast<std::uint32_t>(FrameRing::kSlots * kMaxPanes);
   const std::array<VkDescriptorPoolSize, 2> sizes = {
       {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kImageCount * kSets}}};
   VkDescriptorPoolCreateInfo info = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
@@ -112,7 +112,7 @@ void write_sets(const Renderer& renderer) {
     for (const Renderer::PaneSet& pane : panes) write_set(renderer, pane);
 }
 
-/// Of what is drawn to the scene.
+/// Makes the pipeline of a draw to the scene.
 PipelineDesc scene_desc(const Renderer& renderer) {
   constexpr std::uint32_t kHasSkyMap = 4, kIsDeferred = 8;
   PipelineDesc desc;
@@ -206,8 +206,8 @@ void write_uniforms(Renderer& renderer, std::size_t slot, std::span<const FrameV
 
 /// What was drawn to them is kept, or dropped: depth is then 0, reversed depth's farthest.
 void begin_pass(VkCommandBuffer commands, VkExtent2D extent, std::span<const Image* const> colors, const Image* depth, bool keep) {
-  constexpr std::size_t kMostColors = 4;
-  std::array<VkRenderingAttachmentInfo, kMostColors + 1> attachments{};
+  constexpr std::size_t kMaxColors = 4;
+  std::array<VkRenderingAttachmentInfo, kMaxColors + 1> attachments{};
   const auto attach = [&](VkRenderingAttachmentInfo& info, const Image& image, VkAttachmentLoadOp dropped) {
     info = vk_struct<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
     info.imageView = image.view;
@@ -216,13 +216,13 @@ void begin_pass(VkCommandBuffer commands, VkExtent2D extent, std::span<const Ima
     info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   };
   for (std::size_t i = 0; i < colors.size(); ++i) attach(attachments[i], *colors[i], VK_ATTACHMENT_LOAD_OP_DONT_CARE);
-  if (depth) attach(attachments[kMostColors], *depth, VK_ATTACHMENT_LOAD_OP_CLEAR);
+  if (depth) attach(attachments[kMaxColors], *depth, VK_ATTACHMENT_LOAD_OP_CLEAR);
   VkRenderingInfo info = vk_struct<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea = {{0, 0}, extent};
   info.layerCount = 1;
   info.colorAttachmentCount = static_cast<std::uint32_t>(colors.size());
   info.pColorAttachments = attachments.data();
-  info.pDepthAttachment = depth ? &attachments[kMostColors] : nullptr;
+  info.pDepthAttachment = depth ? &attachments[kMaxColors] : nullptr;
   vkCmdBeginRendering(commands, &info);
 }
 

@@ -31,11 +31,11 @@ struct Weather {
 };
 
 /// Cameras side by side in a picture, at most.
-constexpr std::size_t kMostPanes = 2;
+constexpr std::size_t kMaxPanes = 2;
 
 /// What a camera shows in a frame.
 struct FrameView {
-  VkRect2D pane = {};  ///< of the picture's drawn part
+  VkRect2D pane = {};  ///< its part of the picture's drawn part
   glm::mat4 view_from_world;
   glm::mat4 clip_from_view;  ///< moved by jitter_px
   glm::mat4 unmoved_clip_from_world;
@@ -73,7 +73,7 @@ struct Renderer {
   /// is less than the picture is enlarged to it.
   VkExtent2D drawn = {}, blends = {};
   Image scene;                  ///< linear radiance
-  Image albedo, normal, light;  ///< of plants; there where they are lit here
+  Image albedo, normal, light;  ///< the plants' surfaces, if the demo lights them
   Image velocity;               ///< px, and 2 in z where depth and cameras say it; there if wanted
   Image depth;                  ///< reversed
   Image toned;                  ///< display values before they are blended over time
@@ -87,14 +87,14 @@ struct Renderer {
   Image ground_height_image;
   Image ground_litter_image;
   Buffer mound_indices;
-  /// Of a pane in a frame.
+  /// The set of a pane in a frame.
   struct PaneSet {
     Buffer uniforms, tufts, mounds;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
-  std::array<std::array<PaneSet, kMostPanes>, FrameRing::kSlots> panes;
-  /// Of the frame before.
-  std::array<glm::mat4, kMostPanes> clip_from_world_before;
+  std::array<std::array<PaneSet, kMaxPanes>, FrameRing::kSlots> panes;
+  /// The matrices of the frame before.
+  std::array<glm::mat4, kMaxPanes> clip_from_world_before;
   float time_before_s = 0;
   std::array<glm::vec4, 4> gusts_before{};
 
@@ -133,7 +133,7 @@ void set_shadows(Renderer& renderer, std::uint32_t size_px);
 
 /// Records the scene: `draw_plants` of all views first (it may change every binding), their light, then ground, grass and sky.
 /// slot   FrameRing::slot_index() of the frame: its uniforms and tufts are overwritten
-/// views  at most kMostPanes, beside each other
+/// views  at most kMaxPanes, beside each other
 void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot, std::span<const FrameView> views,
                   const std::function<void()>& draw_plants);
 

@@ -127,7 +127,7 @@ Shadows::Shadows(const Device& device, std::uint32_t size_px, bool sky_map) : ca
 namespace {
 
 /// The map, as it is drawn in this frame.
-DueMap take_map(Shadows& shadows, const ShadowFrame& frame, std::size_t index) {
+DueMap begin_wind_map(Shadows& shadows, const ShadowFrame& frame, std::size_t index) {
   Shadows::Cascade& cascade = shadows.cascades[index];
   cascade.center = center_of(frame, index, shadows);
   const coppice_camera camera = sun_camera(frame, index, cascade.center, shadows);
@@ -145,11 +145,11 @@ std::vector<DueMap> due_maps(Shadows& shadows, const ShadowFrame& frame) {
   std::vector<DueMap> due;
   for (auto index = due_cascade(shadows, frame); index; index = due_cascade(shadows, frame)) {
     const bool first = shadows.cascades[*index].drawn_frame == 0;
-    due.push_back(take_map(shadows, frame, *index));
+    due.push_back(begin_wind_map(shadows, frame, *index));
     if (!first) break;
   }
   if (due.empty() && frame.number % kFramesBetweenSways == 0)
-    if (const auto index = due_in_wind(shadows, frame)) due.push_back(take_map(shadows, frame, *index));
+    if (const auto index = due_in_wind(shadows, frame)) due.push_back(begin_wind_map(shadows, frame, *index));
   return due;
 }
 

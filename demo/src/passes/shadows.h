@@ -23,7 +23,7 @@ struct Shadows {
   static constexpr std::size_t kCascades = 3;
   static constexpr std::size_t kSkyMap = kCascades;  ///< its place among maps
   static constexpr std::size_t kMaps = kCascades + 1;
-  static constexpr std::uint32_t kSize_px = 1024;  ///< of a map, for a picture drawn at full size
+  static constexpr std::uint32_t kSize_px = 1024;  ///< side of a map, for a picture drawn at full size
   struct Cascade {
     Image map;
     float radius_m = 0;

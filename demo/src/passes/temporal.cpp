@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::uint32_t kJitterPoints = 64;
 // An exponential mean with weight 1/32 has the noise of a plain mean of 63.
-constexpr float kMostAveraged = 32;
+constexpr float kMaxAveraged = 32;
 // A moving camera's: what is looked up between pixels loses sharpness every time, so that more would show less.
-constexpr float kMostAveragedMoving = 10;
+constexpr float kMaxAveragedMoving = 10;
 // What a picture that moved is worth once it stands still, so that what it shows wrong is soon gone.
 constexpr float kWorthAfterMoving = 4;
 constexpr float kSpread = 1.25f;
@@ -100,7 +100,7 @@ Push advance(Temporal& temporal, const TemporalView& view) {
   push.before_from_clip = glm::dmat4(temporal.clip_from_world) * glm::inverse(moved * glm::dmat4(view.clip_from_world));
   if (still && temporal.moving) temporal.averaged = std::min(temporal.averaged, kWorthAfterMoving);
   temporal.moving = !still;
-  temporal.averaged = std::min(temporal.averaged, (still ? kMostAveraged : kMostAveragedMoving) - 1);
+  temporal.averaged = std::min(temporal.averaged, (still ? kMaxAveraged : kMaxAveragedMoving) - 1);
   push.newest = 1 / (temporal.averaged + 1);
   push.spread = still ? kAnySpread : kSpread;
   ++temporal.averaged;

@@ -24,13 +24,13 @@ struct Temporal {
   std::array<VkDescriptorSet, 2> sets = {};  ///< [i] reads history[1 - i]
 
   std::array<Image, 2> history;  ///< read and written in turn
-  std::size_t written = 0;       ///< of history, by the latest frame
+  std::size_t written = 0;       ///< index of the history that the latest frame wrote
   VkExtent2D written_to = {};    ///< what of that image
 
   std::uint32_t frame = 0;                   ///< since the start
   float averaged = 0;                        ///< frames in the history; 0: nothing is
   bool moving = false;                       ///< the latest frame differs from the one before
-  glm::mat4 clip_from_world = glm::mat4(1);  ///< of the latest frame, not moved
+  glm::mat4 clip_from_world = glm::mat4(1);  ///< the latest frame's, without jitter
   glm::vec2 moved_by = {0, 0};               ///< how it was moved, clip space
 
   /// blended_format  of the image record_temporal writes
@@ -48,7 +48,7 @@ glm::vec2 temporal_jitter_px(const Temporal& temporal);
 
 struct TemporalView {
   glm::mat4 clip_from_world;     ///< not moved
-  glm::vec2 jitter_px = {0, 0};  ///< of the frame
+  glm::vec2 jitter_px = {0, 0};  ///< the frame's
   VkExtent2D drawn = {};         ///< what of `toned` and `depth` the frame is
   VkExtent2D blends = {};        ///< what of `blended` it is blended to
   bool unchanged = false;        ///< nothing but the camera can have changed since the frame before

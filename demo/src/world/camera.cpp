@@ -21,9 +21,9 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kEyeHeight_m = 1.7f;
 constexpr float kWalkingPace_mps = 1.4f;
 constexpr float kNear_m = 0.1f;
-constexpr float kMostValue = 1e6f;  // of a keyframe, metres or degrees: what is interpolated between such values stays finite
-constexpr double kMostTime_s = 1e9;
-constexpr float kLeastFov_deg = 1, kMostFov_deg = 170;
+constexpr float kMaxValue = 1e6f;  // limit of a keyframe's values, metres or degrees, so that interpolated values stay finite
+constexpr double kMaxTime_s = 1e9;
+constexpr float kMinFov_deg = 1, kMaxFov_deg = 170;
 constexpr float kFar_m = 40000;  // a scene is tens of kilometres wide; reversed depth does not mind
 
 struct Keyframe {
@@ -52,7 +52,7 @@ Keyframe interpolate(const std::vector<Keyframe>& keys, double time_s) {
   Keyframe key;
   for (std::size_t i = 0; i < std::size(key.values); ++i)
     key.values[i] = catmull_rom(before.values[i], from.values[i], to.values[i], after.values[i], t);
-  key.values[5] = std::clamp(key.values[5], kLeastFov_deg, kMostFov_deg);  // the curve goes beyond what it joins
+  key.values[5] = std::clamp(key.values[5], kMinFov_deg, kMaxFov_deg);  // the curve goes beyond what it joins
   return key;
 }
 
@@ -82,16 +82,16 @@ Keyframe parse_keyframe(const std::string& line, const std::string& place) {
     }
     if (used != rest.size() || words >> rest) throw Failure(place + ": unexpected '" + rest + "'");
   }
-  if (!std::all_of(std::begin(key.values), std::end(key.values), [](float value) { return std::abs(value) <= kMostValue; }) ||
-      !(std::abs(key.time_s) <= kMostTime_s))
+  if (!std::all_of(std::begin(key.values), std::end(key.values), [](float value) { return std::abs(value) <= kMaxValue; }) ||
+      !(std::abs(key.time_s) <= kMaxTime_s))
     throw Failure(place + ": a value is not finite or over 1e6, a time over 1e9");
-  if (key.values[5] < kLeastFov_deg || key.values[5] > kMostFov_deg) throw Failure(place + ": fov_y_deg must be 1 to 170");
+  if (key.values[5] < kMinFov_deg || key.values[5] > kMaxFov_deg) throw Failure(place + ": fov_y_deg must be 1 to 170");
   return key;
 }
 
 /// How far from the box's middle the camera must be to see all of it, with some room round it.
 float framing_distance_m(const Box& box, const Pose& pose, float aspect) {
-  constexpr float kFilled = 0.95f;  // of the picture's width or height
+  constexpr float kFilled = 0.95f;  // share of the picture's width or height
   const float up_share = kFilled * std::tan(0.5f * pose.fov_y_rad), right_share = up_share * aspect;
   const glm::vec3 ahead = forward(pose), side = right(pose), up = glm::cross(side, ahead);
   const glm::vec3 half = 0.5f * (box.max - box.min);

@@ -27,7 +27,7 @@ struct Box {
 struct CameraPath {
   double duration_s = 1;
   bool loops = false;                ///< the end joins the beginning
-  std::function<Pose(double)> pose;  ///< of a time in [0, duration_s]
+  std::function<Pose(double)> pose;  ///< pose at a time in [0, duration_s]
 };
 
 /// Along the trail at eye height and walking pace, looking ahead and slowly to the sides.
@@ -52,7 +52,7 @@ struct PathRecorder {
   std::string file;
   std::ofstream stream;
   double next_s = 0;  ///< earlier poses are left out
-  float yaw_deg = 0;  ///< of the latest keyframe: the next one turns the shorter way
+  float yaw_deg = 0;  ///< yaw of the latest keyframe: the next one turns the shorter way
 };
 /// errors  Failure: the file cannot be written
 PathRecorder start_recording(const std::string& file);

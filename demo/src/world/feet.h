@@ -14,7 +14,7 @@ namespace forest {
 /// Where a plant's stems meet the ground: a low mound of earth with roots in it stands there.
 struct Foot {
   glm::vec2 position;
-  float radius_m = 0;  ///< of the mound
+  float radius_m = 0;  ///< radius of the mound
   float turn_rad = 0;
 };
 

@@ -16,10 +16,10 @@ namespace {
 constexpr float kTrailHalfWidth_m = 1.1f;
 // Crowns as a share of the bounding sphere: trees are taller than wide.
 constexpr float kCrownShare = 0.62f;
-constexpr float kMostLean_rad = 0.05f;
+constexpr float kMaxLean_rad = 0.05f;
 // Neighbours' crowns may interlock: stems this share of the summed crown radii apart.
 constexpr float kSpacingShare = 0.62f;
-// Of grown plants, in sizes of their file.
+// Scales of grown plants, relative to their file.
 constexpr float kSmallestScale = 0.66f, kLargestScale = 1.24f;
 
 /// Accepted plants of crowns up to max_crown_m by square cell, for neighbour queries.
@@ -183,7 +183,7 @@ struct Candidates {
     const int z = static_cast<int>(i) / side;
     plant.yaw_rad = 2 * std::numbers::pi_v<float> * hash01(x, z, seed + 5);
     plant.mirrored = hash01(x, z, seed + 15) < 0.5f;
-    plant.lean_rad = kMostLean_rad * (2.0f * glm::vec2(hash01(x, z, seed + 10), hash01(x, z, seed + 11)) - 1.0f);
+    plant.lean_rad = kMaxLean_rad * (2.0f * glm::vec2(hash01(x, z, seed + 10), hash01(x, z, seed + 11)) - 1.0f);
     plant.slope_share = 0.2f + 0.4f * hash01(x, z, seed + 14);
     plant.tint = choose_tint(plant.position, hash01(x, z, seed + 6), seed);
   }

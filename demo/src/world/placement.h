@@ -12,9 +12,9 @@ namespace forest {
 
 /// What placement must know of a plant, in its own units.
 struct Species {
-  float radius_m = 1;                                         ///< of the bounding sphere
+  float radius_m = 1;                                         ///< radius of the bounding sphere
   float foot_m = 0;                                           ///< height, in object space, of what stands on the ground
-  glm::vec3 box_min = glm::vec3(-1), box_max = glm::vec3(1);  ///< of what is drawn
+  glm::vec3 box_min = glm::vec3(-1), box_max = glm::vec3(1);  ///< bounds of what is drawn
 };
 
 struct PlacedPlant {
@@ -24,8 +24,8 @@ struct PlacedPlant {
   float yaw_rad = 0;
   bool mirrored = false;        ///< left and right, before it is turned
   glm::vec2 lean_rad = {0, 0};  ///< out of the vertical, towards x and z
-  float slope_share = 0;        ///< of the ground's slope that it leans by, downhill
-  float crown_radius_m = 1;     ///< of the scaled plant, in plan
+  float slope_share = 0;        ///< share of the ground's slope by which it leans downhill
+  float crown_radius_m = 1;     ///< radius of the scaled plant in plan
   glm::vec3 tint = glm::vec3(1);
 };
 

@@ -1,7 +1,7 @@
-// What a view of COPPICE_OUTPUT_SURFACE writes into an engine's attachments, how to read it back, and the light that Coppice gives it
-// itself. Coppice's own shaders include this file: a host that lights by coppice_lit starts from the same picture.
+// Says what a view of COPPICE_OUTPUT_SURFACE writes into an engine's attachments, reads it back, and lights it as Coppice does. Coppice's
+// own shaders include this file, so a host that lights with coppice_lit starts from the same picture.
 //
-// An attachment's content is one of coppice_content (coppice/vulkan.h); numbers are as the format holds them, normals in world space:
+// An attachment's content is one of coppice_content (coppice/vulkan.h); numbers are as the format holds them, normals are in world space:
 //
 //   content   x, y                              z                    w
 //   ALBEDO    red, green                        blue                 occlusion: the share of sky light that arrives
@@ -15,19 +15,19 @@
 #ifndef COPPICE_SURFACE_GLSL
 #define COPPICE_SURFACE_GLSL
 
-// A place of a plant's surface. Directions are unit, world space.
+// Describes a point of a plant's surface. Directions are unit, world space.
 struct CoppiceSurface {
-  vec3 albedo;         // linear; a merged leaf that stands for bright ones may be above 1
-  float occlusion;     // 0..1: the share of the light of the sky, and of the ground, that arrives; the sun's does not depend on it
-  vec3 normal;         // the one to light it with, of the side that is seen
+  vec3 albedo;         // linear; above 1 where a merged leaf stands for bright ones
+  float occlusion;     // 0..1: the share of light from sky and ground that arrives; sunlight does not depend on it
+  vec3 normal;         // the shading normal, on the visible side
   float roughness;     // glTF's: alpha is its square
-  float roundness;     // 0: as flat as it is; 1: it stands for a whole crown, which the eye sees lit all round
-  float translucency;  // the share of the sun on its back that shines through: 0 of wood
-  float sun;           // 0..1: the share of the sun that gets past the plant's own crown, and past the shadow maps of coppice_light
-  vec3 face;           // a leaf's own normal, towards the eye; `normal` of a leaf is turned towards its crown's
+  float roundness;     // 0: a flat surface; 1: a whole crown, which is lit all round
+  float translucency;  // the share of the sun on its back that shines through; 0 for wood
+  float sun;           // 0..1: the share of the sun that gets past the plant's own crown and the shadow maps of coppice_light
+  vec3 face;           // the leaf's own normal, towards the eye; `normal` is turned towards that of the crown
 };
 
-// A unit vector's place in a square of 0..1, and the inverse.
+// Maps a unit vector to a point in the unit square, and back.
 vec2 coppice_octahedral(vec3 n) {
   vec2 e = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
   if (n.z < 0.0) e = (1.0 - abs(e.yx)) * vec2(e.x >= 0.0 ? 1.0 : -1.0, e.y >= 0.0 ? 1.0 : -1.0);
@@ -45,33 +45,34 @@ vec4 coppice_albedo_content(CoppiceSurface s) { return vec4(s.albedo, s.occlusio
 vec4 coppice_normal_content(CoppiceSurface s) { return vec4(coppice_octahedral(s.normal), s.roughness, s.roundness); }
 vec4 coppice_light_content(CoppiceSurface s) { return vec4(s.translucency, s.sun, coppice_octahedral(s.face)); }
 
-// From the three attachments, as sampled.
+// Reads a surface from the three attachments, as sampled.
 CoppiceSurface coppice_surface(vec4 albedo, vec4 normal, vec4 light) {
   return CoppiceSurface(albedo.rgb, albedo.a, coppice_unfold(normal.xy), normal.z, normal.w, light.x, light.y, coppice_unfold(light.zw));
 }
 
-// As coppice_light has them.
+// The fields mean the same as those of coppice_light.
 struct CoppiceLight {
   vec3 sun_direction;  // unit, towards the sun
   vec3 sun_color, sky_color, ground_color;
 };
 
-// How bright a ball of leaves that turn outwards is, all of it that the eye sees, in parts of a surface that faces the sun. cosine: of the
-// angle between eye and sun. Its first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
+// Mean brightness of the visible side of a ball of leaves that turn outwards, relative to a surface that faces the sun. cosine: of the
+// angle between eye and sun. The first term is close to Lambert's phase law, 0.85 (sin a + (pi - a) cos a) / pi.
 float coppice_ball(float cosine) {
   float lit = 0.5 + 0.5 * cosine;
   return 0.53 * lit * sqrt(lit) + 0.15;
 }
 
-// Radiance towards the eye, before fog. No division by pi: a white surface that faces the sun is as bright as sun_color.
-// eye: unit, towards it
+// Returns the radiance towards the eye, before fog. There is no division by pi: a white surface that faces the sun is as bright as
+// sun_color.
+// eye: unit, towards the eye
 vec3 coppice_lit(CoppiceSurface s, vec3 eye, CoppiceLight light) {
   float flatness = 1.0 - s.roundness;
-  // Light wanders through a leaf, so that its terminator is soft.
+  // Light spreads inside a leaf, so its terminator is soft.
   float wrap = 0.45 * s.translucency;
   float front = max(0.0, wrap + (1.0 - wrap) * dot(s.normal, light.sun_direction));
   front = mix(front, coppice_ball(dot(eye, light.sun_direction)), s.roundness);
-  // What shines through is yellower.
+  // Light that shines through is yellower.
   float through = s.translucency * flatness * max(0.0, -dot(s.face, light.sun_direction));
   vec3 sun = light.sun_color * s.sun * (front + through * vec3(1.0, 1.15, 0.35));
   float up = mix(s.normal.y, 0.67 * eye.y, s.roundness);

@@ -1,15 +1,14 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 7: disk structs and limits, and nothing else. The prose is runtime/src/format/FORMAT.md.
+/* The .coppice file, version 7: disk structs and limits only. runtime/src/format/FORMAT.md describes it in prose.
  *
- * Little-endian; every struct below is stored as is, without padding. Offsets are from the start of the file. Lengths are in
+ * The file is little-endian. Every struct below is stored as is, without padding. Offsets count from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
  *
  *     header | chunk table | PLANT MATERIALS CARDS ERRORS WIND (LEAF_MESHES) (TEXTURES) | coarsest WOOD | PAGE 0 |
- *     '------------------------------ first_read_bytes: all that a first picture needs -------------------------'
- *                                                     (TEXTURE ...) | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...)
- */
+ *     '------------------------- first_read_bytes: everything that a first picture needs -----------------------'
+ *                                                     (TEXTURE ...) | finer WOOD ... | PAGE 1 2 3 ... | (LEAF_MESH ...) */
 
 #include <stdint.h>
 
@@ -18,15 +17,15 @@
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
-/* A quantised coordinate q in [0, max] is box_min + q / max * (box_max - box_min). max is this, or with
- * coppice_file_plant.fine_positions COPPICE_FINE_QUANTISED_MAX. */
+/* A quantised coordinate q in [0, max] is at box_min + q / max * (box_max - box_min). max is this, or COPPICE_FINE_QUANTISED_MAX if
+ * coppice_file_plant.fine_positions is 1. */
 #define COPPICE_QUANTISED_MAX 16383u
 #define COPPICE_FINE_QUANTISED_MAX 32767u
 #define COPPICE_NO_TEXTURE 0xffffffffu
-/* The same in the 16 bits of a material. */
+/* The same for the 16 bits in a material. */
 #define COPPICE_FILE_NO_TEXTURE 0xffffu
 
-/* Limits a reader enforces before it believes a count. */
+/* A reader enforces these limits before it trusts a count. */
 #define COPPICE_MAX_LEAVES (1u << 26)
 #define COPPICE_MAX_MATERIALS 256u
 #define COPPICE_MAX_CARDS 256u
@@ -34,28 +33,28 @@
 #define COPPICE_MAX_TEXTURE_SIDE 4096u
 #define COPPICE_MAX_WOOD_LODS 8u
 #define COPPICE_MAX_WOOD_TRIANGLES (1u << 24)
-#define COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE 8u /* of a WOOD chunk: the coding spends at least a bit on each */
+#define COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE 8u /* for a WOOD chunk: the coding takes at least one bit for each */
 #define COPPICE_MAX_ERROR_LEVELS 32u
 #define COPPICE_MAX_ERROR_SIZES 16u
 #define COPPICE_MAX_PAGE_BYTES 65536u
 #define COPPICE_MAX_LEAF_MESHES 16u
-#define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* of one LEAF_MESH chunk; as many a byte as of wood */
+#define COPPICE_MAX_LEAF_MESH_TRIANGLES (1u << 16) /* for one LEAF_MESH chunk; per byte the limit is that of wood */
 
 #define COPPICE_MAX_SMALL_TEXTURE_SIDE 64u
 
-/* Nodes a side of a WIND chunk's grid, at most. */
+/* Maximum of nodes along each axis of a WIND chunk's grid. */
 #define COPPICE_MAX_WIND_SIDE 8u
-/* How far full wind moves any point, as a share of sphere_radius, and how much a metre of the plant grows by it, at most: a part's bounding
- * sphere that grows by this share of its radius, and moves by what its centre moves, holds the part in any wind. */
+/* Limits of motion in full wind: how far any point moves, as a share of sphere_radius, and how much a metre of the plant grows. Therefore a
+ * part's bounding sphere holds the part in any wind if it moves with its centre and its radius grows by the second share. */
 #define COPPICE_MAX_WIND_MOVE 0.05
 #define COPPICE_MAX_WIND_GROWTH 0.08
-/* Natural periods, in seconds. */
+/* Limits of natural periods, in seconds. */
 #define COPPICE_MIN_WIND_PERIOD_S 0.1f
 #define COPPICE_MAX_WIND_PERIOD_S 60.0f
 
-/* A writer makes small textures smaller where TEXTURES would be longer. */
+/* A writer makes small textures smaller if the TEXTURES chunk would be longer than this. */
 #define COPPICE_SMALL_TEXTURES_BYTES 16384u
-/* A writer keeps first_read_bytes to at most this, but for plants of some million leaves, whose chunk table alone is longer. */
+/* A writer keeps first_read_bytes at or below this, except for plants of some million leaves, whose chunk table alone is longer. */
 #define COPPICE_FIRST_READ_BYTES 65536u
 
 /* Bytes [0, 64). */
@@ -72,20 +71,20 @@ typedef struct coppice_file_header {
 
 typedef enum coppice_chunk_kind {
   COPPICE_CHUNK_PLANT = 1,       /* one coppice_file_plant */
-  COPPICE_CHUNK_MATERIALS = 2,   /* material_count coppice_file_material */
-  COPPICE_CHUNK_CARDS = 3,       /* card_count coppice_file_card */
+  COPPICE_CHUNK_MATERIALS = 2,   /* coppice_file_material[material_count] */
+  COPPICE_CHUNK_CARDS = 3,       /* coppice_file_card[card_count] */
   COPPICE_CHUNK_ERRORS = 4,      /* the error table, see coppice_file_plant */
-  COPPICE_CHUNK_WOOD = 5,        /* index i: wood LoD i, 0 is the finest; a Draco triangle mesh */
-  COPPICE_CHUNK_PAGE = 6,        /* index k: foliage page k; its splits, entropy-coded */
-  COPPICE_CHUNK_TEXTURE = 7,     /* index t: one coppice_file_texture and its mip levels, largest first, tightly packed */
-  COPPICE_CHUNK_LEAF_MESHES = 8, /* what the LEAF_MESH chunks hold, see coppice_file_leaf_mesh; only if there are any */
-  COPPICE_CHUNK_LEAF_MESH = 9,   /* index i: some of the leaves as they were modelled; a Draco triangle mesh */
-  COPPICE_CHUNK_TEXTURES = 10,   /* what the TEXTURE chunks hold, see coppice_file_texture; only if there are any */
-  COPPICE_CHUNK_WIND = 11,       /* one coppice_file_wind, then node_side^3 coppice_file_wind_node */
+  COPPICE_CHUNK_WOOD = 5,        /* wood LoD `index`, 0 is the finest; a Draco triangle mesh */
+  COPPICE_CHUNK_PAGE = 6,        /* foliage page `index`; its splits, entropy-coded */
+  COPPICE_CHUNK_TEXTURE = 7,     /* texture `index`: coppice_file_texture and its mip levels, largest first, tightly packed */
+  COPPICE_CHUNK_LEAF_MESHES = 8, /* the sizes of the LEAF_MESH chunks, see coppice_file_leaf_mesh; only if there are any */
+  COPPICE_CHUNK_LEAF_MESH = 9,   /* some of the leaves as they were modelled; a Draco triangle mesh */
+  COPPICE_CHUNK_TEXTURES = 10,   /* the sizes of the TEXTURE chunks, see coppice_file_texture; only if there are any */
+  COPPICE_CHUNK_WIND = 11,       /* coppice_file_wind, then coppice_file_wind_node[node_side^3] */
   COPPICE_CHUNK_KIND_MAX_ENUM = 0x7fffffff
 } coppice_chunk_kind;
 
-/* One entry of the chunk table; entries are in file order, chunks do not overlap. The PAGE entries are the page index. */
+/* An entry of the chunk table. Entries are in file order, chunks do not overlap. The PAGE entries are the page index. */
 typedef struct coppice_file_chunk {
   uint32_t kind; /* coppice_chunk_kind */
   uint32_t index;
@@ -94,11 +93,11 @@ typedef struct coppice_file_chunk {
   uint64_t checksum; /* XXH3-64 of the chunk's bytes */
 } coppice_file_chunk;
 
-/* What orders the collapses. */
+/* The metric that orders the collapses. */
 typedef enum coppice_metric {
   COPPICE_METRIC_MI = 1,        /* the paper: viewpoint mutual information, Algorithm 1 */
   COPPICE_METRIC_GEOMETRIC = 2, /* greedy geometric similarity */
-  COPPICE_METRIC_IMAGE = 3,     /* least squared error of the picture against the source's */
+  COPPICE_METRIC_IMAGE = 3,     /* least squared error of the shaded picture against the source plant's */
   COPPICE_METRIC_MAX_ENUM = 0x7fffffff
 } coppice_metric;
 
@@ -119,23 +118,23 @@ typedef struct coppice_file_plant {
   uint16_t root_card;
   uint8_t root_fade; /* bits 0..3 opacity, 15 opaque; bits 4..7 brightness, 8 unchanged; 0x8f if leaf_count is 1 */
   uint8_t reserved;  /* 0 */
-  /* What each wood LoD decodes to, so that its memory can be reserved beforehand; 0 from wood_lod_count on. */
+  /* The size of each wood LoD after decoding, so that a reader can reserve its memory; 0 from wood_lod_count on. */
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
   uint32_t metric;                                      /* coppice_metric */
-  uint16_t leaf_mesh_count;                             /* LEAF_MESH chunks; 0: there is nothing finer than the quads */
-  uint16_t fine_positions;                              /* 1: 15 bits instead of 14; only without leaf meshes */
+  uint16_t leaf_mesh_count;                             /* number of LEAF_MESH chunks; 0: nothing is finer than the quads */
+  uint16_t fine_positions;                              /* 1: coordinates have 15 bits instead of 14; only without leaf meshes */
   char name[64];                                        /* UTF-8, zero-terminated */
 } coppice_file_plant;
 
 #define COPPICE_MATERIAL_DOUBLE_SIDED 1u
-/* Only LEAF_MESH chunks show it. */
+/* Only LEAF_MESH chunks use the material. */
 #define COPPICE_MATERIAL_LEAF_MESH_ONLY 2u
-/* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: not known, or no holes. */
+/* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: unknown, or no holes. */
 #define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
 #define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
-/* Bits 16..23: 1 + 254 times how far the light's normals of the material's leaves turn from the leaf's own, 0, to those of the crown, 1,
-   an ellipsoid in the leaf box; 0: COPPICE_CROWN_NORMALS_DEFAULT. */
+/* Bits 16..23: 1 + 254 times how far the shading normals of the material's leaves turn from the leaf's own (0) to those of the crown (1),
+ * an ellipsoid in the leaf box; 0: COPPICE_CROWN_NORMALS_DEFAULT. */
 #define COPPICE_MATERIAL_CROWN_NORMALS_SHIFT 16u
 #define COPPICE_MATERIAL_CROWN_NORMALS_MASK 0xff0000u
 #define COPPICE_CROWN_NORMALS_DEFAULT 0.55f
@@ -145,16 +144,17 @@ typedef struct coppice_file_material {
   float alpha_cutoff;           /* 0: opaque; otherwise texels of smaller alpha are holes */
   float roughness;              /* 0..1 */
   uint16_t texture_or_none;     /* index of the base colour texture, or COPPICE_FILE_NO_TEXTURE */
-  uint16_t normal_map_plus_one; /* of the index; 0: none */
+  uint16_t normal_map_plus_one; /* index of the normal map plus one; 0: none */
   uint32_t flags;
 } coppice_file_material;
 
-/* What a leaf quad shows: corner i of the quad shows texture coordinate uv[i] of the material's texture. */
+/* Says what a leaf quad shows: corner i of the quad shows texture coordinate uv[i] of the material's texture. */
 typedef struct coppice_file_card {
   uint32_t material;
   float uv[4][2];
-  /* From afar, in place of the texture: the mean colour of what is no hole, sRGB, base_color included; and the outline in 8 x 8 cells, row
-   * by row from corner 0, x towards corner 1 and y towards corner 3: bit x + 8 (y % 4) of word y / 4 is set where there is leaf. */
+  /* These replace the texture at a distance. albedo is the mean colour outside holes, sRGB, base_color included. mask is the outline in 8 x
+   * 8 cells, row by row from corner 0, x towards corner 1 and y towards corner 3: bit x + 8 (y % 4) of word y / 4 is set if the cell holds
+   * leaf. */
   uint8_t albedo[3];
   uint8_t reserved; /* 0 */
   uint32_t mask[2]; /* not both 0 */
@@ -165,39 +165,39 @@ typedef struct coppice_file_card {
  * non-decreasing along a column: the error of each wood LoD against the finest. sizes_px is the projected diameter of the bounding
  * sphere. */
 
-/* WIND chunk: how wind moves the plant. With w the wind's horizontal direction and s the height above base_y_m over height_m, 0..1, a point
- * is off its place by w bend_m s^2, by w lean_m lean, and by sway_m (sway_cos, sway_sin) as the two phases of a swing. The last three are
- * those of the grid there, trilinear between nodes, of the box's nearest point outside the box. */
+/* WIND chunk: says how wind moves the plant. Let w be the wind's horizontal direction and s the height above base_y_m divided by height_m,
+ * 0..1. A point moves by w bend_m s^2, by w lean_m lean, and by sway_m (sway_cos, sway_sin) as the two phases of a swing. lean, sway_cos
+ * and sway_sin are trilinear between the nodes of the grid; a point outside the box takes those of the box's nearest point. */
 typedef struct coppice_file_wind {
-  float base_y_m;        /* where the plant stands */
-  float height_m;        /* >= 1e-30: from there to its top */
-  float bend_m;          /* how far its stem's bending moves the top in full wind, 25 m/s; >= 0, as are the next two */
-  float lean_m;          /* what a lean of 1 is */
-  float sway_m;          /* what a sway of 1 is */
-  float stem_period_s;   /* in which its stem swings by itself */
-  float branch_period_s; /* in which its branches do */
-  float box_min[3];      /* of the grid; below box_max on every axis */
+  float base_y_m;        /* height of the plant's base */
+  float height_m;        /* >= 1e-30: from the base to the top */
+  float bend_m;          /* how far the bending stem moves the top in full wind, 25 m/s; >= 0, as are the next two */
+  float lean_m;          /* the length of a lean of 1 */
+  float sway_m;          /* the length of a sway of 1 */
+  float stem_period_s;   /* natural period of the stem */
+  float branch_period_s; /* natural period of the branches */
+  float box_min[3];      /* the grid's box; below box_max on every axis */
   float box_max[3];
   uint32_t node_side; /* n: 0, 2, 4 or 8; 0: no grid, lean_m and sway_m are 0 */
 } coppice_file_wind;
 
-/* x fastest, then y, then z; node i of an axis is at box_min + i / (n - 1) (box_max - box_min). */
+/* Node order: x fastest, then y, then z. Node i of an axis is at box_min + i / (n - 1) (box_max - box_min). */
 typedef struct coppice_file_wind_node {
-  uint8_t lean;     /* 0..255: 0..1 */
-  int8_t sway_cos;  /* -127..127: -1..1 */
+  uint8_t lean;     /* 0..255 stand for 0..1 */
+  int8_t sway_cos;  /* -127..127 stand for -1..1 */
   int8_t sway_sin;  /* the same */
   uint8_t reserved; /* 0 */
 } coppice_file_wind_node;
 
-/* LEAF_MESHES chunk: one of these per LEAF_MESH; float error_px[error_size_count], >= 0, not falling: the error of all leaf quads against
- * the leaf meshes at the error table's sizes. */
+/* LEAF_MESHES chunk: one of these for each LEAF_MESH; then float error_px[error_size_count], >= 0, not falling: the error of all leaf quads
+ * against the leaf meshes at the error table's sizes. */
 typedef struct coppice_file_leaf_mesh {
   uint32_t vertex_count;   /* <= 3 * triangles */
   uint32_t triangle_count; /* <= COPPICE_MAX_LEAF_MESH_TRIANGLES */
 } coppice_file_leaf_mesh;
 
-/* How a texture's texels are stored. Colour is in sRGB, alpha linear. Blocks are of 4 x 4 texels, the last ones of a row or column reach
- * beyond the level where its side is no multiple of 4. */
+/* Says how texels are stored. Colour is sRGB, alpha is linear. A block has 4 x 4 texels; the last blocks of a row or column reach beyond
+ * the level if its side is no multiple of 4. */
 typedef enum coppice_texture_format {
   COPPICE_TEXTURE_RGBA8 = 1, /* 4 bytes a texel */
   COPPICE_TEXTURE_BC3 = 2,   /* 16 bytes a block */
@@ -205,8 +205,8 @@ typedef enum coppice_texture_format {
   COPPICE_TEXTURE_FORMAT_MAX_ENUM = 0x7fffffff
 } coppice_texture_format;
 
-/* TEXTURES chunk: one of these for each TEXTURE, the same that it begins with; then, for each texture that is a material's base colour, the
- * lowest index first, what it shows at no more than COPPICE_MAX_SMALL_TEXTURE_SIDE: one of these with mip_count 1, and its texels. */
+/* TEXTURES chunk: for each TEXTURE a copy of the struct that it begins with. Then, for each texture that is a material's base colour,
+ * lowest index first, a small version of at most COPPICE_MAX_SMALL_TEXTURE_SIDE: this struct with mip_count 1, and its texels. */
 typedef struct coppice_file_texture {
   uint32_t width;
   uint32_t height;

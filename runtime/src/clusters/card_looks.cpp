@@ -38,7 +38,7 @@ vec3 color_of(const coppice_file_material& material) {
   return {material.base_color[0], material.base_color[1], material.base_color[2]};
 }
 
-/// Texels that [part / parts, (part + 1) / parts) of a side holds: one at least.
+/// The range of texels in [part / parts, (part + 1) / parts) of a side: at least one.
 std::array<std::uint32_t, 2> texels_of(std::uint32_t part, std::uint32_t parts, std::uint32_t side_px) {
   const std::uint32_t first = part * side_px / parts;
   return {first, std::max(first + 1, (part + 1) * side_px / parts)};
@@ -55,7 +55,7 @@ Sums part_of(const Texels& texels, float alpha_cutoff, std::array<std::uint32_t,
   return sums;
 }
 
-/// parts, colors: [kWoodColors], the former scratch. A part that is all hole shows what is round it.
+/// parts, colors: [kWoodColors], parts is scratch. A part that consists of holes gets the colour of its surroundings.
 void look_at_material(const coppice_file_material& material, const Texels& texels, std::span<Sums> parts, std::span<std::uint32_t> colors) {
   std::ranges::fill(parts, Sums{});
   for (std::uint32_t y = 0; y < kWoodColorSide; ++y)
@@ -105,7 +105,7 @@ TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const T
   const std::uint32_t texture = material_texture(material);
   if (texture >= plant.small.size()) return look;
   Sums sums;
-  // b, c: weights of the second and third corner.
+  // b, c: weights of the second and third corner
   const auto look_at = [&](float b, float c) {
     const auto at = [&](std::size_t axis) { return (1.0f - b - c) * uvs[0][axis] + b * uvs[1][axis] + c * uvs[2][axis]; };
     const Texel texel = texel_at(plant.small[texture], at(0), at(1));
@@ -116,7 +116,7 @@ TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t index, const T
     for (std::uint32_t column = 0; column + row < side; ++column) {
       const float b = part * static_cast<float>(column), c = part * static_cast<float>(row);
       look_at(b + part / 3.0f, c + part / 3.0f);
-      if (column + row + 1 < side) look_at(b + part / 1.5f, c + part / 1.5f);  // the part that stands on its head
+      if (column + row + 1 < side) look_at(b + part / 1.5f, c + part / 1.5f);  // the part that is upside down
     }
   look.albedo = sums.times(color_of(material));
   look.coverage = static_cast<float>(sums.count) / static_cast<float>(side * side);

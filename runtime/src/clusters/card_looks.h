@@ -1,6 +1,6 @@
 #pragma once
 
-// What cards, materials and triangles of meshes show from afar, for the compute rasteriser.
+// The appearance of cards, materials and triangles of meshes at a distance, for the compute rasteriser.
 
 #include <array>
 #include <cstdint>
@@ -13,30 +13,30 @@
 
 namespace coppice::gpu {
 
-/// A plant's cards and materials and what they look like.
+/// A plant's cards and materials, and their appearance.
 struct PlantLooks {
   HookArray<coppice_file_material> materials;
-  HookArray<CardLook> looks;  ///< those of the cards, then those of the materials (no holes: for meshes)
-  HookArray<Texels> small;    ///< [textures] PlantFile::small_textures; none where no triangle_look needs them
-  /// Of a textured material the means of its texture's parts, 32 x 32 of them, then 16 x 16, and so on to one, rows of u, from v = 0 on; of
-  /// others its base colour. As pack_albedo.
+  HookArray<CardLook> looks;  ///< first of the cards, then of the materials (without holes: for meshes)
+  HookArray<Texels> small;    ///< [textures] PlantFile::small_textures; empty if no triangle_look needs them
+  /// For a textured material the mean colours of 32 x 32 parts of its texture, then of 16 x 16, and so on to one; rows run along u, from v
+  /// = 0 on. For other materials the base colour. Packed by pack_albedo.
   HookArray<std::uint32_t> wood_colors;
   HookArray<std::uint32_t> first_wood_color;  ///< [materials]
 
-  /// Where in `looks` those of the materials begin.
+  /// Index in `looks` of the first material.
   [[nodiscard]] std::uint32_t first_material() const { return static_cast<std::uint32_t>(looks.size() - materials.size()); }
   [[nodiscard]] std::span<const CardLook> cards() const { return looks.span().first(first_material()); }
-  /// From the allocator hook.
+  /// Bytes from the allocator hook.
   [[nodiscard]] std::size_t bytes() const;
 };
 
-/// What a plant's leaves and wood look like, and what light reaches them.
+/// The appearance of a plant's leaves and wood, and the light that reaches them.
 struct PlantAppearance {
   const PlantLooks& looks;
   const CrownLight& light;
 };
 
-/// What a triangle of a leaf mesh or of wood shows.
+/// The appearance of a triangle of a leaf mesh or of wood.
 struct TriangleLook {
   vec3 albedo{};
   float coverage = 1;  ///< share of it that is no hole
@@ -45,14 +45,14 @@ struct TriangleLook {
 /// Texture coordinates of a triangle's corners.
 using TriangleUvs = std::array<std::array<float, 2>, 3>;
 
-/// Looked at in the middles of side * side equal parts.
+/// Samples the middles of side * side equal parts.
 TriangleLook triangle_look(const PlantLooks& plant, std::uint32_t material, const TriangleUvs& uvs, std::uint32_t side);
-/// Of a triangle of wood, as pack_albedo: of the part of the texture that holds its middle and is about as large as it.
+/// Mean colour of the part of the texture that contains the triangle's middle and is about as large as the triangle, packed by pack_albedo.
 std::uint32_t wood_color_of(const PlantLooks& plant, std::uint32_t material, const TriangleUvs& uvs);
-/// Whether its texture may have holes.
+/// True if its texture may have holes.
 bool is_masked(const coppice_file_material& material);
 
-/// What the front of a file says of them. errors  out_of_memory
+/// Reads them from the front of a file. errors  out_of_memory
 Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& allocator);
 
 }  // namespace coppice::gpu

@@ -8,7 +8,7 @@
 namespace coppice::gpu {
 
 static_assert(kPageSplits == COPPICE_PAGE_SPLITS && kPageNodes == 2 * COPPICE_PAGE_SPLITS);
-static_assert(kMostErrorLevels == COPPICE_MAX_ERROR_LEVELS && kMostErrorSizes == COPPICE_MAX_ERROR_SIZES);
+static_assert(kMaxErrorLevels == COPPICE_MAX_ERROR_LEVELS && kMaxErrorSizes == COPPICE_MAX_ERROR_SIZES);
 static_assert(kMaxWoodLods == COPPICE_MAX_WOOD_LODS && kMaxLeafMeshes == COPPICE_MAX_LEAF_MESHES);
 
 Card gpu_card(const coppice_file_card& card) {

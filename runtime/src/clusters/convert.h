@@ -1,6 +1,6 @@
 #pragma once
 
-// From file and decoded structs to those the shaders read: one function per pair.
+// Converts structs of the file and of the decoder to those of the shaders: one function per pair.
 
 #include "coppice/format.h"
 #include "coppice_shared.h"
@@ -15,11 +15,11 @@ Material gpu_material(const coppice_file_material& material);
 WoodVertex gpu_wood_vertex(const coppice::WoodVertex& vertex);
 LeafMeshVertex gpu_leaf_mesh_vertex(const coppice::WoodVertex& vertex);
 
-/// Geometry and table sizes; addresses, draws and residency stay zero.
+/// Sets geometry and table sizes; addresses, draws and residency stay zero.
 Plant gpu_plant(const coppice_file_plant& plant);
 LeafBox leaf_box(const Plant& plant);
 
-/// An address as the shaders take it: (low, high).
+/// Splits an address for the shaders: (low, high).
 uvec2 gpu_address(std::uint64_t address);
 
 }  // namespace coppice::gpu

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::size_t kCells = kCrownCells;
 
-/// Leaves of all directions cover half their area.
+/// Leaves of random directions cover half their area.
 constexpr float kExtinction = 0.5f;
-/// A leaf at the crown's surface sees about this share of all directions, by the weights below: it counts as open.
+/// With the weights below, a leaf at the crown's surface sees about this share of all directions: it counts as open.
 constexpr float kOpenShare = 0.62f;
 
 struct Direction {
@@ -35,18 +35,18 @@ std::array<Direction, 14> directions() {
   return all;
 }
 
-/// The cells of a leaf box.
+/// The grid of cells in a leaf box.
 struct Grid {
   vec3 low, cell;                                            ///< m
   std::array<float, kCells * kCells * kCells> extinction{};  ///< 1/m
 
   explicit Grid(const LeafBox& box)
       : low(box.min), cell(max(box.step * static_cast<float>(box.largest), vec3(1e-3f)) * (1.0f / static_cast<float>(kCells))) {}
-  /// The cell of a place in cells, 0 at the box's low side.
+  /// Index of the cell of a place, which is given in cells from the box's low corner.
   [[nodiscard]] static std::size_t index(const vec3& at) {
     return (static_cast<std::size_t>(at.z) * kCells + static_cast<std::size_t>(at.y)) * kCells + static_cast<std::size_t>(at.x);
   }
-  /// From the middle of a cell to the box's surface.
+  /// Optical depth from the middle of a cell to the box's surface.
   [[nodiscard]] float optical_depth(const vec3& from, const vec3& direction) const {
     const float step_m = 0.5f * std::min({cell.x, cell.y, cell.z});
     const vec3 step = direction * step_m / cell;
@@ -57,7 +57,7 @@ struct Grid {
   }
 };
 
-/// Spreads a leaf's area over the cells it passes through.
+/// Spreads a leaf's area over the cells that it passes through.
 void add_leaf(Grid& grid, const std::array<vec3, 4>& corners, float area_m2) {
   constexpr std::size_t kSamples = 4;
   const float volume_m3 = grid.cell.x * grid.cell.y * grid.cell.z;
@@ -80,7 +80,7 @@ CrownSample sample_cell(const Grid& grid, const vec3& middle) {
     sample.depth += direction.weight * depth;
     // The average of d d^T over the sphere is a third of the identity.
     sample.slope += 3.0f * direction.weight * depth * direction.unit;
-    const float light = direction.weight * (0.6f + 0.4f * direction.unit.y);  // brighter above than below
+    const float light = direction.weight * (0.6f + 0.4f * direction.unit.y);  // the sky is brighter above than below
     sample.sky += light * std::exp(-depth);
     sky_weight += light;
   }

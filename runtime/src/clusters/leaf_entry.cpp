@@ -5,7 +5,7 @@
 namespace coppice::gpu {
 namespace {
 
-/// Discs along each leaf of a cluster, a power of two: what most of its leaves' length wants.
+/// Number of discs along each leaf of a cluster, a power of two that suits most of the leaves' length.
 std::uint32_t log2_grains(std::span<const LeafEntry> entries) {
   float length_m = 0, grains_m = 0;
   for (const LeafEntry& entry : entries) {
@@ -17,8 +17,8 @@ std::uint32_t log2_grains(std::span<const LeafEntry> entries) {
   return grains < 2.0f ? 0 : grains < 3.5f ? 1 : 2;
 }
 
-/// Of the first quarter of a cluster's places, two, three and all: how large leaves are, and how long grains in the mean of what they
-/// cover, or half as long as the longest.
+/// Sets values for the first quarter of a cluster's places, for two, three and all quarters: how large leaves are, and how long grains are,
+/// as a mean weighted by area or as half the longest.
 void set_quarters(std::span<const LeafEntry> entries, std::uint32_t grains, Cluster& cluster) {
   float area_m2 = 0, grain_m3 = 0, longest_m = 0;
   for (std::size_t i = 0, quarter = 0; quarter < 4; ++quarter) {
@@ -46,7 +46,7 @@ void bound(std::span<const LeafEntry> entries, Cluster& cluster) {
     for (const vec3& corner : entry.corners) cluster.radius_m = std::max(cluster.radius_m, distance(corner, cluster.center));
 }
 
-/// Half of a leaf's axis but for half a disc at its end, in steps of its splat's place.
+/// Half of a leaf's axis without half a disc at its end, in steps of its splat's place.
 vec3 axis_steps(const LeafEntry& entry, const vec3& splat_step) {
   return in_steps((entry.axis[1] - entry.axis[0]) * 0.5f, splat_step);
 }
@@ -100,7 +100,7 @@ LeafEntry make_entry(const std::array<uvec3, 4>& corners, const LeafBox& box) {
   entry.axis = along_m >= across_m ? along : across;
   entry.length_m = std::max(along_m, across_m);
   if (entry.area_m2 > 0.0f) {
-    constexpr float kGrainAspect = 2.0f;  // a disc passes for a leaf up to three times as long as wide
+    constexpr float kGrainAspect = 2.0f;  // a disc replaces a leaf that is up to three times as long as wide
     const float aspect = entry.length_m * entry.length_m / entry.area_m2;
     entry.grain_count = static_cast<std::uint32_t>(std::clamp(std::lround(aspect / kGrainAspect), 1L, long{kMaxGrains}));
   }
@@ -117,7 +117,7 @@ Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, 
                    (entries[0].is_surface ? 1u : 0u) << kCountSurface | births.first << kCountFirstBirth | births.last << kCountLastBirth;
   const vec3 step = box.splat_step();
   for (const LeafEntry& entry : entries) {
-    if (entry.gaps > 0) cluster.counts |= 1u << kCountGaps;
+    if (entry.transparency > 0) cluster.counts |= 1u << kCountTransparent;
     cluster.last_death = std::max(cluster.last_death, entry.leaf.life & kNoDeath);
     cluster.splat_size_m = std::max(cluster.splat_size_m, std::sqrt(entry.covered_m2 / static_cast<float>(grains)));
     const vec3 along = abs(axis_steps(entry, step));

@@ -1,66 +1,66 @@
 #pragma once
 
-// A leaf, or a triangle of a mesh, on its way into a cluster, and how a cluster is written.
+// A leaf, or a triangle of a mesh, before it is written into a cluster, and the writing of a cluster.
 
 #include <array>
 #include <cstdint>
 #include <span>
 
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 #include "crown_light.h"
 
 namespace coppice::gpu {
 
-/// A list of nothing in a box.
+/// Makes an empty list with the box's quantisation.
 ClusterList empty_list(const LeafBox& box);
 
-/// In steps, where they have a length.
+/// Divides by the steps that are not 0.
 vec3 in_steps(const vec3& offset, const vec3& step);
-/// Likewise, as whole numbers of at most 65535.
+/// Does the same in whole numbers of at most 65535.
 uvec3 quantised(const vec3& offset, const vec3& step);
 
-/// Of a quad's two triangles, (0, 1, 2) and (0, 2, 3).
+/// Area of a quad's two triangles, (0, 1, 2) and (0, 2, 3).
 float quad_area(const std::array<vec3, 4>& corners);
 
 struct LeafEntry {
   Leaf leaf{};
   std::array<vec3, 4> corners{};  ///< object space, m
   std::uint32_t id = 0;           ///< breaks ties
-  float size_m = 0;               ///< the longer diagonal
-  std::array<vec3, 2> axis{};     ///< the longer of the lines that halve it
-  std::uint32_t grain_count = 1;  ///< discs along it that make each about twice as long as wide
-  float length_m = 0;             ///< of `axis`
+  float size_m = 0;               ///< length of the longer diagonal
+  std::array<vec3, 2> axis{};     ///< the longer of the lines that halve the leaf
+  std::uint32_t grain_count = 1;  ///< number of discs along the axis; each is about twice as long as wide
+  float length_m = 0;             ///< length of `axis`
   float area_m2 = 0;
-  bool is_triangle = false;  ///< discs along a slender one lie on those of the one beside it: they are for a point of it
-  bool is_surface = false;   ///< a triangle without holes
-  // Of its splat.
+  bool is_triangle = false;  ///< discs of a slender triangle lie on those of its neighbour: the count is for one point of it
+  bool is_surface = false;   ///< true for a triangle without holes
+  // The normals of its splat.
   vec3 normal{}, face{};
   float roughness = 1;
-  std::uint32_t look = 0;  ///< Splat::look without the bulk
-  std::uint32_t gaps = 0;  ///< sixteenths of it
-  float covered_m2 = 0;    ///< without holes and gaps
+  std::uint32_t look = 0;          ///< Splat::look without its bulk
+  std::uint32_t transparency = 0;  ///< in sixteenths of the leaf
+  float covered_m2 = 0;            ///< area without holes, times opacity
   CrownSample light{};
-  float bulk = 0;  ///< of Splat::look, 0..1
+  float bulk = 0;  ///< the bulk of Splat::look, 0..1
 
   [[nodiscard]] vec3 middle() const { return (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25f; }
 };
 
-/// corners: in the box
+/// corners: quantised in the box
 LeafEntry make_entry(const std::array<uvec3, 4>& corners, const LeafBox& box);
 
-/// Which splits bear the leaves of a cluster; of meshes and ready cuts all are there at once.
+/// Range of splits that bear the leaves of a cluster. In meshes and ready cuts all leaves are born at once.
 struct Births {
-  std::uint32_t first = 0, last = 0;  ///< of the page
+  std::uint32_t first = 0, last = 0;  ///< splits of the page
 };
 
-/// A cluster of the leaves in their order, 1 to kClusterLeaves of them. leaves, splats: [entries], written; the cluster's addresses of
-/// them are 0.
+/// Writes a cluster of the leaves in their order, 1 to kClusterLeaves of them. leaves, splats: [entries], written; the cluster's addresses
+/// of them are 0.
 Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, const LeafBox& box, std::span<Leaf> leaves,
                       std::span<Splat> splats);
 
-/// What of a node's area its leaves cover: not the holes of its card, nor the gaps between leaves that a merged one stands for.
+/// The area of a node that its leaves cover: without the holes of its card and the gaps between the leaves that it stands for.
 inline float covered_area_m2(float area_m2, const CardLook& look, std::uint8_t fade) {
-  return area_m2 * look.coverage * opacity_of(gaps_of(fade));
+  return area_m2 * look.coverage * opacity_of(transparency_of(fade));
 }
 
 }  // namespace coppice::gpu

@@ -16,13 +16,13 @@ namespace {
 
 constexpr std::uint32_t kLargest = 65535;
 
-/// A triangle, and what clusters are made by.
+/// A triangle, and the keys by which it is clustered.
 struct Triangle {
-  LeafEntry entry;               ///< id: of the triangle in its mesh; normal: the sum of its vertices'
+  LeafEntry entry;               ///< id: the triangle's number in its mesh; normal: the sum of its vertices'
   std::uint32_t place = 0;       ///< Morton code of its middle
   std::uint32_t group = 0;       ///< the first id of its leaf, whose triangles have the same size class and place
-  std::uint16_t size_class = 0;  ///< triangles of one are clustered together
-  bool ends_cluster = false;     ///< in the order of clusters
+  std::uint16_t size_class = 0;  ///< triangles of the same class are clustered together
+  bool ends_cluster = false;     ///< the last one of its cluster
   float turning_m = 0;           ///< turning_m() of wood
 };
 
@@ -47,7 +47,7 @@ void measure_box(const WoodSpan& mesh, MeshBlock& block) {
   }
 }
 
-/// Without what lights them. triangles: of the mesh
+/// Sets everything but the light. triangles: the mesh's
 void fill_triangles(const WoodSpan& mesh, const LeafBox& box, const MeshSource& source, std::span<Triangle> triangles) {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     std::array<uvec3, 4> corners;
@@ -73,8 +73,8 @@ void fill_triangles(const WoodSpan& mesh, const LeafBox& box, const MeshSource& 
   }
 }
 
-/// Marks where the clusters of triangles in their order end: they are of about equal size; where leaves are several triangles, of as many
-/// whole leaves as there is room for. What of a leaf were in two clusters would show it, as shadows of other plants are a cluster's.
+/// Marks the ends of clusters in a sorted list of triangles. Clusters have about equal size. If a leaf has several triangles, a cluster
+/// holds as many whole leaves as fit: a leaf in two clusters would show it, because shadows of other plants are computed per cluster.
 void mark_ends(std::span<Triangle> triangles) {
   const auto same_leaf = [&](std::size_t at) { return triangles[at].group == triangles[at - 1].group; };
   const auto end_at = [&](std::size_t end) {
@@ -101,8 +101,8 @@ void mark_ends(std::span<Triangle> triangles) {
   }
 }
 
-/// How large a facet its light shows: the largest triangle, or, where most of the wood is long triangles whose light turns along them, a
-/// part of their length.
+/// The visible size of facets in the light: that of the largest triangle; or, if most of the wood is long triangles whose normals turn
+/// along them, a part of their length.
 float facet_of(std::span<const Triangle> triangles) {
   constexpr double kFacetShare = 0.4;
   float facet_m = 0;
@@ -115,7 +115,7 @@ float facet_of(std::span<const Triangle> triangles) {
   return area_m2 > 0.0 ? std::max(facet_m, static_cast<float>(kFacetShare * turning_m3 / area_m2)) : facet_m;
 }
 
-/// In the order of their clusters: those that are drawn as leaves, of wood without holes and with, then the others.
+/// Sorts by clusters: first triangles that are drawn as leaves (wood without holes, then with), then the others.
 void sort_triangles(std::span<Triangle> triangles, std::size_t leaf_count) {
   std::ranges::sort(triangles.first(leaf_count), {}, [](const Triangle& triangle) {
     return std::array{triangle.entry.is_surface ? 0u : 1u, std::uint32_t{triangle.size_class}, triangle.place, triangle.group,
@@ -126,7 +126,7 @@ void sort_triangles(std::span<Triangle> triangles, std::size_t leaf_count) {
   });
 }
 
-/// How many clusters sorted triangles are in; the others' are behind those of leaves.
+/// Numbers of clusters of sorted triangles; those drawn as leaves come first.
 struct ClusterCounts {
   std::size_t all = 0, of_leaves = 0;
 };
@@ -144,7 +144,7 @@ ClusterCounts mark_all_ends(std::span<Triangle> triangles, std::size_t leaf_coun
   return {count(triangles), count(leaves)};
 }
 
-/// Where the parts of a block are.
+/// The places of a block's parts.
 struct BlockPlan {
   std::size_t vertices_at = 0, clusters_at = 0, first_cluster_at = 0, leaves_at = 0, splats_at = 0, bytes = 0;
 };
@@ -181,7 +181,7 @@ void write_vertices(MeshKind kind, const WoodSpan& mesh, std::span<const Triangl
   }
 }
 
-/// triangles, leaf_count: sorted, those of leaves. clusters: mark_all_ends of them
+/// triangles, leaf_count: sorted; the first leaf_count are drawn as leaves. clusters: mark_all_ends of them
 void write_clusters(std::span<const Triangle> triangles, std::size_t leaf_count, const ClusterCounts& clusters, const LeafBox& box,
                     const BlockPlan& plan, MeshBlock& block) {
   std::array<LeafEntry, kClusterLeaves> members;
@@ -193,7 +193,7 @@ void write_clusters(std::span<const Triangle> triangles, std::size_t leaf_count,
     const std::size_t count = end - start;
     for (std::size_t member = 0; member < count; ++member) members[member] = triangles[start + member].entry;
     const std::span<LeafEntry> own(members.data(), count);
-    // Invocations side by side take as long as the slowest.
+    // Invocations that run together take as long as the slowest.
     std::ranges::sort(own, [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; });
     Cluster cluster = write_cluster(own, {}, box, std::span(leaves).first(count), std::span(splats).first(count));
     cluster.last_death = static_cast<std::uint32_t>(start);
@@ -229,15 +229,15 @@ TriangleUvs uvs_of(const WoodSpan& mesh, const Triangle& triangle) {
   return {vertex_of(mesh, triangle, 0).uv, vertex_of(mesh, triangle, 1).uv, vertex_of(mesh, triangle, 2).uv};
 }
 
-/// How much a triangle's normals turn along it, times how long it is there: what one light for all of it gets wrong. In the direction in
-/// which that is most, of the two in which the normals' gradient is largest and smallest.
+/// How much a triangle's normals turn along it, times the length: the error of a single light for all of it. Measured in the direction in
+/// which it is largest, of the two in which the gradient of the normals is largest and smallest.
 float turning_m(const WoodSpan& mesh, const Triangle& triangle) {
   const auto normal = [&](std::size_t corner) { return vec3(vertex_of(mesh, triangle, corner).normal); };
   const std::array<vec3, 4>& corners = triangle.entry.corners;
   const vec3 along = corners[1] - corners[0], other = corners[2] - corners[0];
   const float a = length(along);
   if (!(a > 0.0f)) return 0.0f;
-  // The triangle in its plane: (0, 0), (a, 0), (b, c).
+  // The triangle in its plane has the corners (0, 0), (a, 0), (b, c).
   const float b = dot(along, other) / a, c = length(cross(along, other)) / a;
   if (!(c > 1e-6f * a)) return 0.0f;
   const vec3 by_x = (normal(1) - normal(0)) * (1.0f / a), by_y = (normal(2) - normal(0) - by_x * b) * (1.0f / c);
@@ -252,8 +252,8 @@ float turning_m(const WoodSpan& mesh, const Triangle& triangle) {
   return turning;
 }
 
-/// Takes away what holes leave open. False where they leave nothing.
-bool cover_wood(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangle) {
+/// Subtracts holes. False if nothing is left.
+bool subtract_holes(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangle) {
   const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
   if (!is_masked(looks.materials[material])) return true;
   constexpr std::uint32_t kSide = 8;
@@ -263,7 +263,7 @@ bool cover_wood(const PlantLooks& looks, const WoodSpan& mesh, Triangle& triangl
   return coverage > 0.0f;
 }
 
-/// Makes the triangles of a leaf, which share a stalk, alike in what clusters are made by.
+/// Gives the triangles of a leaf, which share a stalk, the same keys for clustering.
 void gather_leaves(const WoodSpan& mesh, std::span<Triangle> triangles) {
   const auto stalk_of = [&](const Triangle& triangle) { return vertex_of(mesh, triangle, 0).stalk; };
   std::ranges::sort(triangles, {}, [&](const Triangle& triangle) { return std::pair(stalk_of(triangle), triangle.entry.id); });
@@ -279,7 +279,7 @@ void gather_leaves(const WoodSpan& mesh, std::span<Triangle> triangles) {
   }
 }
 
-/// How many triangles are drawn as leaves, with what lights them; the others go behind them.
+/// Returns the number of triangles that are drawn as leaves, and sets their light; the others go behind them.
 std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span<Triangle> triangles) {
   const auto shows = [&](Triangle& triangle) {
     LeafEntry& entry = triangle.entry;
@@ -289,7 +289,7 @@ std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span
     entry.look = wood_color_of(source.appearance.looks, material, uvs_of(mesh, triangle));
     entry.roughness = source.appearance.looks.materials[material].roughness;
     triangle.turning_m = turning_m(mesh, triangle);
-    return cover_wood(source.appearance.looks, mesh, triangle);
+    return subtract_holes(source.appearance.looks, mesh, triangle);
   };
   return static_cast<std::size_t>(std::partition(triangles.begin(), triangles.end(), shows) - triangles.begin());
 }
@@ -314,9 +314,9 @@ std::size_t light_leaves(const WoodSpan& mesh, const MeshSource& source, std::sp
     return look.coverage >= 0.5f;
   };
   const std::span<Triangle> shown(triangles.begin(), std::partition(triangles.begin(), triangles.end(), shows));
-  // Triangles that do not follow the leaf's outline would be worse than its quad.
-  constexpr float kMostPartial = 0.2f;
-  if (partial_m2 > kMostPartial * area_m2) return 0;
+  // If the triangles do not follow the leaf's outline, they would look worse than its quad.
+  constexpr float kMaxPartial = 0.2f;
+  if (partial_m2 > kMaxPartial * area_m2) return 0;
   gather_leaves(mesh, shown);
   return shown.size();
 }
@@ -357,8 +357,9 @@ void MeshBlock::move(std::uint64_t base) {
   move_address(list.blocks, base);
 }
 
-std::uint64_t most_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves) {
-  // Two clusters side by side hold more than one could, or are the last of those with or without holes, or of no leaves.
+std::uint64_t max_mesh_bytes(MeshKind kind, std::uint64_t vertex_count, std::uint64_t triangle_count, bool leaves) {
+  // Two neighbouring clusters hold more leaves than one could, or they are the last of a group: with holes, without, or not drawn as
+  // leaves.
   constexpr std::uint64_t kMeanLeaves = kClusterLeaves / 2;
   const std::uint64_t cluster_count = triangle_count / kMeanLeaves + 6;
   return plan_block(kind, vertex_count, 3 * triangle_count, cluster_count, leaves ? triangle_count : 0).bytes;

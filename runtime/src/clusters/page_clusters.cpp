@@ -8,14 +8,14 @@
 #include "card_looks.h"
 #include "check.h"
 #include "coppice_lod.h"
-#include "coppice_thinning.h"
+#include "coppice_transparency.h"
 
 namespace coppice::gpu {
 namespace {
 
 static_assert(kReadyLeaves <= kClusterLeaves && kPageNodes == 2 * kPageSplits && kBlockClusters <= 32);
 
-/// Alive in cuts of up to this many leaves only: ready cuts show it.
+/// True if it is only alive in cuts of up to this many leaves, which ready cuts show.
 bool is_only_in_ready_cuts(std::uint32_t split) {
   return split < kReadyLeaves;
 }
@@ -24,7 +24,7 @@ uvec3 words_of(const QuantisedPoint& corner) {
   return {corner[0], corner[1], corner[2]};
 }
 
-/// A node's own words but for `life`.
+/// Fills all words of a node but `life`.
 LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t id) {
   const Crown crown = crown_of(source.box);
   std::array<uvec3, 4> corners;
@@ -33,8 +33,8 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   const CardLook& look = source.looks[node.card];
   const auto& c = entry.corners;
   entry.id = id;
-  entry.gaps = gaps_of(node.fade);
-  entry.leaf.card = node.card | entry.gaps << kGapShift | std::uint32_t{brightness_of(node.fade)} << kBrightnessShift;
+  entry.transparency = transparency_of(node.fade);
+  entry.leaf.card = node.card | entry.transparency << kTransparencyShift | std::uint32_t{brightness_of(node.fade)} << kBrightnessShift;
   const LeafNormals normals = leaf_normals(crown, entry.middle(), cross(c[2] - c[0], c[3] - c[1]), look.crown_normals);
   entry.normal = normals.lit;
   entry.face = normals.face;
@@ -46,7 +46,7 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   return entry;
 }
 
-/// Cuts places [0, order.size()) of `order` into runs of kClusterLeaves, but for one, by halves along the longest side.
+/// Splits places [0, order.size()) of `order` into runs of kClusterLeaves (the last may be shorter), by halving along the longest side.
 void order_by_place(std::span<const vec3> middles, std::span<std::uint16_t> order) {
   const std::size_t cluster_count = (order.size() + kClusterLeaves - 1) / kClusterLeaves;
   if (cluster_count < 2) return;
@@ -65,10 +65,10 @@ void order_by_place(std::span<const vec3> middles, std::span<std::uint16_t> orde
   order_by_place(middles, order.subspan(half));
 }
 
-/// Where a block of clusters puts what it is made of.
+/// Writes the parts of a block of clusters.
 class BlockWriter {
  public:
-  /// leaf_room: of them there is room for
+  /// leaf_room: capacity for leaves
   BlockWriter(std::span<std::uint8_t> out, std::size_t clusters_at, std::size_t cluster_room, std::size_t leaf_room)
       : out_(out),
         cluster_room_(cluster_room),
@@ -99,7 +99,7 @@ class BlockWriter {
   std::size_t cluster_room_, clusters_at_, leaves_at_, splats_at_;
 };
 
-/// Into clusters of those close together. entry_at(place): what stands there
+/// Writes clusters of places that are close together. entry_at(place): the leaf there
 template <class EntryAt, class Less>
 void add_clusters(BlockWriter& writer, ClusterScratch& scratch, std::span<std::uint16_t> order, const LeafBox& box, const EntryAt& entry_at,
                   const Less& less, bool in_page) {
@@ -135,13 +135,15 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
     entry.leaf.life = life(place);
     return entry;
   };
-  // The last to die first, so that of those born what is alive comes first; of one death the larger, as neighbours take equally long.
+  // Leaves that die last come first, so that the living ones among those born come first. Leaves with the same death are ordered by size,
+  // because neighbours then take equally long.
   const auto less = [](const LeafEntry& a, const LeafEntry& b) {
     const std::uint32_t one = a.leaf.life & kNoDeath, other = b.leaf.life & kNoDeath;
     return one != other ? one > other : a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id;
   };
   BlockWriter writer(out, 0, kBlockClusters, kPageNodes);
-  // Page 0 serves cuts of which it bears only a part: by doublings, so that what is not born yet is skipped with its cluster.
+  // Page 0 serves cuts that show only a part of its leaves. Its clusters double in size, so that leaves not born yet are skipped with their
+  // cluster.
   for (std::size_t first = 0, leaves = kReadyLeaves; first < nodes.size(); leaves *= 2) {
     const std::size_t end = page == 0 ? std::min(2 * leaves, nodes.size()) : nodes.size();
     std::uint16_t count = 0;
@@ -151,23 +153,23 @@ void build_page(const LeafSource& source, std::uint32_t page, std::span<const Pa
   }
 }
 
-bool has_gaps(std::span<const std::uint8_t> page) {
+bool has_transparency(std::span<const std::uint8_t> page) {
   for (std::size_t i = 0; i < kBlockClusters; ++i) {
     Cluster cluster;
     std::memcpy(&cluster, page.data() + i * sizeof cluster, sizeof cluster);
-    if ((cluster.counts >> kCountGaps & 1u) != 0) return true;
+    if ((cluster.counts >> kCountTransparent & 1u) != 0) return true;
   }
   return false;
 }
 
 namespace {
 
-/// Leaves of a ready cut: the ladder's, or all.
+/// Number of leaves in a ready cut: the ladder's, or all.
 std::uint32_t ready_leaf_count(std::uint32_t cut, std::uint32_t leaf_count) {
   return std::min(lod::coppice_ladder_leaf_count(cut), leaf_count);
 }
 
-/// Whether the cut before is the same.
+/// True if the cut before is the same.
 bool repeats(std::uint32_t cut, std::uint32_t leaf_count) {
   return cut > 0 && ready_leaf_count(cut, leaf_count) == ready_leaf_count(cut - 1, leaf_count);
 }
@@ -190,8 +192,8 @@ void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0
   auto& lists = cuts.lists;
   COPPICE_ASSERT(out.size() == ready_cut_bytes(source.leaf_count));
   const auto node = [&](std::uint32_t id) -> const PageNode& { return id == 0 ? source.root : page_0[id - 1]; };
-  const auto gaps = [](const PageNode& of) { return gaps_of(of.fade) > 0; };
-  cuts.has_gaps = gaps(source.root) || std::ranges::any_of(page_0, gaps);
+  const auto transparent = [](const PageNode& of) { return transparency_of(of.fade) > 0; };
+  cuts.has_transparency = transparent(source.root) || std::ranges::any_of(page_0, transparent);
   const auto entry_at = [&](std::uint16_t id) { return entry_of(source, node(id), id); };
   const auto larger = [](const LeafEntry& a, const LeafEntry& b) { return a.size_m != b.size_m ? a.size_m > b.size_m : a.id < b.id; };
   std::size_t at = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// A plant's leaves as whoever draws them takes them: pages become clusters of leaves that are close in space, and a few coarse cuts become
-// clusters of their own, which all far plants share. A node is in one page's clusters, whatever cut it is drawn in: in cut(m) those of its
-// page's are drawn that are born before split m - 1 and not replaced by then.
+// Turns a plant's leaves into the form in which they are drawn. Pages become clusters of leaves that are close in space. A few coarse cuts
+// become clusters of their own, which all far plants share. A node belongs to the clusters of one page, whichever cut it is drawn in:
+// cut(m) draws those nodes of a page that are born before split m - 1 and not replaced by then.
 //
 // No function here allocates, and none knows Vulkan. Any thread.
 
@@ -17,13 +17,13 @@
 
 namespace coppice::gpu {
 
-/// What leaves are made into clusters with.
+/// Input for clusters of leaves.
 struct LeafSource {
   PageNode root;
-  std::span<const CardLook> looks;  ///< of the cards
+  std::span<const CardLook> looks;  ///< those of the cards
   LeafBox box;
   const CrownLight* light = nullptr;  ///< measured from page 0
-  std::uint32_t leaf_count = 1;       ///< of the whole plant
+  std::uint32_t leaf_count = 1;       ///< leaves of the whole plant
 };
 
 /// Working memory of a build.
@@ -36,28 +36,28 @@ struct ClusterScratch {
 /// A page on the device: Cluster[kBlockClusters], Leaf[kPageNodes], Splat[kPageNodes].
 inline constexpr std::size_t kPageBytes = kBlockClusters * sizeof(Cluster) + kPageNodes * (sizeof(Leaf) + sizeof(Splat));
 
-/// nodes: the page's, [2 * its splits]. out: [kPageBytes], written; addresses count from its start. Nodes that only ready cuts show are
-/// left out.
+/// Writes a page's clusters. Nodes that only ready cuts show are left out. nodes: the page's, [2 * its splits]. out: [kPageBytes];
+/// addresses count from its start.
 void build_page(const LeafSource& source, std::uint32_t page, std::span<const PageNode> nodes, ClusterScratch& scratch,
                 std::span<std::uint8_t> out);
 
-/// Whether leaves of a page have gaps. page: [kPageBytes] of build_page
-bool has_gaps(std::span<const std::uint8_t> page);
+/// True if leaves of a page are transparent. page: [kPageBytes] of build_page
+bool has_transparency(std::span<const std::uint8_t> page);
 
-/// How long the ready cuts of a plant are.
+/// Length of a plant's ready cuts.
 std::size_t ready_cut_bytes(std::uint32_t leaf_count);
-/// A plant's coarse cuts. Addresses of lists count from the start of `bytes`, as those inside it do.
+/// A plant's coarse cuts. Addresses, also those of the lists, count from the start of `bytes`.
 struct ReadyCuts {
   std::array<ClusterList, kReadyCuts> lists{};
-  HookBuffer bytes;       ///< [ready_cut_bytes]
-  bool has_gaps = false;  ///< nodes that they may show have gaps
+  HookBuffer bytes;               ///< [ready_cut_bytes]
+  bool has_transparency = false;  ///< true if nodes that they may show are transparent
 };
-/// page_0: as in build_page; none of a plant of one leaf. cuts: with its bytes allocated
+/// page_0: as in build_page; empty for a plant of one leaf. cuts: its bytes are allocated
 void build_ready_cuts(const LeafSource& source, std::span<const PageNode> page_0, ClusterScratch& scratch, ReadyCuts& cuts);
 
-/// They are at `base` after all, here and below.
+/// Adds `base` to the addresses, once the memory is known.
 void move_ready_cuts(std::uint32_t leaf_count, std::span<ClusterList, kReadyCuts> lists, std::span<std::uint8_t> bytes, std::uint64_t base);
-/// Of clusters that begin `bytes`.
+/// Does this for the clusters at the start of `bytes`.
 void move_clusters(std::span<std::uint8_t> bytes, std::size_t cluster_count, std::uint64_t base);
 void move_address(uvec2& address, std::uint64_t base);
 

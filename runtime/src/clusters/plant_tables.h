@@ -1,6 +1,6 @@
 #pragma once
 
-// Where in a plant's memory on the device its tables lie.
+// The places of a plant's tables in its memory on the device.
 
 #include <cstdint>
 
@@ -12,7 +12,7 @@ namespace coppice::gpu {
 /// addresses of pages[pages, at least 1], ClusterList[kClusterLists] and the ready cuts.
 struct PlantTables {
   std::uint64_t cards_at = 0, materials_at = 0, looks_at = 0, crown_at = 0, pages_at = 0, lists_at = 0, cuts_at = 0;
-  std::uint64_t bytes = 0;  ///< of all
+  std::uint64_t bytes = 0;  ///< size of all tables
 };
 
 PlantTables place_plant_tables(const PlantFile& file);

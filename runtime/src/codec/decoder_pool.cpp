@@ -6,9 +6,9 @@
 
 namespace coppice {
 
-// Draco's vectors: of each context a number for every step of probability and two for every symbol; and the plain bits.
+// Draco's vectors hold a number for every step of probability and two for every symbol, in each context; and the plain bits.
 static_assert(DecoderPool::kSetBytes >= sizeof(DecoderPool::Set) + page_model::kContextCount * sizeof(std::uint32_t) * kProbabilityOne +
-                                            page_model::kSymbolCount * sizeof(draco::rans_sym) + BitReader::kMostBytes);
+                                            page_model::kSymbolCount * sizeof(draco::rans_sym) + BitReader::kMaxBytes);
 
 DecoderPool::DecoderPool() = default;
 DecoderPool::~DecoderPool() = default;

@@ -9,8 +9,8 @@
 
 namespace coppice {
 
-/// Draco's decoders of pages, which it allocates with new: a set for each page that is decoded at the same time. One set is kept between
-/// pages, others are made when it is taken and go with their page; so pages decoded one after another allocate nothing. Any thread.
+/// Holds Draco's page decoders, which Draco allocates with new: one set for each page that is decoded at the same time. One set is kept
+/// between pages. Others are made on demand and freed with their page, so pages decoded one after another allocate nothing. Any thread.
 class DecoderPool {
  public:
   struct Set;
@@ -20,10 +20,10 @@ class DecoderPool {
   DecoderPool(const DecoderPool&) = delete;
   DecoderPool& operator=(const DecoderPool&) = delete;
 
-  /// What a set takes at most, whatever the page: tables with room for any alphabet, room for a page's plain bits, and what holds these.
+  /// Maximum memory of a set for any page: tables for any alphabet, a page's plain bits, and the objects that hold these.
   static constexpr std::size_t kSetBytes = 152u << 10;
 
-  /// Has a set for a page.
+  /// Reserves a set for one page.
   class Lease {
    public:
     /// Throws std::bad_alloc
@@ -40,7 +40,7 @@ class DecoderPool {
 
  private:
   std::mutex mutex_;
-  std::unique_ptr<Set> kept_;  ///< null while it is taken, and before the first page
+  std::unique_ptr<Set> kept_;  ///< null while it is in use, and before the first page
 };
 
 }  // namespace coppice

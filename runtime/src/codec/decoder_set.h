@@ -13,7 +13,7 @@ namespace coppice {
 
 struct DecoderPool::Set {
   std::array<SymbolReader, page_model::kContextCount> symbols = readers(std::make_index_sequence<page_model::kContextCount>());
-  std::array<std::size_t, page_model::kContextCount> usual{};  ///< symbols of the usual table that a reader has, 0: it has another one
+  std::array<std::size_t, page_model::kContextCount> usual{};  ///< number of symbols of a reader's default table; 0 if it has another table
   BitReader bits;
 
  private:

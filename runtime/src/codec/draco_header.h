@@ -1,6 +1,6 @@
 #pragma once
 
-// The first bytes of a Draco stream, as this project writes them and as it demands them before it lets Draco allocate.
+// The first bytes of a Draco stream. The writer produces them, and the reader demands them before it lets Draco allocate.
 
 #include <array>
 #include <cstdint>
@@ -17,7 +17,7 @@ struct Attribute {
   int unique_id;  ///< < 128: one byte as a varint
 };
 
-/// An attribute's descriptor; not normalised.
+/// Bytes of an attribute's descriptor; not normalised.
 inline std::array<std::uint8_t, 5> attribute(const Attribute& description) {
   const auto byte = [](int value) { return static_cast<std::uint8_t>(value); };
   return {byte(description.type), byte(description.data_type), byte(description.components), 0, byte(description.unique_id)};

@@ -1,6 +1,6 @@
-// A page: a header, tables of symbol probabilities where they differ from the usual, a block of symbols for each context, and plain bits;
-// Draco codes blocks and bits. Splits are decoded one after another straight into nodes; tables and header are checked first, so that no
-// symbol can be out of range, and what a damaged page can still do is let a split replace two nodes or none, or leave the quantisation box.
+// A page consists of a header, tables of symbol probabilities (if they differ from the default), a block of symbols for each context, and
+// plain bits; Draco codes blocks and bits. Splits are decoded one after another straight into nodes. Tables and header are checked first,
+// so no symbol can be out of range. A damaged page can then only let a split replace two nodes or none, or leave the quantisation box.
 
 #include "page_codec.h"
 
@@ -33,14 +33,14 @@ Error bad_split(const char* what, std::size_t split) {
   return {Status::bad_file, what, Error::kNoOffset, "split " + std::to_string(split) + " of the page"};
 }
 
-/// Takes little-endian numbers off the front of a page.
+/// Reads little-endian numbers from the front of a page.
 class HeaderReader {
  public:
   explicit HeaderReader(Bytes bytes) : bytes_(bytes) {}
 
   [[nodiscard]] bool has(std::size_t count) const { return bytes_.size() - at_ >= count; }
   [[nodiscard]] std::size_t at() const { return at_; }
-  /// The caller has checked that they are there.
+  /// The caller has checked the length.
   std::uint32_t number(std::size_t byte_count) {
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < byte_count; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
@@ -57,7 +57,7 @@ class HeaderReader {
   std::size_t at_ = 0;
 };
 
-/// How many symbols of a context this page may use.
+/// Number of symbols of a context that this page may use.
 std::size_t alphabet(std::size_t context, const PageHeader& header, std::uint32_t card_count) {
   if (context == Context::kCard) return card_count;
   if (context >= Context::kKind && context < Context::kKind + 4) return 2 * (1 + 2 * std::size_t{header.shape_count});
@@ -87,20 +87,20 @@ std::uint8_t digit_of(char hexadecimal) {
   return static_cast<std::uint8_t>(hexadecimal <= '9' ? hexadecimal - '0' : hexadecimal - 'a' + 10);
 }
 
-/// The usual weights of a context. Of kinds and cards the page may use fewer: the first `most`.
-std::size_t default_digits(std::size_t context, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+/// Writes the default weights of a context. If the page may use fewer kinds or cards, it gets the first `maximum`.
+std::size_t default_digits(std::size_t context, std::size_t maximum, std::array<std::uint8_t, 256>& digits) {
   const char* text = page_model::kDefaultWeights[context];
   std::size_t count = 0;
-  for (; count < most && text[count] != 0; ++count) digits[count] = digit_of(text[count]);
+  for (; count < maximum && text[count] != 0; ++count) digits[count] = digit_of(text[count]);
   return count;
 }
 
-/// One context's weights: a count, then that many digits, two to a byte.
-Result<std::size_t> read_digits(HeaderReader& reader, std::size_t most, std::array<std::uint8_t, 256>& digits) {
+/// Reads a context's weights: a count, then that many digits, two to a byte.
+Result<std::size_t> read_digits(HeaderReader& reader, std::size_t maximum, std::array<std::uint8_t, 256>& digits) {
   const std::size_t at = reader.at();
   if (!reader.has(1)) return bad_page("page tables", at);
   const std::size_t count = reader.number(1) + 1;
-  if (count > most) return bad_page("page tables", at);
+  if (count > maximum) return bad_page("page tables", at);
   if (!reader.has((count + 1) / 2)) return bad_page("page tables", at);
   for (std::size_t i = 0; i < count; i += 2) {
     const std::uint32_t pair = reader.number(1);
@@ -119,13 +119,13 @@ Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::ui
   if (stored >> Context::kContextCount != 0) return bad_page("page tables", at);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     std::array<std::uint8_t, 256> digits;
-    const std::size_t most = alphabet(context, header, card_count);
+    const std::size_t maximum = alphabet(context, header, card_count);
     std::size_t& usual = decoders.usual[context];
     if ((stored >> context & 1) != 0) {
-      COPPICE_TRY(count, read_digits(reader, most, digits));
+      COPPICE_TRY(count, read_digits(reader, maximum, digits));
       decoders.symbols[context].set_table(std::span(digits).first(count));
       usual = 0;
-    } else if (const std::size_t count = default_digits(context, most, digits); usual != count) {
+    } else if (const std::size_t count = default_digits(context, maximum, digits); usual != count) {
       decoders.symbols[context].set_table(std::span(digits).first(count));
       usual = count;
     }
@@ -133,9 +133,9 @@ Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::ui
   return {};
 }
 
-/// A length of seven bits a byte, the lowest first.
+/// Reads a length with seven bits a byte, the lowest first.
 Result<std::size_t> read_length(HeaderReader& reader) {
-  constexpr std::uint32_t kLongestBytes = 2;  // of 512 splits no context has more bytes
+  constexpr std::uint32_t kLongestBytes = 2;  // 512 splits need no more bytes in any context
   const std::size_t at = reader.at();
   std::size_t length = 0;
   for (std::uint32_t i = 0; i < kLongestBytes; ++i) {
@@ -168,11 +168,11 @@ Result<PageHeader> read_sections(Bytes bytes, const PageInfo& info, DecoderPool:
   COPPICE_CHECK(read_tables(reader, header, info.card_count, decoders));
   COPPICE_CHECK(start_symbols(reader, decoders));
   const std::size_t at = reader.at();
-  if (reader.left() > BitReader::kMostBytes || !decoders.bits.start(reader.take(reader.left()))) return bad_page("page plain bits", at);
+  if (reader.left() > BitReader::kMaxBytes || !decoders.bits.start(reader.take(reader.left()))) return bad_page("page plain bits", at);
   return header;
 }
 
-/// A child as it is filled in.
+/// A child while it is being filled in.
 struct Child {
   std::array<Point, 4> corners{};
   unsigned known = 0;  ///< bit i: corner i
@@ -181,7 +181,7 @@ struct Child {
 
 constexpr std::uint32_t kNoParent = 0xffffffffu;
 
-/// What of earlier pages the page's splits replace. False where one replaces two nodes: pages before were not of one file.
+/// Finds the nodes of earlier pages that the page's splits replace. False if a split replaces two nodes: the pages are not from one file.
 bool find_parents(const PageInfo& info, const NodePages& nodes, PageScratch& scratch) {
   const std::uint32_t first_split = info.page * COPPICE_PAGE_SPLITS, count = page_split_count(info.leaf_count, info.page);
   scratch.parents.fill(kNoParent);
@@ -200,7 +200,7 @@ bool find_parents(const PageInfo& info, const NodePages& nodes, PageScratch& scr
   return true;
 }
 
-/// Fills in PageNode::by_death, so that later pages find their parents without a look at every node.
+/// Fills in PageNode::by_death, so that later pages find their parents without reading every node.
 void index_by_death(std::span<PageNode> nodes, PageScratch& scratch) {
   constexpr unsigned kPlaceBits = 16;
   std::size_t count = 0;
@@ -234,13 +234,13 @@ class PageDecoder {
  private:
   std::uint32_t symbol(std::size_t context) { return decoders_.symbols[context].next(); }
 
-  /// A number of `length` bits, the highest of which is 1.
+  /// Reads a number of `length` bits, the highest of which is 1.
   std::uint32_t number(std::uint32_t length) {
     if (length < 2) return length;
     return 1u << (length - 1) | decoders_.bits.next(length - 1);
   }
 
-  /// Null, or what is wrong with the split.
+  /// Returns null, or what is wrong with the split.
   const char* read_split(std::uint32_t i, PageNode* children) {
     const std::uint32_t split = first_split_ + i;
     const std::uint32_t parent_node = scratch_.parents[i];
@@ -255,7 +255,7 @@ class PageDecoder {
     const std::uint32_t pattern = symbol(Context::kChildren);
     read_corners(pattern, 0, around, child[0], slots);
     read_corners(pattern, 1, around, child[1], slots);
-    // The child of which more is known comes first.
+    // The child with more known corners comes first.
     const std::size_t fuller = page_model::kBitCount[pattern] > 2 ? 1 : 0;
     if (!read_child(parent.card, around, child[fuller]) || !read_child(parent.card, around, child[1 - fuller])) return "page vertex";
     for (std::size_t c = 0; c < 2; ++c) store(child[c], children[c]);
@@ -263,14 +263,14 @@ class PageDecoder {
     return nullptr;
   }
 
-  /// False if the split that replaces the node is not there, or replaces another one, as far as is known.
+  /// False if the split that replaces the node does not exist or replaces another node, as far as it is known.
   bool read_death(std::uint32_t birth, std::uint32_t id, PageNode& node) {
     const std::uint32_t lifetime = number(symbol(Context::kDeath));
     node.split = lifetime == 0 ? kNeverReplaced : birth + lifetime;
     if (lifetime == 0) return true;
     if (node.split >= end_split_) return false;
     const std::uint32_t place = node.split - first_split_;
-    if (place >= COPPICE_PAGE_SPLITS) return true;  // a later page sees to it
+    if (place >= COPPICE_PAGE_SPLITS) return true;  // a later page checks it
     return std::exchange(scratch_.parents[place], id) == kNoParent;
   }
 
@@ -283,7 +283,7 @@ class PageDecoder {
     return static_cast<std::uint8_t>(fade);
   }
 
-  /// The corners of child `c` that are the parent's.
+  /// Copies the corners of child `c` that are the parent's.
   void read_corners(std::uint32_t pattern, unsigned c, const Parent& parent, Child& child, std::array<std::uint8_t, 4>& slots) {
     const unsigned mask = (c == 0 ? ~pattern : pattern) & 15;
     if (mask == 0) return;
@@ -312,7 +312,7 @@ class PageDecoder {
     }
   }
 
-  /// Card and new corners; false if one is outside the box.
+  /// Reads card and new corners; false if a corner is outside the box.
   bool read_child(std::uint32_t parent_card, const Parent& parent, Child& child) {
     const std::uint32_t code = symbol(Context::kKind + std::size_t{page_model::kBitCount[child.known]});
     const std::uint32_t kind = code >> 1;
@@ -362,7 +362,7 @@ class PageDecoder {
     read_values({x, y, z}, {0, 1, 2}, guess, corner);
   }
 
-  /// A side known to be square to another one.
+  /// A side that is known to be at right angles to another.
   struct SquareSide {
     const Point& base;
     const Point& along;
@@ -380,7 +380,7 @@ class PageDecoder {
     corner[known.axis] += page_model::clamp_coordinate(header_, known.base[known.axis] + value);
   }
 
-  /// guess + the three residuals, whose bit lengths are known.
+  /// Adds the three residuals, whose bit lengths are known, to the guess.
   void read_values(const std::array<std::uint32_t, 3>& lengths, const std::array<std::size_t, 3>& axes, const Point& guess, Point& out) {
     for (std::size_t i = 0; i < 3; ++i) out[axes[i]] = guess[axes[i]] + unzigzag(number(lengths[i]));
   }
@@ -409,7 +409,7 @@ class PageDecoder {
   PageScratch& scratch_;
   DecoderPool::Set& decoders_;
   std::uint32_t first_split_;
-  std::uint32_t end_split_;  ///< of the plant
+  std::uint32_t end_split_;  ///< the plant's
 };
 
 }  // namespace

@@ -11,7 +11,7 @@
 
 namespace coppice {
 
-/// Nodes by id, stored a page at a time so that a page's memory can come and go on its own.
+/// Nodes by id, stored in one array a page, so that each page's memory can be freed alone.
 struct NodePages {
   const PageNode* root = nullptr;
   /// [pages up to and including the one to decode] page k: nodes 2 * COPPICE_PAGE_SPLITS * k + 1 onwards, two for each of its splits
@@ -24,28 +24,28 @@ struct NodePages {
   }
 };
 
-/// Which page the bytes are.
+/// Says which page the bytes are.
 struct PageInfo {
   std::uint32_t page = 0;
-  std::uint32_t leaf_count = 0;                         ///< of the plant
-  std::uint32_t card_count = 0;                         ///< of the plant
-  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< of the plant
+  std::uint32_t leaf_count = 0;                         ///< the plant's
+  std::uint32_t card_count = 0;                         ///< the plant's
+  std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's
 };
 
-/// Where a page is decoded to.
+/// Destination of a decoded page.
 struct PageOutput {
-  /// The last page's nodes are written, all fields; those of earlier pages and the root are read.
+  /// All fields of the page's nodes are written; nodes of earlier pages and the root are read.
   NodePages nodes;
-  /// [splits of the page] or empty: the splits as such, for tools.
+  /// [splits of the page], or empty. Tools read the splits themselves.
   std::span<Split> splits;
 };
 
-/// Node 0, which is in no page.
+/// Makes node 0, which is in no page.
 PageNode root_node(const coppice_file_plant& plant);
 
-/// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks that each split replaces one node, and slots (four different),
-/// coordinates and cards (< card_count). Any thread. Allocates a set of decoders if the pool has none free, else nothing. On error the
-/// page's own nodes are garbage.
+/// Decodes a PAGE chunk (FORMAT.md) into the layout the GPU reads. Checks that each split replaces one node, and checks slots (four
+/// different), coordinates and cards (< card_count). Any thread. Allocates a set of decoders if the pool has none free, else nothing. On
+/// error the page's own nodes are undefined.
 /// scratch  any value, before and after
 /// errors  bad_file: not what FORMAT.md describes; out_of_memory: for decoders; invalid_argument: a span of the wrong length
 Result<void> decode_page(std::span<const std::uint8_t> bytes, const PageInfo& info, const PageOutput& out, PageScratch& scratch,

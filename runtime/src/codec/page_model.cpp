@@ -6,16 +6,16 @@ namespace coppice::page_model {
 
 namespace {
 
-/// 64 times the weights of what is known, relative to a base.
+/// Weights of known values, relative to a base, times 64.
 struct Weights {
   std::int32_t other, own, third, centre;
 };
 
-// By Rule. Measured: least absolute residual over the trees of 13 plants.
+// Indexed by Rule. Measured: least absolute residual over the trees of 13 plants.
 constexpr std::array<Weights, 5> kFreeWeights = {{{0, 12, 0, 0}, {0, 5, 0, 34}, {-18, 8, -2, 55}, {8, 6, 0, 41}, {17, 8, -24, 39}}};
 constexpr std::array<Weights, 4> kShapedWeights = {{{0, 38, 0, 0}, {0, 23, -7, 22}, {-28, 6, -7, 58}, {27, 46, 0, -37}}};
 
-/// Nearest integer to n / d, the larger of two. d != 0.
+/// Nearest integer to n / d, the larger of two at a tie. d != 0.
 std::int64_t rounded_quotient(std::int64_t n, std::int64_t d) {
   if (d < 0) {
     n = -n;

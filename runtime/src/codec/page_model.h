@@ -1,7 +1,7 @@
 #pragma once
 
-// What the page encoder and decoder agree on (FORMAT.md, section 9): the contexts symbols are coded in, the order in which a
-// quad's unknown corners are filled, and what is predicted for each. All of it is integers: any reader computes the same.
+// The model that page encoder and decoder share (FORMAT.md, section 9): the contexts that symbols are coded in, the order in which a quad's
+// unknown corners are filled, and the prediction for each. It uses integers only, so every reader computes the same.
 
 #include <algorithm>
 #include <array>
@@ -23,28 +23,28 @@ inline Point point_of(const QuantisedPoint& point) {
 
 // A split's symbols, in this order; a context is a table of probabilities.
 enum Context : std::uint8_t {
-  kDeath,     ///< of each child: bit length of the number of splits from its birth to the one that replaces it, 0: none does
+  kDeath,     ///< for each child: bit length of the number of splits from its birth to its replacement; 0: it is never replaced
   kChildren,  ///< bit i: parent corner i is a corner of the second child
-  kCorners1,  ///< which corners of a child are the parent's, by how many there are ...
-  kCorners2,  ///< ... and if two, by how far apart they are in the parent: three contexts
+  kCorners1,  ///< which corners of a child are the parent's; one context for each count ...
+  kCorners2,  ///< ... but three contexts for two corners, by their distance in the parent
   kCorners3 = kCorners2 + 3,
   kCorners4,
-  kKind,              ///< how the child's new corners are predicted, and whether its card is new: five contexts, by how many it has
-  kCard = kKind + 5,  ///< a card that is not the parent's
-  kFreeSteps,         ///< bit lengths of residuals, by Step: five contexts for children of no known shape ...
+  kKind,  ///< how the child's new corners are predicted, and whether its card is new; five contexts, by the number of new corners
+  kCard = kKind + 5,                 ///< a card that is not the parent's
+  kFreeSteps,                        ///< bit lengths of residuals, by Step: five contexts for children of no known shape ...
   kShapedPosition = kFreeSteps + 5,  ///< ... and these for the others
   kShapedDiagonal,
   kShapedFourth,
   kNearFourth,  ///< 9 (x + 1) + 3 (y + 1) + z + 1 of a residual within -1..1, or kFar
   kTurned,      ///< three contexts, by Side
   kParallel = kTurned + 3,
-  kFades = kParallel + 3,  ///< of a child that is replaced, two contexts: opacity and brightness, as PageHeader::plain_fades says
+  kFades = kParallel + 3,  ///< for a child that is replaced, two contexts: opacity and brightness, as PageHeader::plain_fades says
   kContextCount = kFades + 2
 };
 enum Side : std::uint8_t { kFirstSide, kSecondSide, kSquareAxis };
 inline constexpr std::uint32_t kFar = 27;
 
-/// Symbols of each context; kCard's are the plant's cards.
+/// Number of symbols of each context; kCard's are the plant's cards.
 inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17, 17,
                                                                        17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17, 16,  16};
 inline constexpr std::size_t kSymbolCount = [] {
@@ -52,17 +52,17 @@ inline constexpr std::size_t kSymbolCount = [] {
   for (std::uint16_t symbols : kAlphabet) sum += symbols;
   return sum;
 }();
-/// Plain bits of a split: of two numbers, each of at most 27 bits, and of three residuals for each of four corners, of 16. The highest is
-/// in the symbol.
-inline constexpr std::uint32_t kMostPlainBits = 2 * 26 + 4 * 3 * 15;
+/// Maximum of plain bits of a split: two numbers of at most 27 bits, and three residuals of 16 bits for each of four corners. The symbol
+/// holds the highest bit of each.
+inline constexpr std::uint32_t kMaxPlainBits = 2 * 26 + 4 * 3 * 15;
 
-/// How common each symbol is unless the page says otherwise, one hexadecimal digit a symbol (symbol_weight). Measured over the trees of 13
-/// plants.
+/// Default weights of the symbols, one hexadecimal digit a symbol (symbol_weight). Measured over the trees of 13 plants. A page may give
+/// its own.
 extern const std::array<const char*, kContextCount> kDefaultWeights;
 
 // Kinds of children: free, then for each shape turned and parallel.
 inline constexpr std::uint32_t kFree = 0;
-inline constexpr std::uint32_t kParallelogramIndex = 0;  // of kParallelogram among shapes
+inline constexpr std::uint32_t kParallelogramIndex = 0;  // index of kParallelogram among shapes
 inline constexpr std::uint32_t kMaxShapes = 4;
 constexpr std::uint32_t shape_of(std::uint32_t kind) {
   return (kind - 1) / 2;
@@ -79,28 +79,28 @@ struct Shape {
 inline constexpr std::int32_t kShapeOne = 4096;
 inline constexpr Shape kParallelogram{-kShapeOne, kShapeOne};
 
-/// What a page states once.
+/// Values that a page states once.
 struct PageHeader {
   std::uint32_t split_count = 0;
   std::uint32_t shape_count = 1;
   std::array<Shape, kMaxShapes> shapes{kParallelogram};
-  std::array<bool, 2> plain_fades{};                   ///< opacity, brightness: coded as they are, else by what is added to the parent's
-  std::array<std::uint16_t, 3> axis_weights{};         ///< squared length of a step along each axis, to a common scale
+  std::array<bool, 2> plain_fades{};            ///< opacity, brightness: true if coded directly, else as a difference to the parent's
+  std::array<std::uint16_t, 3> axis_weights{};  ///< squared length of a step along each axis, to a common scale
   std::int32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's; not in the page
 };
 
-// A corner that is filled in, by what is known of the quad by then.
+// How a corner is predicted, by the corners of the quad that are known already.
 enum class Rule : std::uint8_t {
-  position,  ///< nothing
-  first,     ///< one neighbour
-  second,    ///< one neighbour, and the corner on its other side
-  diagonal,  ///< both neighbours
-  fourth,    ///< all others
+  position,  ///< from no corner
+  first,     ///< from one neighbour
+  second,    ///< from one neighbour and the corner on its other side
+  diagonal,  ///< from both neighbours
+  fourth,    ///< from all other corners
 };
 struct Step {
   Rule rule = Rule::position;
   std::uint8_t corner = 0;
-  std::uint8_t neighbour = 0;  ///< a known one
+  std::uint8_t neighbour = 0;  ///< a neighbour that is known
 };
 struct Steps {
   std::array<Step, 4> step{};
@@ -126,27 +126,27 @@ constexpr Steps steps_from(unsigned known) {
   return steps;
 }
 
-/// By which corners are known, bit i for corner i.
+/// Indexed by the known corners, bit i for corner i.
 inline constexpr std::array<Steps, 16> kSteps = [] {
   std::array<Steps, 16> all{};
   for (unsigned known = 0; known < 16; ++known) all[known] = steps_from(known);
   return all;
 }();
 
-// The halves of a fade: opacity, brightness.
+// The two parts of a fade: opacity and brightness.
 inline constexpr std::uint32_t kFadeSteps = 16;
 constexpr std::uint32_t fade_half(std::uint8_t fade, std::size_t half) {
   return std::uint32_t{fade} >> (4 * half) & (kFadeSteps - 1);
 }
 
-/// Bits set in each number of four bits: not every processor that this is compiled for counts them.
+/// Number of set bits in each number of four bits; not every target processor has an instruction for it.
 inline constexpr std::array<std::uint8_t, 16> kBitCount = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
 
-/// The four corners of a child that a symbol of kCorners1..4 stands for, relative to the first's: symbol % 6.
+/// The four corners of a child that a symbol of kCorners1..4 stands for, relative to the first: symbol % 6.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kCornerOrders = {
     {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 1, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {0, 3, 2, 1}}};
 
-/// A parent, and what is computed of it once.
+/// A parent, and values computed from it once.
 struct Parent {
   std::array<Point, 4> corners{};
   Point centre{};
@@ -169,25 +169,25 @@ inline std::int32_t clamp_coordinate(const PageHeader& header, std::int64_t valu
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, 0, header.quantised_max));
 }
 
-/// Where the corner of `step` is expected.
+/// Predicts the corner of `step`.
 /// quad  the corners known so far
 Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, const std::array<Point, 4>& quad, const Parent& parent);
 
-/// The axis of a child's second side that being square to the first gives, or 3 if none is.
+/// The axis along which a right angle to the first side gives a child's second side, or 3 if there is none.
 /// along  the known side
 std::size_t square_axis(const PageHeader& header, const Point& along);
 
-/// That coordinate of the second side from its other two.
+/// Computes that coordinate of the second side from its other two.
 std::int32_t square_coordinate(const PageHeader& header, const Point& along, const Point& side, std::size_t axis);
 
 }  // namespace coppice::page_model
 
 namespace coppice {
 
-/// What decoding a page needs for a while, besides Draco's decoders. Some 10 KiB: kept off the stacks of an engine's jobs.
+/// Scratch memory for decoding a page, besides Draco's decoders. Some 10 KiB: kept off the stacks of an engine's jobs.
 struct PageScratch {
-  std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;     ///< of the page's splits
-  std::array<std::uint64_t, 2 * COPPICE_PAGE_SPLITS> deaths;  ///< of its nodes, above their places
+  std::array<std::uint32_t, COPPICE_PAGE_SPLITS> parents;     ///< parents of the page's splits
+  std::array<std::uint64_t, 2 * COPPICE_PAGE_SPLITS> deaths;  ///< the splits that replace its nodes, above their places
 };
 
 }  // namespace coppice

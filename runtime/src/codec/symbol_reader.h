@@ -1,7 +1,8 @@
 #pragma once
 
-// What a page is read from: Draco's rANS decoder, one a context, and its decoder of plain bits. Draco keeps tables and bits in vectors, so
-// readers are made once with room for any page and used for one page after another. Draco trusts lengths; they are checked here.
+// Reads the parts of a page: Draco's rANS decoder, one for each context, and its decoder of plain bits. Draco keeps tables and bits in
+// vectors, so a reader is made once with space for any page and used for one page after another. Draco trusts lengths, so they are checked
+// here.
 //
 // Only decoder_set.h includes this: Draco stays inside.
 
@@ -21,14 +22,14 @@
 
 namespace coppice {
 
-/// Symbols of one context. Damaged input gives symbols of the table and no read outside the block; finished() tells.
+/// Reads symbols of one context. Damaged input gives symbols of the table and never a read outside the block; finished() finds it.
 class SymbolReader {
  public:
-  /// most  symbols of the alphabet. Allocates whatever tables will need
-  explicit SymbolReader(std::size_t most) {
-    std::vector<std::uint32_t> probabilities(most);
+  /// maximum  number of symbols in the alphabet. Allocates all memory for its tables
+  explicit SymbolReader(std::size_t maximum) {
+    std::vector<std::uint32_t> probabilities(maximum);
     probabilities.back() = kProbabilityOne;
-    draco_.rans_build_look_up_table(probabilities.data(), static_cast<std::uint32_t>(most));
+    draco_.rans_build_look_up_table(probabilities.data(), static_cast<std::uint32_t>(maximum));
   }
 
   /// digits  as for share_out
@@ -39,16 +40,16 @@ class SymbolReader {
     end_ = end_symbol(std::span(probabilities).first(digits.size()));
     only_one_ = probabilities[end_] == kProbabilityOne;
   }
-  /// A context of one symbol needs no bytes to say which.
+  /// True if the context has a single symbol, which needs no bytes.
   [[nodiscard]] bool only_one() const { return only_one_; }
 
-  /// block  of Draco, which must outlive the reader's use; empty where no symbol follows. False if it is none
+  /// Starts to read a block; false if it is not a valid one. block  Draco's, outlives the reading; empty if no symbol follows
   bool start(std::span<const std::uint8_t> block) {
     static constexpr std::array<std::uint8_t, 1> kNone = {0};  // the state that a writer starts from
     empty_ = block.empty();
     if (empty_) block = kNone;
     constexpr unsigned kLongestEnd =
-        3;  // the last byte's highest bits say how many bytes the state takes, less one; Draco does not compare
+        3;  // the highest bits of the last byte give the number of bytes of the state, minus one; Draco does not compare them
     const unsigned end_bytes = (block.back() >> 6) + 1u;
     if (end_bytes > kLongestEnd || end_bytes > block.size()) return false;
     return draco_.read_init(block.data(), static_cast<int>(block.size())) == 0;
@@ -56,12 +57,12 @@ class SymbolReader {
 
   std::uint32_t next() { return static_cast<std::uint32_t>(draco_.rans_read()); }
 
-  /// The end's symbol comes next, all bytes are read and the state is what the writer started from. Nothing may be read after it.
+  /// True if the end symbol comes next, all bytes are read and the state is the writer's first. Nothing may be read after it.
   [[nodiscard]] bool finished() {
     if (!empty_ && next() != end_) return false;
     if (draco_.read_end() == 0) return false;
     if (only_one_ || empty_) return true;
-    next();  // takes the state below what it starts from, where Draco tells whether bytes are left
+    next();  // brings the state below its first value, where Draco tells whether bytes are left
     return draco_.reader_has_error() != 0;
   }
 
@@ -71,21 +72,21 @@ class SymbolReader {
   bool only_one_ = false, empty_ = false;
 };
 
-/// Plain bits, of each number the highest first. Past the end they are 0; finished() tells.
+/// Reads plain bits, the highest bit of each number first. Bits past the end are 0; finished() finds that.
 class BitReader {
  public:
   static constexpr std::size_t kLengthBytes = 4, kWordBytes = 4;  ///< as Draco stores them
-  static constexpr std::size_t kMostBytes =
-      kLengthBytes + kWordBytes * (COPPICE_PAGE_SPLITS * page_model::kMostPlainBits / (8 * kWordBytes) + 1);
+  static constexpr std::size_t kMaxBytes =
+      kLengthBytes + kWordBytes * (COPPICE_PAGE_SPLITS * page_model::kMaxPlainBits / (8 * kWordBytes) + 1);
 
-  /// Allocates whatever a page will need.
+  /// Allocates memory for any page.
   BitReader() {
-    std::array<std::uint8_t, kMostBytes> longest{};
-    for (std::size_t i = 0; i < kLengthBytes; ++i) longest[i] = static_cast<std::uint8_t>((kMostBytes - kLengthBytes) >> (8 * i));
+    std::array<std::uint8_t, kMaxBytes> longest{};
+    for (std::size_t i = 0; i < kLengthBytes; ++i) longest[i] = static_cast<std::uint8_t>((kMaxBytes - kLengthBytes) >> (8 * i));
     start(longest);
   }
 
-  /// bytes  at most kMostBytes. False if they are not Draco's, to the last one
+  /// Starts to read; false if the bytes are not entirely Draco's. bytes  at most kMaxBytes
   bool start(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -104,7 +105,7 @@ class BitReader {
     return value;
   }
 
-  /// What is left fills the last word with zeros. Nothing may be read after it.
+  /// True if the rest of the last word is zeros. Nothing may be read after it.
   [[nodiscard]] bool finished() {
     constexpr std::size_t kWordBits = 8 * kWordBytes;
     if (ended_ || used_ / kWordBits + 1 != bit_count_ / kWordBits) return false;

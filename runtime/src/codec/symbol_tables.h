@@ -1,6 +1,6 @@
 #pragma once
 
-// How common the symbols of a page are (FORMAT.md, section 9): what Draco's entropy coder codes them by.
+// Frequencies of a page's symbols (FORMAT.md, section 9), which Draco's entropy coder codes by.
 
 #include <cstdint>
 #include <span>
@@ -17,12 +17,12 @@ constexpr std::uint32_t symbol_weight(std::uint32_t digit) {
 }
 inline constexpr std::uint32_t kWeightDigits = 16;
 
-/// What the heaviest symbol gets on top, so that a block's last symbol can be it: Draco's decoder tells that it is back at its first state
-/// only if it has not just dropped a byte there, as it does after rarer ones.
+/// An extra share of the heaviest symbol, so that it can end a block. Draco's decoder recognises its first state only if it has not just
+/// dropped a byte, as it does after rarer symbols.
 inline constexpr std::uint32_t kEndShare = 4;
 
-/// Shares kProbabilityOne out by weight: 1 for each of the n symbols that have one, plus floor(weight * (kProbabilityOne - kEndShare - n) /
-/// sum of weights); the heaviest symbol, of several the first, takes what is left over.
+/// Divides kProbabilityOne by weight. Each of the n symbols that have a weight gets 1 plus floor(weight * (kProbabilityOne - kEndShare - n)
+/// / sum of weights); the heaviest symbol, of several the first, also gets the remainder.
 /// digits         [<= 256] below kWeightDigits, one of them above 0
 /// probabilities  [digits.size()]
 void share_out(std::span<const std::uint8_t> digits, std::span<std::uint32_t> probabilities);

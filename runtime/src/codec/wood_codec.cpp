@@ -1,6 +1,6 @@
-// A wood LoD is a Draco edgebreaker mesh, and so are leaf meshes, with one attribute more. The connectivity part of its stream states how
-// many triangles and which attributes follow; check_wood_header walks that far on its own and lets Draco see the stream only if it
-// describes what FORMAT.md asks for, in the counts the front of the file promised. What Draco allocates is then bounded by those counts.
+// A wood LoD is a Draco edgebreaker mesh; leaf meshes have one attribute more. The connectivity part of the stream states how many
+// triangles and which attributes follow. check_wood_header walks that far by itself, and passes the stream to Draco only if it matches
+// FORMAT.md and the counts in the front of the file. Those counts then bound what Draco allocates.
 
 #include "wood_codec.h"
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kMaxAttributes = 5;
 
-/// Reads forward; once past the end it stays failed and returns zeros.
+/// Reads forward; after the end it stays failed and returns zeros.
 class Cursor {
  public:
   explicit Cursor(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -62,11 +62,11 @@ Error bad_at(const Cursor& cursor, const char* what, const std::string& detail =
           "byte " + std::to_string(cursor.at()) + " of the chunk" + (detail.empty() ? "" : ", ") + detail};
 }
 
-/// Draco's prefix, the traversal kind and the counts; leaves the cursor behind them.
+/// Checks Draco's prefix, the traversal kind and the counts; leaves the cursor behind them.
 Result<void> check_counts(Cursor& cursor, std::uint64_t byte_count, const WoodShape& shape, std::uint32_t& attribute_data_count) {
   for (std::uint8_t expected : draco_header::kPrefix)
     if (cursor.byte() != expected || cursor.failed()) return bad_at(cursor, "wood Draco header");
-  if (cursor.byte() != 0) return bad_at(cursor, "wood traversal");  // standard: every triangle costs at least a bit
+  if (cursor.byte() != 0) return bad_at(cursor, "wood traversal");  // standard traversal: every triangle takes at least a bit
   const std::uint64_t vertices = cursor.varint(), triangles = cursor.varint();
   attribute_data_count = cursor.byte();
   const std::uint64_t symbols = cursor.varint(), split_symbols = cursor.varint();
@@ -79,7 +79,7 @@ Result<void> check_counts(Cursor& cursor, std::uint64_t byte_count, const WoodSh
   return {};
 }
 
-/// Split events, symbols, start faces and attribute seams: each states its length.
+/// Skips split events, symbols, start faces and attribute seams; each states its length.
 Result<void> skip_connectivity(Cursor& cursor, std::uint32_t attribute_data_count, std::uint32_t triangle_count) {
   const std::uint64_t split_events = cursor.varint();
   if (split_events > triangle_count) return bad_at(cursor, "wood split events", std::to_string(split_events));
@@ -94,7 +94,7 @@ Result<void> skip_connectivity(Cursor& cursor, std::uint32_t attribute_data_coun
   return {};
 }
 
-/// Position of an attribute descriptor in FORMAT.md's list; the stalk, the last, is only for leaf meshes.
+/// Index of an attribute descriptor in FORMAT.md's list; the last one, the stalk, is only for leaf meshes.
 std::optional<std::size_t> known_attribute(const std::array<std::uint8_t, 5>& descriptor, bool has_stalks, std::uint8_t& decoder) {
   struct Known {
     int type, data_type, components;
@@ -116,7 +116,7 @@ std::optional<std::size_t> known_attribute(const std::array<std::uint8_t, 5>& de
   return std::nullopt;
 }
 
-/// One attribute decoder's attributes, each of which must be known and new.
+/// Checks the attributes of one decoder; each must be known and new.
 Result<void> check_attributes(Cursor& cursor, bool has_stalks, std::array<bool, kMaxAttributes>& seen) {
   const std::uint64_t count = cursor.varint();
   if (count == 0 || count > seen.size()) return bad_at(cursor, "wood attribute count", std::to_string(count));
@@ -142,7 +142,7 @@ Result<void> check_wood_header(std::span<const std::uint8_t> bytes, const WoodSh
   COPPICE_CHECK(skip_connectivity(cursor, attribute_data_count, shape.triangle_count));
   const std::uint32_t decoder_count = cursor.byte();
   if (decoder_count == 0 || decoder_count > kMaxAttributes) return bad_at(cursor, "wood attribute count", std::to_string(decoder_count));
-  cursor.skip(3 * decoder_count);  // which connectivity, element and traversal each uses
+  cursor.skip(3 * decoder_count);  // each decoder's connectivity, element and traversal
   std::array<bool, kMaxAttributes> seen{};
   seen.back() = !shape.has_stalks;
   for (std::uint32_t decoder = 0; decoder < decoder_count; ++decoder) COPPICE_CHECK(check_attributes(cursor, shape.has_stalks, seen));

@@ -8,9 +8,9 @@
 
 namespace coppice {
 
-/// Walks a Draco edgebreaker stream up to its attributes without allocating: the triangle count is the shape's, no more than
-/// COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE allows, and the attributes are exactly position, normal, uv and material, of leaf meshes also
-/// the stalk.
+/// Walks a Draco edgebreaker stream up to its attributes without allocating. Checks that the triangle count is that of the shape and within
+/// COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE, and that the attributes are exactly position, normal, uv and material, and for leaf meshes also the
+/// stalk.
 /// errors  bad_file: the field, and where in the chunk
 Result<void> check_wood_header(std::span<const std::uint8_t> bytes, const WoodShape& shape);
 

@@ -9,19 +9,19 @@
 
 namespace coppice {
 
-/// Files outside the folder of a glTF or a scene, which one that a stranger made may name.
+/// Says whether a glTF or a scene, which a stranger may have made, may name files outside its folder.
 enum class OutsideFiles : std::uint8_t { refused, allowed };
 
-/// Whether `name`, relative to a folder, names something in it: it is not absolute, and no ".." leads above the folder. By the letters
-/// alone: the file system is not asked.
+/// True if `name`, relative to a folder, stays in it: it is not absolute, and no ".." leads above the folder. Only the text is checked, not
+/// the file system.
 bool stays_inside(std::string_view name);
 
-/// The file that `name`, relative to `folder`, means: absolute, with every symlink followed, and in `folder` or below it. An asset that a
-/// stranger made refers to files by names; with this they reach no other file.
+/// Returns the file that `name`, relative to `folder`, names: absolute, with every symlink followed, and in `folder` or below it. With this
+/// an asset of a stranger reaches no other file.
 /// errors  invalid_argument: outside the folder; io: no such file, or the system's reason. `detail` has the name
 Result<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, const std::filesystem::path& name);
 
-/// The same of a path that is not relative to `folder`. name: what errors call it
+/// Does the same for a path that is not relative to `folder`. name: used in errors
 Result<std::filesystem::path> resolve_below(const std::filesystem::path& folder, const std::filesystem::path& path,
                                             const std::string& name);
 

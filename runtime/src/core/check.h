@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-/// A defect of ours, checked in every build; never used on data from a file or a caller.
+/// Checks for a defect of ours in every build; never used on data from a file or a caller.
 #define COPPICE_ASSERT(condition)                                                                       \
   do {                                                                                                  \
     if (!(condition)) {                                                                                 \

@@ -6,12 +6,12 @@
 
 namespace coppice {
 
-/// What jobs and the I/O hook have finished and one thread collects, in order of completion. An Item has a member `Item* next` for it, and
-/// stays where it is from expect() until it is taken. push: any thread; the rest: the collecting thread.
+/// A queue that brings back finished jobs and reads to one collecting thread, in order of completion. An Item has a member `Item* next` for
+/// the queue, and does not move from expect() until it is taken. push: any thread; the rest: the collecting thread.
 template <class Item>
 class CompletionQueue {
  public:
-  /// `count` items go to a hook; each comes back through push.
+  /// Announces that `count` items go to a hook; each comes back through push.
   void expect(std::uint32_t count = 1) {
     const std::lock_guard lock(mutex_);
     expected_ += count;
@@ -24,7 +24,7 @@ class CompletionQueue {
     last_ = item;
     if (--expected_ == 0) all_back_.notify_all();
   }
-  /// The one that was finished first; null if there is none.
+  /// Returns the item that finished first; null if there is none.
   Item* take() {
     const std::lock_guard lock(mutex_);
     Item* item = first_;
@@ -32,7 +32,7 @@ class CompletionQueue {
     if (first_ == nullptr) last_ = nullptr;
     return item;
   }
-  /// Whether every expected item has been pushed.
+  /// True if every expected item has been pushed.
   [[nodiscard]] bool all_back() const {
     const std::lock_guard lock(mutex_);
     return expected_ == 0;

@@ -1,8 +1,7 @@
 #pragma once
 
-// Handles as the engine holds them: 64 bits that say what they name and whose they are, so that one that is stale, of another kind or of
-// another context is told from one that is good. From the highest bit: 3 of the kind, 12 of the context, 21 of the generation, 28 of the
-// index. 0 is never a handle.
+// Packs handles of the engine into 64 bits, so that a handle that is stale, of another kind or of another context is recognised. From the
+// highest bit: 3 of the kind, 12 of the context, 21 of the generation, 28 of the index. 0 is never a handle.
 
 #include <cstdint>
 
@@ -13,7 +12,7 @@ enum class HandleKind : std::uint8_t { none = 0, plant = 1, instance = 2, scene 
 inline constexpr std::uint32_t kHandleIndexBits = 28, kHandleGenerationBits = 21, kHandleContextBits = 12;
 inline constexpr std::uint32_t kMaxHandleIndex = (1u << kHandleIndexBits) - 1;
 
-/// Generations and contexts are taken modulo what fits.
+/// pack_handle takes generations and contexts modulo their range.
 struct Handle {
   HandleKind kind = HandleKind::none;
   std::uint32_t context = 0;
@@ -34,7 +33,7 @@ constexpr std::uint64_t pack_handle(const Handle& handle) {
   return packed << kHandleIndexBits | low_bits(handle.index, kHandleIndexBits);
 }
 
-/// Any 64 bits: what they say. pack_handle(unpack_handle(x)) == x.
+/// Unpacks any 64 bits. pack_handle(unpack_handle(x)) == x.
 constexpr Handle unpack_handle(std::uint64_t packed) {
   Handle handle;
   handle.index = static_cast<std::uint32_t>(low_bits(packed, kHandleIndexBits));

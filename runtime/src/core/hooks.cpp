@@ -41,7 +41,7 @@ void submit_long_to_pool(void* user, void (*function)(void* argument), void* arg
 }
 
 std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
-  const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait for its writer
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // without O_NONBLOCK a FIFO would wait for its writer
   if (file < 0) return -errno;
   struct stat status {};
   const int unknown = fstat(file, &status) != 0 ? errno : 0;
@@ -49,7 +49,7 @@ std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
     ::close(file);
     return -(unknown != 0 ? unknown : S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
   }
-  fcntl(file, F_SETFL, 0);  // io_uring would take O_NONBLOCK at its word
+  fcntl(file, F_SETFL, 0);  // io_uring would apply O_NONBLOCK to reads
   *file_bytes = static_cast<std::uint64_t>(status.st_size);
   return file;
 }
@@ -68,7 +68,7 @@ struct ReadTask {
   void* argument = nullptr;
 };
 
-/// Bytes read, fewer at the end of the file; -errno on failure.
+/// Returns the bytes read, fewer at the end of the file; -errno on failure.
 std::int64_t read_all(const ReadTask& task) {
   std::size_t at = 0;
   while (at < task.bytes) {
@@ -106,7 +106,7 @@ void read_by_uring(void* user, std::int64_t file, std::uint64_t offset, void* de
   defaults_of(user).uring->read({static_cast<int>(file), offset, destination, bytes, done, argument});
 }
 
-/// The longest path that Linux opens, and what is said of it.
+/// The longest path that Linux opens, and the text about it.
 constexpr std::size_t kMaxLineBytes = 4096 + 512;
 
 enum class Given { none, partly, all };
@@ -130,23 +130,23 @@ Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocat
   return copy;
 }
 
-Result<void> check_hooks(const Hooks& wanted) {
-  if (given(wanted.allocator.allocate, wanted.allocator.free) == Given::partly)
+Result<void> check_hooks(const Hooks& hooks) {
+  if (given(hooks.allocator.allocate, hooks.allocator.free) == Given::partly)
     return Error{Status::invalid_argument, "desc.allocator: one of allocate, free is null"};
-  if (given(wanted.io.open, wanted.io.close, wanted.io.read) == Given::partly)
+  if (given(hooks.io.open, hooks.io.close, hooks.io.read) == Given::partly)
     return Error{Status::invalid_argument, "desc.io: one of open, close, read is null"};
   return {};
 }
 
-Result<HookSet> complete_hooks(const Hooks& wanted, Reading reading) {
-  COPPICE_CHECK(check_hooks(wanted));
+Result<HookSet> complete_hooks(const Hooks& hooks, Reading reading) {
+  COPPICE_CHECK(check_hooks(hooks));
   HookSet set;
-  set.hooks = wanted;
-  const Given allocator = given(wanted.allocator.allocate, wanted.allocator.free);
-  const Given io = given(wanted.io.open, wanted.io.close, wanted.io.read);
-  const Given jobs = given(wanted.jobs.submit);
+  set.hooks = hooks;
+  const Given allocator = given(hooks.allocator.allocate, hooks.allocator.free);
+  const Given io = given(hooks.io.open, hooks.io.close, hooks.io.read);
+  const Given jobs = given(hooks.jobs.submit);
   if (allocator == Given::none) set.hooks.allocator = default_allocator();
-  set.hooks.long_jobs = wanted.jobs;
+  set.hooks.long_jobs = hooks.jobs;
   if (io == Given::all && jobs == Given::all) return set;
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);
@@ -182,7 +182,7 @@ void log_line(const coppice_log& log, coppice_log_level level, const char* forma
   va_start(arguments, format);
   std::vsnprintf(line.data(), line.size(), format, arguments);
   va_end(arguments);
-  // The one place where all that may quote a file's names or an error passes: an engine prints it on a terminal.
+  // Every text that may quote a file's names or an error passes through here, because engines print it on terminals.
   if (is_printable(line.data()))
     log.write(log.user, level, line.data());
   else

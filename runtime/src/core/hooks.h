@@ -1,7 +1,6 @@
 #pragma once
 
-// The engine's hooks as the runtime's insides see them, memory that comes from the allocator hook, and the defaults for hooks an engine
-// leaves out.
+// The engine's hooks inside the runtime, memory from the allocator hook, and defaults for hooks that an engine leaves out.
 
 #include <algorithm>
 #include <cstddef>
@@ -18,53 +17,54 @@
 
 namespace coppice {
 
-/// Complete: every function pointer but log.write is set.
+/// Complete hooks: every function pointer but log.write is set.
 struct Hooks {
   coppice_allocator allocator{};
   coppice_jobs jobs{};
   coppice_io io{};
   coppice_log log{};
   coppice_trace trace{};
-  coppice_jobs long_jobs{};  ///< for what may take long, pipelines say: the default pool runs it after the others. Else `jobs`
+  /// for jobs that may take long, such as pipelines: the default pool runs them after the others. Otherwise the same as `jobs`
+  coppice_jobs long_jobs{};
 };
 
-/// What the default jobs and io hooks point at.
+/// The objects behind the default jobs and io hooks.
 struct DefaultHooks {
   coppice_allocator allocator{};
-  std::unique_ptr<ThreadPool> pool;  ///< null where the jobs hook is the engine's and the kernel reads
-  std::unique_ptr<UringIo> uring;    ///< null where the io hook is the engine's or the pool reads
+  std::unique_ptr<ThreadPool> pool;  ///< null if the jobs hook is the engine's and the kernel reads
+  std::unique_ptr<UringIo> uring;    ///< null if the io hook is the engine's or the pool reads
 };
 
-/// Who reads files where the engine leaves that to us.
-enum class Reading : std::uint8_t { automatic, thread_pool };  ///< automatic: io_uring where the kernel has it
+/// Says who reads files if the engine gives no io hook.
+enum class Reading : std::uint8_t { automatic, thread_pool };  ///< automatic: io_uring if the kernel has it
 
-/// Hooks with every gap filled: malloc, a thread pool of the context's own for jobs, io_uring for files, or where the kernel has none pread
-/// on that pool; log and trace stay as they are.
+/// Hooks with defaults filled in: malloc, a thread pool of the context's own for jobs, io_uring for files (or pread on that pool if the
+/// kernel has none). log and trace stay as they are.
 struct HookSet {
   Hooks hooks;
-  bool real_files = false;                 ///< the io hook is ours: paths are the file system's
-  std::unique_ptr<DefaultHooks> defaults;  ///< null when the engine brought its own jobs and io. Must outlive every use of `hooks`
+  bool real_files = false;                 ///< the io hook is ours, so paths are the file system's
+  std::unique_ptr<DefaultHooks> defaults;  ///< null if the engine has set its own jobs and io. Must outlive every use of `hooks`
 };
 
-/// malloc.
+/// Returns a hook that uses malloc.
 coppice_allocator default_allocator();
 
-/// errors  invalid_argument: a hook set in part
+/// errors  invalid_argument: an incomplete hook
 Result<void> check_hooks(const Hooks& given);
 
-/// A hook counts as given when all its function pointers are set; one that is set in part is an error.
-/// errors  invalid_argument: a hook set in part; out_of_memory: no thread can be started, with the system's reason
+/// Fills in defaults. A hook counts as given if all its function pointers are set; an incomplete one is an error.
+/// errors  invalid_argument: an incomplete hook; out_of_memory: no thread can be started, with the system's reason
 Result<HookSet> complete_hooks(const Hooks& given, Reading reading = Reading::automatic);
 
-/// A clock that never goes back, ns since some moment. Any thread.
+/// Reads a monotonic clock, ns since some moment. Any thread.
 std::uint64_t now_ns();
 
-/// The time, where somebody traces; else 0.
+/// Returns the time if there is a trace hook, else 0.
 inline std::uint64_t trace_start(const coppice_trace& trace) {
   return trace.span != nullptr ? now_ns() : 0;
 }
 
-/// Ends a span that trace_start began, if somebody traces. span: without its size and end
+/// Ends a span that trace_start began if there is a trace hook. span: without its size and end
 inline void trace_end(const coppice_trace& trace, coppice_trace_span span) {
   if (trace.span == nullptr) return;
   span.struct_size = sizeof span;
@@ -72,7 +72,7 @@ inline void trace_end(const coppice_trace& trace, coppice_trace_span span) {
   trace.span(trace.user, &span);
 }
 
-/// Writes one line to the log hook, if there is one, as printable() makes it: paths come from files. Any thread.
+/// Writes one line to the log hook, if there is one. The line passes through printable(), because paths come from files. Any thread.
 void log_line(const coppice_log& log, coppice_log_level level, const char* format, ...) __attribute__((format(printf, 3, 4)));
 
 /// An array from the allocator hook, whose length may come from a file: allocation fails with a status instead of aborting.
@@ -92,7 +92,7 @@ class HookArray {
   }
   ~HookArray() { reset(); }
 
-  /// `count` elements; 0 gives an empty array without a call to the hook.
+  /// Allocates `count` elements; 0 gives an empty array without a call to the hook.
   /// errors  out_of_memory: the hook returned null, or the size in bytes does not fit size_t
   static Result<HookArray> allocate(const coppice_allocator& allocator, std::size_t count) {
     HookArray array;
@@ -144,7 +144,7 @@ Result<void> allocate_into(HookArray<T>& array, const coppice_allocator& allocat
   return move_into(array, HookArray<T>::allocate(allocator, count));
 }
 
-/// A copy with room for `count` elements, which are at least as many. errors  as HookArray::allocate
+/// Returns a copy with `count` elements, which must not be fewer. errors  as HookArray::allocate
 template <class T>
 Result<HookArray<T>> enlarged_copy(const HookArray<T>& array, const coppice_allocator& allocator, std::size_t count) {
   COPPICE_TRY(larger, HookArray<T>::allocate(allocator, count));
@@ -152,21 +152,21 @@ Result<HookArray<T>> enlarged_copy(const HookArray<T>& array, const coppice_allo
   return larger;
 }
 
-/// A text with a zero behind it. errors  as HookArray::allocate
+/// Returns a copy of the text with a zero behind it. errors  as HookArray::allocate
 Result<HookArray<char>> copied_text(std::string_view text, const coppice_allocator& allocator);
 
-/// How many there is to be room for.
+/// Arguments of roomy_count.
 struct Growth {
   std::uint32_t now = 0, needed = 0;
-  std::uint32_t first = 0;  ///< at the beginning
-  std::uint32_t most = 0;   ///< >= needed
-  std::uint32_t step = 1;   ///< a multiple of it, or most
+  std::uint32_t first = 0;    ///< the first capacity
+  std::uint32_t maximum = 0;  ///< maximum; >= needed
+  std::uint32_t step = 1;     ///< the result is a multiple of it, or the maximum
 };
-/// Half as many again as now, and what is needed: adding n one by one then copies 3 n at most.
+/// Returns one and a half times the present capacity, or `needed` if that is more. Adding n elements one by one then copies 3 n at most.
 constexpr std::uint32_t roomy_count(const Growth& growth) {
   if (growth.needed <= growth.now) return growth.now;
-  const std::uint64_t wanted = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.most, (wanted + growth.step - 1) / growth.step * growth.step));
+  const std::uint64_t target = std::max<std::uint64_t>({growth.needed, growth.now + std::uint64_t{growth.now} / 2, growth.first});
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(growth.maximum, (target + growth.step - 1) / growth.step * growth.step));
 }
 
 /// Bytes from the allocator hook.

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kFirstPause_ns = 50'000'000;
 constexpr std::uint64_t kLongestSleep_ns = 5'000'000;
 
-/// -1 is EPERM, and what a hook returns that knows no reason.
+/// -1 is EPERM, but also the result of a hook that knows no reason.
 std::string reason_of(std::int64_t result) {
   return result < -1 && result > -4096 ? std::generic_category().message(static_cast<int>(-result)) : std::string();
 }
@@ -27,14 +27,14 @@ Error open_error(std::int64_t result) {
   return {Status::io, "cannot open file", Error::kNoOffset, result == -EINVAL ? "not a regular file" : reason_of(result)};
 }
 
-Error read_error(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset) {
+Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset) {
   if (bytes_read < 0) return {bytes_read == -ENOMEM ? Status::out_of_memory : Status::io, "read failed", offset, reason_of(bytes_read)};
-  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(wanted) + " bytes"};
+  return {Status::io, "read failed", offset, std::to_string(bytes_read) + " of " + std::to_string(expected) + " bytes"};
 }
 
 bool ReadRetry::pause(std::uint64_t now_ns) {
-  if (++failed_tries >= kReadTries) return false;
-  again_ns = now_ns + (kFirstPause_ns << 2 * (failed_tries - 1));
+  if (++failed_attempts >= kReadAttempts) return false;
+  again_ns = now_ns + (kFirstPause_ns << 2 * (failed_attempts - 1));
   return true;
 }
 

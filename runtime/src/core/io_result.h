@@ -1,6 +1,6 @@
 #pragma once
 
-// What the I/O hook gives back: errors with the system's reason, and when a read that failed is tried again.
+// Results of the I/O hook: errors with the system's reason, and when to retry a failed read.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,28 +9,29 @@
 
 namespace coppice {
 
-/// What an error of the operating system is. reason: its number, positive. out_of_memory for ENOMEM, else io
+/// Maps an operating system's error to a status: out_of_memory for ENOMEM, else io. reason: its number, positive
 Status status_of(int reason);
 
-/// The error of an open that failed. result: the hook's, negative. No reason where it gives none, -1
+/// Error of a failed open. result: the hook's, negative. -1 gives no reason
 Error open_error(std::int64_t result);
 
-/// The error of a read that did not give all its bytes: negative, with the reason, or fewer than `wanted`. -ENOMEM is out_of_memory
-Error read_error(std::int64_t bytes_read, std::size_t wanted, std::uint64_t offset);
+/// Error of a read that failed (negative, with the reason) or came short of `expected`. -ENOMEM is out_of_memory
+Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset);
 
-/// How often a read is tried. The pauses between are 50, 200 and 800 ms.
-inline constexpr std::uint32_t kReadTries = 4;
+/// Number of attempts at a read. The pauses between them are 50, 200 and 800 ms.
+inline constexpr std::uint32_t kReadAttempts = 4;
 
-/// The tries of one read, or of several that are waited for together. Whatever the reason: a hook need not know what passes by itself.
+/// Counts the attempts at one read, or at several that are waited for together. Every failure is retried: a hook need not know which ones
+/// are temporary.
 struct ReadRetry {
-  std::uint32_t failed_tries = 0;
-  std::uint64_t again_ns = 0;  ///< on the clock; 0: nothing is waited for
+  std::uint32_t failed_attempts = 0;
+  std::uint64_t again_ns = 0;  ///< time of the next attempt; 0: none is scheduled
 
-  /// A try has failed: the next is at again_ns. False: it was the last.
+  /// Notes a failed attempt and schedules the next one at again_ns. False if it was the last.
   bool pause(std::uint64_t now_ns);
 };
 
-/// Sleeps until the clock is there, for those that may block.
+/// Sleeps until the clock reaches a time, for callers that may block.
 void wait_until(std::uint64_t (*clock_ns)(), std::uint64_t until_ns);
 
 }  // namespace coppice

@@ -14,7 +14,8 @@ bool is_control(std::uint32_t code) {
   struct Range {
     std::uint32_t first, last;
   };
-  // C0, DEL and C1; marks, embeddings and overrides of direction; separators of lines; isolates of direction; the byte order mark.
+  // The ranges are C0; DEL and C1; marks, embeddings and overrides of direction; separators of lines; isolates of direction; the byte order
+  // mark.
   static constexpr Range kRanges[] = {{0x00, 0x1f},     {0x7f, 0x9f},     {0x61c, 0x61c},  {0x200e, 0x200f},
                                       {0x2028, 0x202e}, {0x2066, 0x2069}, {0xfeff, 0xfeff}};
   return std::ranges::any_of(kRanges, [code](const Range& range) { return code >= range.first && code <= range.last; });

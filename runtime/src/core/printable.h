@@ -5,12 +5,12 @@
 
 namespace coppice {
 
-/// `text` as it may be printed on a terminal, on one line. Control characters (C0, DEL, C1), line and paragraph separators, characters that
-/// change the direction of writing, and bytes that are not UTF-8 become \xNN, one for each byte. Names come from files, and a terminal
-/// obeys what it is sent.
+/// Makes text safe to print on a terminal, on one line, because names come from files and terminals obey control characters. Control
+/// characters (C0, DEL, C1), line and paragraph separators, characters that change the direction of writing, and bytes that are not UTF-8
+/// become \xNN, one for each byte.
 std::string printable(std::string_view text);
 
-/// Whether printable(text) is `text` itself.
+/// True if printable(text) is `text` itself.
 bool is_printable(std::string_view text);
 
 }  // namespace coppice

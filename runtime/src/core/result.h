@@ -7,7 +7,7 @@
 
 namespace coppice {
 
-/// What went wrong, by who can do something about it. The values of coppice_status in coppice.h; append, never renumber.
+/// Kinds of failure, by who can act on them. The values are those of coppice_status in coppice.h; append, never renumber.
 enum class Status : std::int32_t {
   ok = 0,
   invalid_argument = 1,  ///< the caller: null, wrong size, bad handle, option out of range
@@ -24,7 +24,7 @@ struct Error {
   static constexpr std::uint64_t kNoOffset = ~std::uint64_t{0};
 
   Status status = Status::internal;
-  const char* what = "";  ///< static storage
+  const char* what = "";  ///< in static storage
   std::uint64_t offset = kNoOffset;
   std::string detail = {};
 
@@ -77,7 +77,7 @@ class [[nodiscard]] Result<void> {
   Error error_;
 };
 
-/// Moves a value to its place; where there is none, the place stays as it is and the error is passed on.
+/// Moves a value to its place. If there is none the place stays as it is and the error is returned.
 template <class T>
 Result<void> move_into(T& place, Result<T> value) {
   if (!value) return value.error();
@@ -96,6 +96,6 @@ Result<void> move_into(T& place, Result<T> value) {
 
 /// Declares `name` with the value of a Result, or returns its error from the enclosing function.
 #define COPPICE_TRY(name, expression) COPPICE_TRY_(COPPICE_CONCAT(coppice_try_, __LINE__), name, expression)
-/// The same for a Result<void>.
+/// Does the same for a Result<void>.
 #define COPPICE_CHECK(expression) \
   if (auto coppice_check = (expression); !coppice_check) return coppice_check.error()

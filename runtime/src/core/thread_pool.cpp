@@ -22,12 +22,12 @@ struct Job {
   void* argument = nullptr;
 };
 
-/// In order of submission.
+/// A queue in order of submission.
 struct JobQueue {
   std::array<Job, ThreadPool::kQueueLength> ring{};
   std::uint32_t first = 0, count = 0;
 
-  /// False: it is full.
+  /// False if it is full.
   bool push(const Job& job) {
     if (count == ring.size()) return false;
     ring[(first + count++) % ring.size()] = job;
@@ -43,7 +43,7 @@ struct JobQueue {
 
 }  // namespace
 
-// pthread_create instead of std::thread: the latter reports a missing resource by throwing, which here would end the process.
+// pthread_create instead of std::thread: the latter throws if a resource is missing, which would end the process here.
 struct ThreadPool::State {
   std::mutex mutex;
   std::condition_variable changed;
@@ -80,7 +80,7 @@ Result<std::unique_ptr<ThreadPool>> ThreadPool::create(std::uint32_t thread_coun
   int error = 0;
   while (shared.thread_count < std::min(thread_count, kMaxThreads)) {
     const auto entry = [](void* argument) -> void* {
-      // Woken, it does not push the thread that submits off its core.
+      // With this policy a woken thread does not preempt the thread that submits.
       const sched_param param{};
       pthread_setschedparam(pthread_self(), SCHED_BATCH, &param);
       static_cast<State*>(argument)->run();

@@ -29,7 +29,7 @@ struct UringIo::State {
   coppice_allocator allocator{};
   io_uring ring{};
   bool ring_made = false, thread_made = false;
-  std::mutex mutex;  ///< of the submission side; and what the waiting thread sees of a task passes through it
+  std::mutex mutex;  ///< guards the submission side, and orders what the waiting thread sees of a task
   pthread_t thread{};
 
   ~State() {
@@ -40,7 +40,7 @@ struct UringIo::State {
     if (ring_made) io_uring_queue_exit(&ring);
   }
 
-  /// Null: ends the waiting thread.
+  /// Null ends the waiting thread.
   void submit(Task* task) {
     const std::lock_guard lock(mutex);
     io_uring_sqe* entry = io_uring_get_sqe(&ring);
@@ -52,14 +52,14 @@ struct UringIo::State {
       const std::size_t bytes = std::min(read.bytes - task->bytes_read, kMaxBytesAtOnce);
       io_uring_prep_read(entry, read.file, static_cast<std::uint8_t*>(read.destination) + task->bytes_read, static_cast<unsigned>(bytes),
                          read.offset + task->bytes_read);
-      // Without it the kernel copies what is in its cache here and now, on the engine's thread.
+      // Without it the kernel copies cached data at once, on the engine's thread.
       io_uring_sqe_set_flags(entry, IOSQE_ASYNC);
     }
     io_uring_sqe_set_data(entry, task);
     submit_entries();
   }
 
-  // Busy: the waiting thread has not come to take what is done. What an error leaves behind goes with the next submission.
+  // EBUSY: the waiting thread has not collected finished reads yet. Entries that an error leaves behind go with the next submission.
   void submit_entries() {
     for (int result = io_uring_submit(&ring); result == -EAGAIN || result == -EBUSY || result == -EINTR; result = io_uring_submit(&ring))
       sched_yield();
@@ -73,7 +73,7 @@ struct UringIo::State {
       const int result = entry->res;
       io_uring_cqe_seen(&ring, entry);
       if (task == nullptr) return;
-      { const std::lock_guard lock(mutex); }  // submit() has let go of the task
+      { const std::lock_guard lock(mutex); }  // waits until submit() does not use the task any more
       take(task, result);
     }
   }

@@ -9,26 +9,27 @@
 
 namespace coppice {
 
-/// File reads through io_uring: the kernel's threads do them, one of ours waits for what is done.
+/// Reads files through io_uring: the kernel's threads read, one of ours waits for completions.
 class UringIo {
  public:
-  /// allocator  for a few bytes a read. errors  unsupported: the kernel has no io_uring, or does not allow it; out_of_memory
+  /// allocator  provides a few bytes per read. errors  unsupported: the kernel has no io_uring, or does not allow it; out_of_memory
   static Result<std::unique_ptr<UringIo>> create(const coppice_allocator& allocator);
 
-  /// Every read must be done.
+  /// Before: every read is done.
   ~UringIo();
   UringIo(const UringIo&) = delete;
   UringIo& operator=(const UringIo&) = delete;
 
   struct Read {
-    int file = -1;  ///< not O_NONBLOCK
+    int file = -1;  ///< without O_NONBLOCK
     std::uint64_t offset = 0;
     void* destination = nullptr;
     std::size_t bytes = 0;
     void (*done)(void* argument, std::int64_t bytes_read) = nullptr;  ///< fewer bytes only at the end of the file; -errno on failure
     void* argument = nullptr;
   };
-  /// Does not wait for the file. done is called on the waiting thread, or inline where the allocator hook has nothing. Any thread.
+  /// Starts a read without waiting for the file. done is called on the waiting thread, or inline if the allocator hook has no memory. Any
+  /// thread.
   void read(const Read& read);
 
  private:

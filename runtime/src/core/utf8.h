@@ -6,11 +6,11 @@
 namespace coppice {
 
 struct Utf8Character {
-  std::size_t length = 0;  ///< bytes of its sequence; 0: none that is valid
+  std::size_t length = 0;  ///< bytes of its sequence; 0: it is not valid
   std::uint32_t code = 0;
 };
 
-/// What is at the front of `text`. Overlong forms and surrogates are not valid.
+/// Reads the character at the front of `text`. Overlong forms and surrogates are not valid.
 /// text  not empty
 inline Utf8Character utf8_character(std::span<const std::uint8_t> text) {
   const std::uint8_t lead = text[0];
@@ -27,7 +27,7 @@ inline Utf8Character utf8_character(std::span<const std::uint8_t> text) {
   return overlong || outside ? Utf8Character{} : Utf8Character{length, code};
 }
 
-/// Bytes of the valid sequence at the front of `text`, 0 if there is none. text: not empty
+/// Returns the length of the valid sequence at the front of `text`, 0 if there is none. text: not empty
 inline std::size_t utf8_sequence_length(std::span<const std::uint8_t> text) {
   return utf8_character(text).length;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-// Vectors with the names that GLSL has for what is done with them: what the runtime computes with on the CPU, and what the headers of
-// shaders/ are written in, which compile as GLSL too. Trivial types, laid out as GLSL's scalar block layout has them.
+// Vectors with GLSL's names for types and functions. The runtime computes with them on the CPU, and headers of shaders/ use them, which
+// compile as GLSL too. The types are trivial and laid out as in GLSL's scalar block layout.
 
 #include <algorithm>
 #include <bit>
@@ -24,7 +24,7 @@ inline float inversesqrt(float x) {
   return 1.0f / std::sqrt(x);
 }
 
-/// Values of low to 1 as whole numbers of `steps` to 1, side by side in a word, the first one lowest.
+/// Packs values of low to 1 side by side into a word, each as a whole number of `steps` to 1, the first one lowest.
 inline uint packed_steps(std::initializer_list<float> values, float low, float steps) {
   const std::size_t bits = 32 / values.size();
   uint word = 0;
@@ -43,11 +43,11 @@ struct vec2 {
   friend uint packSnorm2x16(const vec2& v) { return packed_steps({v.x, v.y}, -1.0f, 32767.0f); }
 };
 
-/// A number as a half, and back. What is beyond the largest becomes that; what is below 2^-14 becomes 0.
+/// Converts a number to a half and back. Values beyond the largest half become that; values below 2^-14 become 0.
 inline uint half_of(float x) {
-  constexpr float kMost = 65504.0f, kLeast = 1.0f / 16384.0f;
-  const float size = std::min(std::fabs(x), kMost);
-  if (!(size >= kLeast)) return 0;
+  constexpr float kMaximum = 65504.0f, kMinimum = 1.0f / 16384.0f;
+  const float size = std::min(std::fabs(x), kMaximum);
+  if (!(size >= kMinimum)) return 0;
   const uint bits = std::bit_cast<uint>(size) + 0xfffu + (std::bit_cast<uint>(size) >> 13u & 1u);
   return (x < 0.0f ? 0x8000u : 0u) | std::min((bits >> 13u) - (112u << 10u), 0x7bffu);
 }
@@ -97,7 +97,7 @@ struct vec3 {
 
   friend vec3 min(const vec3& a, const vec3& b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
   friend vec3 max(const vec3& a, const vec3& b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
-  friend vec3 clamp(const vec3& a, const vec3& low, const vec3& high) { return min(max(low, a), high); }  // of a NaN low
+  friend vec3 clamp(const vec3& a, const vec3& low, const vec3& high) { return min(max(low, a), high); }  // low if a is NaN
   friend vec3 abs(const vec3& a) { return {abs(a.x), abs(a.y), abs(a.z)}; }
   friend vec3 floor(const vec3& a) { return {floor(a.x), floor(a.y), floor(a.z)}; }
   friend vec3 round(const vec3& a) { return {round(a.x), round(a.y), round(a.z)}; }
@@ -116,7 +116,7 @@ struct ivec3 {
   constexpr ivec3(int first, int second, int third) : x(first), y(second), z(third) {}
 };
 
-/// Places in a large world; differences of near ones are vec3.
+/// Positions in a large world; differences of near ones are vec3.
 struct dvec3 {
   double x, y, z;
 

@@ -1,5 +1,5 @@
-// BC1: two colours of 16 bits and 16 indices of 2 bits. Where the first colour is the larger number, indices 2 and 3 lie between the two;
-// else 2 is their mean and 3 is black. BC3: two alphas and 16 indices of 3 bits, then a BC1 block that always has four colours. Values
+// BC1 has two colours of 16 bits and 16 indices of 2 bits. If the first colour is the larger number, indices 2 and 3 lie between the two;
+// else 2 is their mean and 3 is black. BC3 has two alphas and 16 indices of 3 bits, then a BC1 block that always has four colours. Values
 // between are rounded to the nearest; GPUs may differ by one or two.
 
 #include "block_texture.h"
@@ -33,7 +33,7 @@ Rgba8 texel_of_565(std::uint32_t packed) {
           static_cast<std::uint8_t>(blue << 3 | blue >> 2), 255};
 }
 
-/// (weight_a * a + weight_b * b) / their sum, colour only.
+/// Computes (weight_a * a + weight_b * b) / their sum, for colour only.
 Rgba8 between(const Rgba8& a, const Rgba8& b, std::uint32_t weight_a, std::uint32_t weight_b) {
   const std::uint32_t sum = weight_a + weight_b;
   Rgba8 result{0, 0, 0, 255};
@@ -66,7 +66,7 @@ void decode_alphas(Bytes bytes, Block& block) {
   for (std::size_t i = 0; i < block.size(); ++i) block[i][3] = palette[indices >> 3 * i & 7u];
 }
 
-/// The part of a block that is inside the level.
+/// Stores the part of a block that is inside the level.
 void store_block(const Block& block, const MipLevel& level, std::uint32_t left, std::uint32_t top, std::span<std::uint8_t> rgba) {
   const std::uint32_t columns = std::min(kBlockSide, level.width - left), rows = std::min(kBlockSide, level.height - top);
   for (std::uint32_t row = 0; row < rows; ++row)

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the readers of files have in common: structs copied out of bytes, counts held to their limits, errors that name field and byte.
+// Shared by readers of files: structs copied out of bytes, counts held to their limits, errors that name field and byte.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ inline Error bad_field(const char* what, std::uint64_t offset, std::string detai
   return Error{Status::bad_file, what, offset, std::move(detail)};
 }
 
-/// Copies a T; the caller has checked that it is there.
+/// Copies a T; the caller has checked the length.
 template <class T>
 T copy_at(std::span<const std::uint8_t> bytes, std::uint64_t offset) {
   T value;
@@ -25,19 +25,19 @@ T copy_at(std::span<const std::uint8_t> bytes, std::uint64_t offset) {
   return value;
 }
 
-/// A count and its limits, and where it is in its struct.
+/// A count, its limits, and its place in its struct.
 struct CountField {
   const char* name;
-  std::uint64_t value, least, most;
+  std::uint64_t value, minimum, maximum;
   std::size_t offset;
 };
 
-/// at  of the struct in the file. errors  bad_file: the first count outside its limits
+/// at  offset of the struct in the file. errors  bad_file: the first count outside its limits
 inline Result<void> check_count_fields(std::span<const CountField> fields, std::uint64_t at) {
   for (const CountField& field : fields)
-    if (field.value < field.least || field.value > field.most)
+    if (field.value < field.minimum || field.value > field.maximum)
       return bad_field(field.name, at + field.offset,
-                       std::to_string(field.value) + " is not in " + std::to_string(field.least) + ".." + std::to_string(field.most));
+                       std::to_string(field.value) + " is not in " + std::to_string(field.minimum) + ".." + std::to_string(field.maximum));
   return {};
 }
 

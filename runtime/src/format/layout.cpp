@@ -8,7 +8,7 @@ namespace coppice {
 
 namespace {
 
-/// Chunks of one kind that follow each other.
+/// Consecutive chunks of one kind.
 struct Run {
   coppice_chunk_kind kind;
   std::uint32_t count, first;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What reader and writer agree on beyond the structs: the order of the chunks, their names, the checksum.
+// Shared by reader and writer, beyond the structs: the order of the chunks, their names, the checksum.
 
 #include <cstdint>
 #include <span>
@@ -16,14 +16,14 @@ struct ChunkKey {
 
 // The counts of `plant` must be within their limits, here and below.
 
-/// Chunks that a file has.
+/// Number of chunks in a file.
 std::uint32_t chunk_count(const coppice_file_plant& plant);
 /// The chunk at a position in file order. position: < chunk_count
 ChunkKey chunk_at(const coppice_file_plant& plant, std::uint32_t position);
-/// Chunks in the first read, counted from the start of the file.
+/// Number of chunks in the first read, counted from the start of the file.
 std::uint32_t first_read_chunk_count(const coppice_file_plant& plant);
 
-/// "PAGE" and the like; static storage. "unknown" for a value that is no kind.
+/// Returns "PAGE" and the like; static storage. "unknown" for a value that is no kind.
 const char* chunk_kind_name(std::uint32_t kind);
 
 /// XXH3-64.

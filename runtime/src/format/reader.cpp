@@ -1,6 +1,6 @@
-// Parses the front of a .coppice file. Nothing in it is believed before it is checked: the header by its checksum and the file's
-// real size, the table by its checksum and by the layout, which leaves no freedom (FORMAT.md: chunks tile the file in one order), and
-// each parsed chunk by its checksum and by the range of every field. Structs are copied out byte by byte, never cast.
+// Parses the front of a .coppice file. It checks everything before it uses it: the header by its checksum and the file's real size, the
+// table by its checksum and by the layout, which leaves no freedom (FORMAT.md: chunks tile the file in one order), and each parsed chunk by
+// its checksum and by the range of every field. Structs are copied out byte by byte, never cast.
 
 #include "reader.h"
 
@@ -30,7 +30,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// The caller has checked that so many are there.
+/// The caller has checked the length.
 template <class T>
 Result<void> copy_into(HookArray<T>& array, const coppice_allocator& allocator, Bytes bytes, std::size_t offset, std::size_t count) {
   COPPICE_CHECK(allocate_into(array, allocator, count));
@@ -40,7 +40,7 @@ Result<void> copy_into(HookArray<T>& array, const coppice_allocator& allocator, 
 
 bool in_unit_range(float value) {
   return value >= 0.0f && value <= 1.0f;
-}  // false for NaN
+}  // also false for NaN
 
 bool all_finite(std::span<const float> values) {
   for (float value : values)
@@ -48,7 +48,7 @@ bool all_finite(std::span<const float> values) {
   return true;
 }
 
-/// Text up to a zero, then only zeros.
+/// True for text up to a zero, then only zeros.
 bool is_terminated_utf8(Bytes field) {
   std::size_t at = 0;
   while (at < field.size() && field[at] != 0) {
@@ -125,7 +125,7 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
   return {};
 }
 
-/// Entries tile the file from the end of the table to its last byte, which rules out overlaps, gaps and wrapping sums at once.
+/// Entries tile the file from the end of the table to its last byte, which excludes overlaps, gaps and sums that wrap.
 Result<void> check_tiling(std::span<const coppice_file_chunk> chunks, std::uint64_t file_bytes) {
   std::uint64_t at = sizeof(coppice_file_header) + chunks.size() * sizeof(coppice_file_chunk);
   for (std::size_t i = 0; i < chunks.size(); ++i) {
@@ -151,9 +151,9 @@ Result<void> check_order(const PlantFile& file) {
     const coppice_file_chunk& chunk = file.chunks[i];
     const ChunkKey key = chunk_at(file.plant, i);
     const std::uint64_t entry = sizeof(coppice_file_header) + i * sizeof(coppice_file_chunk);
-    const auto want = [&] { return std::string(chunk_kind_name(key.kind)) + " " + std::to_string(key.index) + " expected"; };
-    if (chunk.kind != static_cast<std::uint32_t>(key.kind)) return bad_field("chunk table kind", entry, want());
-    if (chunk.index != key.index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), want());
+    const auto expected = [&] { return std::string(chunk_kind_name(key.kind)) + " " + std::to_string(key.index) + " expected"; };
+    if (chunk.kind != static_cast<std::uint32_t>(key.kind)) return bad_field("chunk table kind", entry, expected());
+    if (chunk.index != key.index) return bad_field("chunk table index", entry + offsetof(coppice_file_chunk, index), expected());
     if (key.kind == COPPICE_CHUNK_WOOD && file.plant.wood_triangle_counts[key.index] > COPPICE_MAX_WOOD_TRIANGLES_PER_BYTE * chunk.bytes)
       return bad_field("plant wood_triangle_counts",
                        file.chunks[0].offset + offsetof(coppice_file_plant, wood_triangle_counts) + key.index * 4,
@@ -168,7 +168,7 @@ Result<void> check_order(const PlantFile& file) {
   return {};
 }
 
-/// The table's bytes, checked against the header; then the entries.
+/// Checks the table's bytes against the header, then the entries.
 Result<HookArray<coppice_file_chunk>> read_table(const coppice_file_header& header, Bytes bytes, const coppice_allocator& allocator) {
   const std::uint64_t table_bytes = std::uint64_t{header.chunk_count} * sizeof(coppice_file_chunk);
   const Bytes table = bytes.subspan(sizeof(coppice_file_header), static_cast<std::size_t>(table_bytes));
@@ -180,7 +180,7 @@ Result<HookArray<coppice_file_chunk>> read_table(const coppice_file_header& head
   return chunks;
 }
 
-/// The bytes of chunk `position` of the front, checked.
+/// Returns the checked bytes of chunk `position` of the front.
 Result<Bytes> front_chunk(const PlantFile& file, Bytes bytes, std::size_t position, std::uint64_t expected_bytes) {
   const coppice_file_chunk& chunk = file.chunks[position];
   if (chunk.bytes != expected_bytes)
@@ -319,7 +319,7 @@ Result<void> read_leaf_meshes(PlantFile& file, Bytes bytes, const coppice_alloca
   return {};
 }
 
-/// Moves an error from inside what begins at `at`.
+/// Adds `at` to the offset of an error.
 Error placed_at(Error error, std::uint64_t at) {
   error.offset += at;
   return error;
@@ -369,7 +369,7 @@ Result<coppice_file_header> read_header(Bytes bytes, std::uint64_t file_bytes) {
     return bad_field("magic", 0, "not a .coppice file");
   if (bytes.size() < sizeof(coppice_file_header)) return bad_field("header", bytes.size(), "the file is cut off");
   const auto header = copy_at<coppice_file_header>(bytes, 0);
-  // The version before the checksum: a later version may put its checksum elsewhere.
+  // The version is checked first, because another version may put its checksum elsewhere.
   if (header.version != COPPICE_FORMAT_VERSION)
     return bad_field(
         "version", offsetof(coppice_file_header, version),

@@ -13,7 +13,7 @@ inline float linear_from_srgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
 }
 
-/// Of a byte. From a table: pow would take most of the time of what looks at texels.
+/// Converts a byte by a table, because pow would dominate the time of reading texels.
 inline float linear_from_srgb8(std::uint8_t value) {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> values{};

@@ -1,6 +1,6 @@
 #pragma once
 
-// Single texels of a stored texture, for what looks at a few of them: what a card or a triangle shows from afar.
+// Reads single texels of a stored texture, for the distant appearance of cards and triangles.
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ struct Texels {
   HookBuffer rgba;
 };
 
-/// The smallest level whose longer side is at least this, or the largest there is. chunk: a TEXTURE chunk of this layout
+/// Returns the smallest level whose longer side is at least this, or the largest there is. chunk: a TEXTURE chunk of this layout
 /// errors  out_of_memory
 Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_t> chunk, std::uint32_t side_px,
                         const coppice_allocator& allocator);
@@ -24,7 +24,7 @@ Result<Texels> level_of(const TextureLayout& layout, std::span<const std::uint8_
 /// Linear colour and alpha, 0..1.
 using Texel = std::array<float, 4>;
 
-/// Between the four nearest texels, linearly; the texture repeats. u, v: any finite number
+/// Interpolates linearly between the four nearest texels; the texture repeats. u, v: any finite number
 Texel texel_at(const Texels& texels, float u, float v);
 
 }  // namespace coppice

@@ -13,7 +13,7 @@ namespace {
 using Node = coppice_file_wind_node;
 using Cell = std::array<std::uint32_t, 3>;
 
-/// Of a sway or a difference of two, -1..1.
+/// Length of a sway, or of a difference of two, -1..1.
 double length(int sway_cos, int sway_sin) {
   return std::sqrt(double(sway_cos * sway_cos + sway_sin * sway_sin)) / 127.0;
 }
@@ -22,25 +22,25 @@ std::size_t node_index(std::uint32_t side, const Cell& at) {
   return at[0] + std::size_t{side} * (at[1] + std::size_t{side} * at[2]);
 }
 
-/// How steeply a cell's lean and sway change at most.
+/// Maximum slopes of lean and sway in a cell.
 struct Slopes {
   double lean_per_m = 0.0, sway_per_m = 0.0;
 };
 
-/// Along one axis: of the cell's four edges the largest difference over the length. Inside, a trilinear field's derivative is a mean of
-/// these four.
+/// Slopes along one axis: the largest difference along the cell's four edges over the length. Inside the cell the derivative of a trilinear
+/// field is a mean of these four.
 Slopes axis_slopes(const WindField& field, const Cell& cell, std::size_t axis, double edge_m) {
-  Slopes most;
+  Slopes maximum;
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     if ((corner >> axis & 1) != 0) continue;
     const auto node = [&](std::uint32_t bits) -> const Node& {
       return field.nodes[node_index(field.head.node_side, {cell[0] + (bits & 1), cell[1] + (bits >> 1 & 1), cell[2] + (bits >> 2 & 1)})];
     };
     const Node &from = node(corner), &to = node(corner | 1u << axis);
-    most.lean_per_m = std::max(most.lean_per_m, std::abs(to.lean - from.lean) / 255.0 / edge_m);
-    most.sway_per_m = std::max(most.sway_per_m, length(to.sway_cos - from.sway_cos, to.sway_sin - from.sway_sin) / edge_m);
+    maximum.lean_per_m = std::max(maximum.lean_per_m, std::abs(to.lean - from.lean) / 255.0 / edge_m);
+    maximum.sway_per_m = std::max(maximum.sway_per_m, length(to.sway_cos - from.sway_cos, to.sway_sin - from.sway_sin) / edge_m);
   }
-  return most;
+  return maximum;
 }
 
 double cell_growth(const WindField& field, const Cell& cell) {
@@ -60,7 +60,7 @@ double cell_growth(const WindField& field, const Cell& cell) {
 
 struct NamedField {
   const char* name;
-  float value, least, most;
+  float value, minimum, maximum;
   std::size_t offset;
 };
 
@@ -98,44 +98,44 @@ WindSample sample_wind(const WindField& field, const float (&position)[3]) {
   return sample;
 }
 
-double most_wind_move_m(const WindField& field) {
+double max_wind_move_m(const WindField& field) {
   double most_m = 0.0;
   for (const Node& node : field.nodes)
     most_m = std::max(most_m, field.head.lean_m * (node.lean / 255.0) + field.head.sway_m * length(node.sway_cos, node.sway_sin));
   return field.head.bend_m + most_m;
 }
 
-double most_wind_growth(const WindField& field) {
+double max_wind_growth(const WindField& field) {
   const std::uint32_t cells = std::max(field.head.node_side, 1u) - 1;
-  double most = 2.0 * field.head.bend_m / field.head.height_m;
-  if (cells > 0) most = 0.0;
+  double maximum = 2.0 * field.head.bend_m / field.head.height_m;
+  if (cells > 0) maximum = 0.0;
   for (std::uint32_t z = 0; z < cells; ++z)
     for (std::uint32_t y = 0; y < cells; ++y)
-      for (std::uint32_t x = 0; x < cells; ++x) most = std::max(most, cell_growth(field, {x, y, z}));
-  return most;
+      for (std::uint32_t x = 0; x < cells; ++x) maximum = std::max(maximum, cell_growth(field, {x, y, z}));
+  return maximum;
 }
 
 Result<void> check_wind_head(const coppice_file_wind& head, std::uint64_t at) {
-  constexpr float kMost = 3.402823466e38f;  // what is finite
-  constexpr float kLeastExtent_m = 1e-30f;  // shaders have its inverse
+  constexpr float kMaximum = 3.402823466e38f;  // bounds finite values
+  constexpr float kMinExtent_m = 1e-30f;       // shaders divide by it
   const NamedField fields[] = {
-      {"wind base_y_m", head.base_y_m, -kMost, kMost, offsetof(coppice_file_wind, base_y_m)},
-      {"wind height_m", head.height_m, 0.0f, kMost, offsetof(coppice_file_wind, height_m)},
-      {"wind bend_m", head.bend_m, 0.0f, kMost, offsetof(coppice_file_wind, bend_m)},
-      {"wind lean_m", head.lean_m, 0.0f, kMost, offsetof(coppice_file_wind, lean_m)},
-      {"wind sway_m", head.sway_m, 0.0f, kMost, offsetof(coppice_file_wind, sway_m)},
+      {"wind base_y_m", head.base_y_m, -kMaximum, kMaximum, offsetof(coppice_file_wind, base_y_m)},
+      {"wind height_m", head.height_m, 0.0f, kMaximum, offsetof(coppice_file_wind, height_m)},
+      {"wind bend_m", head.bend_m, 0.0f, kMaximum, offsetof(coppice_file_wind, bend_m)},
+      {"wind lean_m", head.lean_m, 0.0f, kMaximum, offsetof(coppice_file_wind, lean_m)},
+      {"wind sway_m", head.sway_m, 0.0f, kMaximum, offsetof(coppice_file_wind, sway_m)},
       {"wind stem_period_s", head.stem_period_s, COPPICE_MIN_WIND_PERIOD_S, COPPICE_MAX_WIND_PERIOD_S,
        offsetof(coppice_file_wind, stem_period_s)},
       {"wind branch_period_s", head.branch_period_s, COPPICE_MIN_WIND_PERIOD_S, COPPICE_MAX_WIND_PERIOD_S,
        offsetof(coppice_file_wind, branch_period_s)},
   };
   for (const NamedField& field : fields)
-    if (!(field.value >= field.least && field.value <= field.most)) return bad_field(field.name, at + field.offset, "outside its range");
-  if (!(head.height_m >= kLeastExtent_m))
-    return bad_field("wind height_m", at + offsetof(coppice_file_wind, height_m), "not 1e-30 or more");
+    if (!(field.value >= field.minimum && field.value <= field.maximum))
+      return bad_field(field.name, at + field.offset, "outside its range");
+  if (!(head.height_m >= kMinExtent_m)) return bad_field("wind height_m", at + offsetof(coppice_file_wind, height_m), "not 1e-30 or more");
   for (int axis = 0; axis < 3; ++axis) {
     const float low = head.box_min[axis], high = head.box_max[axis];
-    if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || !(high - low >= kLeastExtent_m))
+    if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(high - low) || !(high - low >= kMinExtent_m))
       return bad_field("wind box", at + offsetof(coppice_file_wind, box_min), "not a finite box of 1e-30 m or more on every axis");
   }
   const std::uint32_t side = head.node_side;
@@ -153,10 +153,10 @@ Result<void> check_wind_field(const WindField& field, double sphere_radius_m, st
     if (node.sway_cos < -127 || node.sway_sin < -127) return bad_field("wind node sway", node_at + offsetof(Node, sway_cos), "-128");
     if (node.reserved != 0) return bad_field("wind node reserved", node_at + offsetof(Node, reserved), "must be zero");
   }
-  if (const double move_m = most_wind_move_m(field); !(move_m <= COPPICE_MAX_WIND_MOVE * sphere_radius_m))
+  if (const double move_m = max_wind_move_m(field); !(move_m <= COPPICE_MAX_WIND_MOVE * sphere_radius_m))
     return bad_field("wind move", at + offsetof(coppice_file_wind, bend_m),
                      std::to_string(move_m) + " m, more than a twentieth of the sphere's radius");
-  if (const double growth = most_wind_growth(field); !(growth <= COPPICE_MAX_WIND_GROWTH))
+  if (const double growth = max_wind_growth(field); !(growth <= COPPICE_MAX_WIND_GROWTH))
     return bad_field("wind growth", at + offsetof(coppice_file_wind, bend_m), std::to_string(growth) + " is more than 0.08");
   return {};
 }

@@ -40,7 +40,8 @@ coppice_file_plant with_counts(const FileContents& contents) {
   return plant;
 }
 
-/// The TEXTURE chunk of the largest level of at most so many px, alone, or of the smallest there is; nothing of a chunk that is none.
+/// Makes a TEXTURE chunk with only the largest level of at most side_px, or the smallest level there is; returns nothing if the chunk is
+/// not valid.
 Buffer small_texture(const Buffer& chunk, std::uint32_t side_px) {
   const auto layout = read_texture(chunk);
   if (!layout) return {};

@@ -9,11 +9,11 @@
 namespace coppice::gpu {
 namespace {
 
-/// Kept free in the staging ring for what is no chunk: instances, tables, lists.
+/// Bytes of the staging ring kept free for instances, tables and lists.
 constexpr std::uint64_t kFrameStagingBytes = 1ull << 19;
-/// A block of device memory is one part in this many of the budget: of 4,096 allocations that devices promise, few are taken.
+/// A block of device memory is the budget divided by this. So few of the 4,096 allocations that devices guarantee are needed.
 constexpr std::uint64_t kBlockShare = 32;
-/// That there is room for from the beginning.
+/// Capacity at the beginning.
 constexpr std::uint32_t kFirstPlants = 16;
 
 constexpr VkPipelineStageFlags2 kReadStages = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT |
@@ -23,7 +23,7 @@ constexpr VkAccessFlags2 kReads = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCES
                                   VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT;
 
 std::uint64_t block_bytes(std::uint64_t budget_bytes) {
-  return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kLeastBlockBytes, DeviceMemory::kMostBlockBytes);
+  return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kMinBlockBytes, DeviceMemory::kMaxBlockBytes);
 }
 
 }  // namespace
@@ -33,13 +33,13 @@ Renderer::Renderer(const RendererDesc& desc)
       memory_(device_),
       desc_(desc),
       pipelines_(device_, desc.pipeline_cache, desc.blocking_pipelines ? coppice_jobs{} : desc.jobs),
-      garbage_(device_),
-      uploads_(device_, garbage_, desc.allocator),
+      deletion_(device_),
+      uploads_(device_, deletion_, desc.allocator),
       growing_(device_),
       texture_sets_(device_),
-      plants_(device_, garbage_, uploads_, texture_sets_, desc.allocator),
+      plants_(device_, deletion_, uploads_, texture_sets_, desc.allocator),
       wind_maps_(device_, desc.allocator),
-      views_(device_, garbage_, pipelines_, scene_, plants_, desc.allocator) {
+      views_(device_, deletion_, pipelines_, scene_, plants_, desc.allocator) {
   if (!desc.only_measured) return;
   device_.vk = without_memory(device_.vk);
   device_.memory.hook = {};
@@ -60,7 +60,7 @@ Result<void> Renderer::create() {
   COPPICE_CHECK(views_.create(desc_.views, texture_sets_));
   if (desc_.views.pass_times) COPPICE_CHECK(timer_.create(device_));
   COPPICE_CHECK(create_buffers());
-  // Until here blocks are small, whatever the budget: what is taken before any plant does not depend on it.
+  // Blocks are small up to here, so the memory before any plant does not depend on the budget.
   set_memory_budget(desc_.memory_budget_bytes);
   return device_state();
 }
@@ -72,10 +72,10 @@ Renderer::~Renderer() {
     destroy_buffer(device_, *buffer);
 }
 
-// What the device binds, and what it culls in one dispatch and draws in one call.
+// Lowers limits to what the device binds, culls in one dispatch and draws in one call.
 void Renderer::lower_limits() {
-  const auto lower = [](std::uint32_t& limit, std::uint64_t most) {
-    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, most));
+  const auto lower = [](std::uint32_t& limit, std::uint64_t maximum) {
+    limit = static_cast<std::uint32_t>(std::min<std::uint64_t>(limit, maximum));
   };
   lower(desc_.views.max_instances, std::uint64_t{device_.max_group_count} * kCullGroupSize);
   lower(desc_.views.max_instances, device_.max_draw_count);
@@ -83,18 +83,18 @@ void Renderer::lower_limits() {
   if (device_.reads_texels) lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
 }
 
-BufferSizes Renderer::sizes(const Capacity& wanted) {
+BufferSizes Renderer::sizes(const Capacity& needed) {
   constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-  const Capacity capacity{std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
+  const Capacity capacity{std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), kTexels | kTo | kFrom, true, VK_FORMAT_R32G32B32A32_UINT});
-  sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::most_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
+  sizes.add({&scene_.moved, "coppice moved instances", InstanceTable::max_moved(static_cast<std::uint32_t>(slots)) * sizeof(Instance),
              kTexels | kTo, false, VK_FORMAT_R32G32B32A32_UINT});
   sizes.add({&scene_.plants, "coppice plant records", plants * sizeof(Plant), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTo});
   sizes.add({&scene_.tables, "coppice tables", plants * kTableStride * sizeof(std::uint32_t), kTexels | kTo | kFrom, true});
-  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMostMapPlaces : 1) * sizeof(vec2), kTexels | kTo, false,
+  sizes.add({&scene_.wind_maps, "coppice wind maps", (has_wind_maps_ ? kWindMaps * kMaxMapPlaces : 1) * sizeof(vec2), kTexels | kTo, false,
              VK_FORMAT_R32G32_UINT});
   views_.add_sizes(capacity, sizes);
   return sizes;
@@ -112,33 +112,33 @@ Result<void> Renderer::create_buffers() {
   return views_.reserve_plants(capacity_.plants);
 }
 
-std::uint64_t Renderer::reserve_bytes(const Capacity& wanted) {
-  return growing_.reserve_bytes(sizes(wanted));
+std::uint64_t Renderer::reserve_bytes(const Capacity& needed) {
+  return growing_.reserve_bytes(sizes(needed));
 }
 
-Result<void> Renderer::reserve(const Capacity& wanted) {
-  COPPICE_ASSERT(wanted.slots <= desc_.views.max_instances && wanted.plants <= desc_.max_plants);
-  COPPICE_CHECK(plants_.reserve(wanted.plants));
-  COPPICE_CHECK(views_.reserve_plants(wanted.plants));
-  COPPICE_CHECK(growing_.reserve(sizes(wanted)));
-  capacity_ = {std::max(wanted.slots, capacity_.slots), std::max(wanted.plants, capacity_.plants)};
+Result<void> Renderer::reserve(const Capacity& needed) {
+  COPPICE_ASSERT(needed.slots <= desc_.views.max_instances && needed.plants <= desc_.max_plants);
+  COPPICE_CHECK(plants_.reserve(needed.plants));
+  COPPICE_CHECK(views_.reserve_plants(needed.plants));
+  COPPICE_CHECK(growing_.reserve(sizes(needed)));
+  capacity_ = {std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
   return {};
 }
 
-void Renderer::take_map(FrameWind& wind) {
-  Result<void> taken;
+void Renderer::begin_wind_map(FrameWind& wind) {
+  Result<void> result;
   if (wind.now.wind.map != nullptr && !has_wind_maps_) {
     has_wind_maps_ = true;
-    const BufferSizes wanted = sizes({});
-    if (fits_buffer(device_, growing_.reserve_bytes(wanted)))
-      taken = growing_.reserve(wanted);
+    const BufferSizes needed = sizes({});
+    if (fits_buffer(device_, growing_.reserve_bytes(needed)))
+      result = growing_.reserve(needed);
     else
-      taken = Error{Status::out_of_memory, "the memory budget has no room for maps"};
-    has_wind_maps_ = static_cast<bool>(taken);
-    if (!taken) wind.now.wind.map = nullptr;
+      result = Error{Status::out_of_memory, "the memory budget has no room for maps"};
+    has_wind_maps_ = static_cast<bool>(result);
+    if (!result) wind.now.wind.map = nullptr;
   }
-  if (auto copied = wind_maps_.begin_frame(wind); !copied) taken = copied;
-  if (!taken) go_on_without(device_, taken.error(), "plants move without the wind's map");
+  if (auto copied = wind_maps_.begin_frame(wind); !copied) result = copied;
+  if (!result) go_on_without(device_, result.error(), "plants move without the wind's map");
 }
 
 Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance,
@@ -146,7 +146,7 @@ Result<void> Renderer::add_plant(std::uint32_t index, const PlantFile& file, con
   COPPICE_ASSERT(index < desc_.max_plants);
   COPPICE_CHECK(reserve({.plants = index + 1}));
   COPPICE_CHECK(plants_.add(index, file, appearance, lod_words));
-  if (plants_.plant(index)->has_cuts) views_.want_leaves(index);
+  if (plants_.plant(index)->has_cuts) views_.request_leaves(index);
   return {};
 }
 
@@ -155,7 +155,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   completed_ = completed_number;
   upload_state_ = UploadState::none;
   pipelines_.collect();
-  garbage_.begin_frame(frame_number, completed_number);
+  deletion_.begin_frame(frame_number, completed_number);
   uploads_.begin_frame(frame_number, completed_number);
   views_.begin_frame(frame_number, completed_number);
   if (timer_.exists()) timer_.collect(device_, completed_number);
@@ -164,18 +164,18 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   upload_state_ = UploadState::recording;
-  if (growing_.take(uploads_, garbage_)) views_.buffers_changed();
+  if (growing_.replace(uploads_, deletion_)) views_.buffers_changed();
 }
 
 Result<void> Renderer::upload_page(const PageUpload& upload) {
   COPPICE_CHECK(plants_.upload_page(upload));
-  if (upload.page == 0 || plants_.plant(upload.plant)->has_gaps) views_.want_leaves(upload.plant);
+  if (upload.page == 0 || plants_.plant(upload.plant)->has_transparency) views_.request_leaves(upload.plant);
   return {};
 }
 
 Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
   COPPICE_CHECK(plants_.upload_mesh(upload));
-  views_.want_mesh(upload.plant, upload.mesh);
+  views_.request_mesh(upload.plant, upload.mesh);
   return {};
 }
 
@@ -241,7 +241,7 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
 
 Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
   COPPICE_TRY(view, views_.add(attachments, capacity_));
-  // The first of its kind may ask for lists that views share.
+  // The first view of its kind may need lists that views share.
   if (auto shared = growing_.reserve(sizes({})); !shared) {
     remove_view(view);
     return shared.error();
@@ -251,7 +251,7 @@ Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
 
 void Renderer::remove_view(std::uint32_t view) {
   BufferSizes sizes;
-  views_.view(view).add_sizes({.slots = 1}, sizes);  // all that it may have
+  views_.view(view).add_sizes({.slots = 1}, sizes);  // all buffers that it may have
   growing_.forget(sizes);
   views_.remove(view);
 }
@@ -262,15 +262,15 @@ void Renderer::set_memory_budget(std::uint64_t bytes) {
 }
 
 // A larger budget has larger blocks.
-std::uint64_t Renderer::least_budget_bytes(std::uint64_t taken_bytes) const {
-  const std::uint64_t without_block = taken_bytes - committed_bytes(device_.memory);
+std::uint64_t Renderer::min_budget_bytes(std::uint64_t reserved_bytes) const {
+  const std::uint64_t without_block = reserved_bytes - committed_bytes(device_.memory);
   DeviceMemory memory = device_.memory;
-  std::uint64_t least = 0;
-  for (std::uint64_t next = taken_bytes; next != least; next = without_block + committed_bytes(memory)) {
-    least = next;
-    memory.block_bytes = whole_units(memory, block_bytes(least));
+  std::uint64_t minimum = 0;
+  for (std::uint64_t next = reserved_bytes; next != minimum; next = without_block + committed_bytes(memory)) {
+    minimum = next;
+    memory.block_bytes = whole_units(memory, block_bytes(minimum));
   }
-  return least;
+  return minimum;
 }
 
 std::uint64_t Renderer::staging_bytes() const {

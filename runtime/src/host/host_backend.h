@@ -1,6 +1,6 @@
 #pragma once
 
-// A host that draws itself as a context's backend.
+// The backend of a host that draws itself.
 
 #include <deque>
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace coppice {
 
-/// What a host hears of but for chunks that were added.
+/// An event for the host, other than an added chunk.
 struct HostEvent {
   coppice_change_kind kind = COPPICE_CHANGE_NONE;
   coppice_plant plant = 0;
@@ -22,7 +22,7 @@ class HostBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const override { return taken_bytes; }
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override { return reserved_bytes; }
   void set_memory_budget(std::uint64_t) override {}
   [[nodiscard]] Result<void> device_state() const override { return {}; }
   void fill_stats(coppice_stats&) const override {}
@@ -46,7 +46,7 @@ class HostBackend final : public Backend {
   [[nodiscard]] ViewCounts view_counts(std::uint32_t) const override { return {}; }
   [[nodiscard]] HostBackend* host() override { return this; }
 
-  /// What the host has not heard of yet. No more than plants that were opened or closed, and chunks that were dropped.
+  /// Events that the host has not taken yet: at most one for each plant opened or closed and each chunk dropped.
   [[nodiscard]] std::deque<HostEvent>& events() { return events_; }
 
  private:

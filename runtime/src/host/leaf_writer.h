@@ -1,6 +1,6 @@
 #pragma once
 
-// Leaf quads as the vertices of a host.
+// Writes leaf quads as vertices of a host.
 
 #include <cstdint>
 #include <span>
@@ -13,13 +13,13 @@
 
 namespace coppice {
 
-/// What is wrong with a layout; empty: nothing.
+/// Says what is wrong with a layout; empty if nothing is.
 std::string layout_problem(const coppice_leaf_layout& layout);
 
-/// The leaves of a cut, one after the other.
+/// Writes the leaves of a cut one after the other.
 class LeafWriter {
  public:
-  /// layout: without a problem. output: with room for all that is written. All outlive it
+  /// layout: checked. output: large enough. All arguments outlive it
   LeafWriter(const PlantFile& file, const gpu::LeafBox& box, const coppice_leaf_layout& layout, const coppice_leaf_output& output)
       : file_(file), box_(box), layout_(layout), output_(output) {}
   void write(const PageNode& node);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which instances a view sees, by blocks and then one by one, as the shaders cull them.
+// Finds the instances that a view sees, first by blocks and then one by one, as the shaders do.
 
 #include <algorithm>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace coppice {
 
-/// Calls take(slot) for each instance of the view's layers whose sphere, with what the wind can move, reaches into it, in order.
+/// Calls take(slot), in order, for each instance of the view's layers whose sphere, enlarged by the motion of wind, reaches into the view.
 template <class Take>
 void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {
   for (std::size_t block = 0; block < instances.bounds.size(); ++block) {

@@ -23,11 +23,11 @@ constexpr std::size_t block_count(std::size_t slot_count, std::uint32_t block_sl
   return (slot_count + block_slots - 1) / block_slots;
 }
 
-Error too_many(std::uint32_t most) {
-  return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(most)};
+Error too_many(std::uint32_t maximum) {
+  return {Status::out_of_memory, "more instances than max_instances, or than this device holds", Error::kNoOffset, std::to_string(maximum)};
 }
 
-/// quaternion: about unit
+/// quaternion: about unit length
 dvec3 rotated(const vec4& quaternion, const dvec3& v) {
   const double x = quaternion.x, y = quaternion.y, z = quaternion.z, w = quaternion.w;
   const double length_2 = x * x + y * y + z * z + w * w;
@@ -35,21 +35,21 @@ dvec3 rotated(const vec4& quaternion, const dvec3& v) {
   return v + t * w + cross(axis, t);
 }
 
-/// Of two quaternions, unit.
+/// Product of two quaternions, unit.
 vec4 product(const vec4& a, const vec4& b) {
   const vec3 axis = a.w * b.xyz() + b.w * a.xyz() + cross(a.xyz(), b.xyz());
   const vec4 turned{axis, a.w * b.w - dot(a.xyz(), b.xyz())};
   return turned * inversesqrt(dot(turned.xyz(), turned.xyz()) + turned.w * turned.w);
 }
 
-/// As Instance has it: a plant is mirrored by the sign of w, which otherwise says nothing. mirrored: by its scale
+/// Returns Instance::rotation: the sign of w, which otherwise has no meaning, mirrors a plant. mirrored: by its scale
 vec4 instance_rotation(const float (&rotation)[4], bool mirrored) {
-  constexpr float kLeastW = 1e-12f;
-  const vec4 unit{rotation[0], rotation[1], rotation[2], std::copysign(std::max(std::abs(rotation[3]), kLeastW), rotation[3])};
+  constexpr float kMinW = 1e-12f;
+  const vec4 unit{rotation[0], rotation[1], rotation[2], std::copysign(std::max(std::abs(rotation[3]), kMinW), rotation[3])};
   return std::signbit(unit.w) == mirrored ? unit : unit * -1.0f;
 }
 
-/// As write() takes it, from the world's first origin.
+/// The inverse of write(), from the world's first origin.
 coppice_placement placement_of(const Instance& instance) {
   const dvec3 place = place_of(instance);
   const vec3 tint = tint_of(instance);
@@ -68,7 +68,7 @@ coppice_placement placement_of(const Instance& instance) {
   return placement;
 }
 
-/// Whether two are at the same place.
+/// True if both are at the same place.
 bool stands_alike(const Instance& a, const Instance& b) {
   return a.position == b.position && a.scale == b.scale && a.rotation == b.rotation && a.cell_xy == b.cell_xy &&
          (a.cell_z_bias & 0xffffu) == (b.cell_z_bias & 0xffffu);
@@ -180,7 +180,7 @@ Result<void> InstanceTable::reserve(std::uint32_t slot_count) {
 }
 
 std::uint32_t InstanceTable::roomy(std::uint32_t slot_count) const {
-  return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .most = max_instances_, .step = kDirtyBlockSlots});
+  return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .maximum = max_instances_, .step = kDirtyBlockSlots});
 }
 
 Result<std::uint32_t> InstanceTable::slots_for(std::size_t added) const {
@@ -210,7 +210,7 @@ void InstanceTable::set_plant_sphere(std::uint32_t plant, std::span<const float,
 }
 
 std::uint32_t InstanceTable::free_block_count() const {
-  // The last one only if it is whole: a tile's blocks are all alike.
+  // The last block is usable only if it is whole: a tile's blocks all have the same size.
   const std::uint32_t whole = max_instances_ / kDirtyBlockSlots;
   return freed_block_count_ + (whole - std::min(whole, block_end_));
 }
@@ -244,7 +244,7 @@ Result<InstanceTile> InstanceTable::add_tile(std::uint32_t name, std::span<const
 }
 
 std::uint32_t InstanceTable::member_slot(const InstanceTile& tile, std::uint32_t number) const {
-  std::uint32_t block = tile.first_block;  // the last of them
+  std::uint32_t block = tile.first_block;  // the last block of the tile
   while (number < arrays_.blocks[block].first_number) block = arrays_.blocks[block].next;
   return block * kDirtyBlockSlots + number - arrays_.blocks[block].first_number;
 }
@@ -289,7 +289,7 @@ void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const
     COPPICE_ASSERT(arrays_.blocks[block].is_tile());
     for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
-      // A tile whose plants have closed is left empty.
+      // A tile is left empty once its plants have closed.
       if (plant_of(slot) == kNoPlant) continue;
       write(slot, plant_of(slot), placed_in(then, placed_in(first, placement_of(arrays_.instances[slot]))), {0, 0, 0});
     }
@@ -308,7 +308,7 @@ void InstanceTable::remove_tile(const InstanceTile& tile) {
   }
 }
 
-// The block that was freed last, so that what is uploaded and culled stays short.
+// Returns the block that was freed last, so that the range that is uploaded and culled stays short.
 std::uint32_t InstanceTable::take_block() {
   return freed_block_count_ > 0 ? arrays_.freed_blocks[--freed_block_count_] : block_end_++;
 }
@@ -428,7 +428,7 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   if (then.plant == kNoPlant) {
     tell_before(slot, kCame);
   } else if (then.before == 0 && !stands_alike(then, instance)) {
-    const bool room = moved_count_ < most_moved(capacity());
+    const bool room = moved_count_ < max_moved(capacity());
     if (room) arrays_.moved[moved_count_++] = then;
     tell_before(slot, room ? moved_count_ : kCame);
   }

@@ -4,7 +4,7 @@
 
 namespace coppice::gpu {
 
-/// What may be drawn of a plant this frame.
+/// The parts of a plant that may be drawn in this frame.
 struct PlantResidency {
   std::uint32_t leaf_count = 1;
   std::uint32_t wood_mask = 0;

@@ -9,7 +9,7 @@ namespace coppice {
 float sphere_entry(const Ray& ray, const vec3& center, float radius) {
   const vec3 off = center - ray.origin;
   const float along = dot(off, ray.direction);
-  // Its distance from the line: not off - along^2, which loses a near sphere to a far one's rounding.
+  // The distance from the line. off^2 - along^2 would lose a near sphere to rounding of a far one.
   const vec3 aside = off - ray.direction * along;
   const float half_chord_2 = radius * radius - dot(aside, aside);
   if (!(half_chord_2 >= 0.0f)) return kMissed;

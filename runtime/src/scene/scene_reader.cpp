@@ -1,7 +1,7 @@
-// Nothing in the file is believed before it is checked: the header by its checksum and the file's real size, which its counts must add up
-// to, so that no allocation is larger than the file; the tree by its order, which leaves no freedom (each tile but the root is the child of
-// exactly one earlier tile); tiles by their checksums and the range of every field. A comparison of floats says what is allowed and is
-// negated, so that NaN is refused; and so are values that are in range but whose ratio is not. Structs are copied out, never cast.
+// Everything in the file is checked before it is used. The header is checked by its checksum and the file's real size, which its counts
+// must add up to, so no allocation is larger than the file. The tree is checked by its order, which leaves no freedom: each tile but the
+// root is the child of exactly one earlier tile. Tiles are checked by their checksums and the range of every field. A comparison of floats
+// states what is allowed and is negated, so that NaN is refused. Ratios of values are checked as well. Structs are copied out, never cast.
 
 #include "scene_reader.h"
 
@@ -26,10 +26,10 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr float kMaxCoordinate_m = 1e7f;  // beyond it a float's step is a metre
+constexpr float kMaxCoordinate_m = 1e7f;  // beyond it a step of a float is a metre
 
-bool in_range(float value, float least, float most) {
-  return value >= least && value <= most;  // false for NaN
+bool in_range(float value, float minimum, float maximum) {
+  return value >= minimum && value <= maximum;  // false for NaN
 }
 
 Result<void> check_counts(const coppice_scene_header& header) {
@@ -80,7 +80,7 @@ Result<void> read_species(Bytes bytes, const coppice_allocator& allocator, Scene
   return {};
 }
 
-/// Values of one entry by themselves.
+/// Checks the values of one entry alone.
 Result<void> check_tile(const SceneTile& tile, std::uint64_t at) {
   const coppice_scene_tile& entry = tile.entry;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -104,7 +104,7 @@ Result<void> check_tile(const SceneTile& tile, std::uint64_t at) {
   return {};
 }
 
-/// Gives a tile's children their squares and levels, and until they are read themselves their parent's max_radius.
+/// Gives a tile's children their squares and levels, and the parent's max_radius until they are read themselves.
 Result<void> place_children(SceneFile& scene, std::uint32_t parent_index, std::uint32_t& next_child, std::uint64_t at) {
   const SceneTile& parent = scene.tiles[parent_index];
   const coppice_scene_tile& entry = parent.entry;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Reads .forest files: where plants stand. See SCENE.md.
+// Reads .forest files, which say where plants stand. See SCENE.md.
 
 #include <array>
 #include <cstdint>
@@ -14,16 +14,16 @@
 
 namespace coppice {
 
-/// A species for a writer.
+/// A species, for the writer.
 struct SceneSpecies {
   std::string path;  ///< relative to the scene's folder
   std::array<float, 3> sphere_center{};
   float sphere_radius_m = 1.0f;
 };
 
-/// The same as read.
+/// A species, as read.
 struct SceneFileSpecies {
-  std::string_view path;  ///< into SceneFile::paths
+  std::string_view path;  ///< points into SceneFile::paths
   std::array<float, 3> sphere_center{};
   float sphere_radius_m = 1.0f;
 };
@@ -32,8 +32,8 @@ struct SceneTile {
   coppice_scene_tile entry{};
   std::array<float, 2> square_min_m{};  ///< x, z
   float square_side_m = 0.0f;
-  std::uint64_t offset = 0;  ///< of its instances in the file
-  std::uint32_t bytes = 0;   ///< of them
+  std::uint64_t offset = 0;  ///< offset of its instances in the file
+  std::uint32_t bytes = 0;   ///< length of its instances
   std::uint32_t level = 0;   ///< 0: the root
 };
 
@@ -42,7 +42,7 @@ struct SceneFile {
   coppice_scene_header header{};
   HookArray<char> paths;  ///< all of them, one after the other
   HookArray<SceneFileSpecies> species;
-  float height_min_m = 0.0f, height_max_m = 0.0f;  ///< of the plants' feet
+  float height_min_m = 0.0f, height_max_m = 0.0f;  ///< heights of the plants' feet
   HookArray<SceneTile> tiles;  ///< breadth first: a tile's children are [first_child, first_child + popcount(child_mask))
 };
 
@@ -52,7 +52,7 @@ struct SceneInstance {
   float yaw_rad = 0.0f;
   std::array<float, 3> tint{};
   std::uint32_t species = 0;
-  bool mirrored = false;  ///< left and right, before it is turned
+  bool mirrored = false;  ///< left and right are exchanged before it is turned
 };
 
 inline constexpr std::size_t kSceneHeaderBytes = sizeof(coppice_scene_header);
@@ -71,8 +71,8 @@ Result<SceneFile> read_scene_front(std::span<const std::uint8_t> bytes, std::uin
                                    const coppice_allocator& allocator = default_allocator());
 
 /// Parses a tile's instances.
-/// bytes  [tile.bytes] of the file at tile.offset. out: [tile.entry.instance_count]
-/// errors  bad_file: wrong length or checksum, a species that is not there, a plant larger than the tile's largest
+/// bytes  [tile.bytes] from the file at tile.offset. out: [tile.entry.instance_count]
+/// errors  bad_file: wrong length or checksum, an unknown species, a plant larger than the tile's largest
 /// thread  any
 Result<void> read_scene_tile(const SceneFile& scene, const SceneTile& tile, std::span<const std::uint8_t> bytes,
                              std::span<SceneInstance> out);

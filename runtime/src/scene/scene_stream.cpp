@@ -14,28 +14,28 @@
 namespace coppice {
 namespace {
 
-/// Tiles that are there stay until they are this much smaller than what is wanted: a camera that comes and goes reads nothing.
+/// Resident tiles stay until they are this much smaller than those in demand, so a camera that moves back and forth reads nothing.
 constexpr float kKeepShare = 0.8f;
-/// After the allocator hook had nothing, frames until the next try.
+/// Frames until the next attempt after the allocator hook had no memory.
 constexpr std::uint64_t kRetryFrames = 60;
 
 enum class TileState : std::uint8_t {
   absent,
-  reading,   ///< the I/O hook or a job has it
+  reading,   ///< the I/O hook or a job works on it
   decoded,   ///< waits for its species, or for its turn
   resident,  ///< its instances are placed
-  failed,    ///< reported once, never asked for again
+  failed,    ///< logged once, never requested again
 };
 
 enum class ReadStage : std::uint8_t {
   idle,
   reading,
-  paused,  ///< the read failed and is tried again
+  paused,  ///< the read failed and is tried again later
   decoding,
   done,
 };
 
-/// A tile on its way. While a hook owns it, the frame's thread leaves it alone.
+/// A tile that is being loaded. While a hook owns it, the frame's thread leaves it alone.
 struct Read {
   ReadStage stage = ReadStage::idle;
   CompletionQueue<Read>* queue = nullptr;
@@ -62,7 +62,7 @@ void run_decode(void* argument) {
   read->queue->push(read);
 }
 
-/// Reads the start of the file through the hook and waits, also for further tries.
+/// Reads the start of the file through the hook and waits, also for retries.
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)()) {
   CompletionQueue<Read> queue;
   Read read;
@@ -85,23 +85,23 @@ std::string_view folder_of(std::string_view path) {
 
 struct SpeciesEntry {
   SpeciesState state = SpeciesState::unknown;
-  const char* path = nullptr;  ///< with the scene's folder, into species_paths
+  const char* path = nullptr;  ///< points into species_paths, with the scene's folder
 };
 
 }  // namespace
 
 struct SceneStream::State {
-  State(const Hooks& of, Ledger& taken_from, const SceneStreamOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+  State(const Hooks& of, Ledger& shared_ledger, const SceneStreamOptions& with) : hooks(of), ledger(shared_ledger), options(with) {}
 
   Hooks hooks;
   Ledger& ledger;
-  std::uint64_t taken_bytes = 0;  ///< but for reads
+  std::uint64_t reserved_bytes = 0;  ///< without those of reads
   SceneStreamOptions options;
   HookArray<char> path;
   std::int64_t io_file = -1;
   SceneFile file;
   HookArray<TileState> tiles;
-  HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame that wanted it
+  HookArray<std::uint64_t> wanted_frame;  ///< [tile] the last frame in which it was in demand
   HookArray<std::uint32_t> resident;      ///< [resident_count] in any order
   std::uint32_t resident_count = 0;
   HookArray<SpeciesEntry> species;
@@ -110,26 +110,26 @@ struct SceneStream::State {
   CompletionQueue<Read> queue;
   std::uint64_t frame = 0, retry_frame = 0;
 
-  // At their largest from the start, so that what the scene takes does not grow with the view.
+  // They have their maximum size from the start, so that the scene's memory does not grow with the view.
   BoundedList<TileSize> sizes;            ///< scratch: tiles near the threshold, in this frame
-  BoundedList<TileSize> requests;         ///< scratch: those to ask for
-  BoundedList<TileSize> small;            ///< scratch: those to drop, by place in `resident`
+  BoundedList<TileSize> requests;         ///< scratch: tiles to request
+  BoundedList<TileSize> small;            ///< scratch: tiles to drop, by place in `resident`
   HookArray<std::uint32_t> tile_scratch;  ///< [tile]
   BoundedList<std::uint32_t> dropped;
-  std::uint32_t used_blocks = 0;  ///< of tiles that are on their way or resident
-  std::vector<SceneEye> eyes;     ///< of the frame's views
+  std::uint32_t used_blocks = 0;  ///< blocks of tiles that are being loaded or resident
+  std::vector<SceneEye> eyes;     ///< those of the frame's views
   float threshold_px = 0.0f;
   SceneStats counters;
 
   ~State() {
     queue.wait_for_all();
     if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
-    ledger.give(taken_bytes);
-    for (const Read& read : reads.span()) ledger.give(read.bytes.bytes() + read.instances.bytes());
+    ledger.release(reserved_bytes);
+    for (const Read& read : reads.span()) ledger.release(read.bytes.bytes() + read.instances.bytes());
   }
 
   Result<void> allocate();
-  Result<void> take_memory();
+  Result<void> reserve_own_memory();
   Result<void> name_species();
   Read* idle_read();
   void retry_reads();
@@ -142,7 +142,7 @@ struct SceneStream::State {
   void free_read(Read& read);
   void give_up_tile(std::uint32_t tile);
   void choose(std::uint32_t block_count);
-  void drop_small(float below_px, std::uint32_t most_blocks);
+  void drop_small(float below_px, std::uint32_t max_blocks);
   void request_tiles(std::uint32_t block_count);
   bool start_tile(std::uint32_t tile);
   bool settle_species(Read& read);
@@ -195,7 +195,7 @@ Result<void> SceneStream::State::name_species() {
 
 Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledger& ledger, const char* path,
                                                        const SceneStreamOptions& options) {
-  COPPICE_ASSERT(options.least_px > 0.0f && options.max_in_flight > 0);
+  COPPICE_ASSERT(options.min_px > 0.0f && options.max_in_flight > 0);
   std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "scene"};
   const auto opened = [&]() -> Result<void> {
@@ -205,7 +205,7 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
     if (state->io_file < 0) return open_error(state->io_file);
     COPPICE_CHECK(move_into(state->file, read_front_now(hooks, state->io_file, file_bytes, options.clock_ns)));
     COPPICE_CHECK(state->allocate());
-    return state->take_memory();
+    return state->reserve_own_memory();
   }();
   if (!opened) {
     log_line(hooks.log, COPPICE_LOG_ERROR, "%s: %s", path, opened.error().message().c_str());
@@ -217,21 +217,21 @@ Result<std::unique_ptr<SceneStream>> SceneStream::open(const Hooks& hooks, Ledge
   }
   state->counters.instance_count = state->file.header.instance_count;
   state->counters.tile_count = state->file.header.tile_count;
-  state->threshold_px = options.least_px;
+  state->threshold_px = options.min_px;
   std::unique_ptr<SceneStream> stream(new (std::nothrow) SceneStream(std::move(state)));
   if (!stream) return Error{Status::out_of_memory, "scene"};
   return stream;
 }
 
-// Of what there is from the start.
-Result<void> SceneStream::State::take_memory() {
+// Counts the memory that exists from the start.
+Result<void> SceneStream::State::reserve_own_memory() {
   const std::uint64_t bytes = sizeof(State) + path.bytes() + tiles.bytes() + wanted_frame.bytes() + resident.bytes() + reads.bytes() +
                               file.tiles.bytes() + file.species.bytes() + file.paths.bytes() + species.bytes() + species_paths.bytes() +
                               tile_scratch.bytes() + sizes.items.bytes() + requests.items.bytes() + small.items.bytes() +
                               dropped.items.bytes();
   if (!ledger.fits(bytes)) return Error{Status::out_of_memory, "memory budget: no room now; try again in a few frames"};
-  ledger.take(bytes);
-  taken_bytes = bytes;
+  ledger.reserve(bytes);
+  reserved_bytes = bytes;
   return {};
 }
 
@@ -247,7 +247,7 @@ void SceneStream::begin_frame(std::span<const SceneEye> eyes, std::uint32_t bloc
   s.collect();
   s.retry_reads();
   s.choose(block_count);
-  s.collect();  // hooks that answer inline
+  s.collect();  // hooks that answered inline
 }
 
 Read* SceneStream::State::idle_read() {
@@ -260,13 +260,13 @@ void SceneStream::State::collect() {
 }
 
 void SceneStream::State::free_bytes(Read& read) {
-  ledger.give(read.bytes.bytes());
+  ledger.release(read.bytes.bytes());
   read.bytes = {};
 }
 
 void SceneStream::State::free_read(Read& read) {
   free_bytes(read);
-  ledger.give(read.instances.bytes());
+  ledger.release(read.instances.bytes());
   read.instances = {};
   read.outcome = {};
   read.retry = {};
@@ -292,7 +292,7 @@ void SceneStream::State::retry_reads() {
   }
 }
 
-// A lack of memory passes; anything else is tried a few times.
+// A lack of memory is temporary; other failures have a few attempts.
 void SceneStream::State::fail_read(Read& read) {
   const Error error = read_error(read.bytes_read, read.bytes.size(), file.tiles[read.tile].offset);
   if (error.status == Status::out_of_memory) {
@@ -337,7 +337,7 @@ void SceneStream::State::finish(Read& read) {
     fail(read.tile, read.outcome.error());
     return free_read(read);
   }
-  // No longer wanted by far: decoded for nothing.
+  // By now it is far too small: it was decoded in vain.
   if (tile_size_px(tile, eyes) < kKeepShare * threshold_px) {
     give_up_tile(read.tile);
     return free_read(read);
@@ -349,11 +349,11 @@ void SceneStream::State::finish(Read& read) {
     if (SpeciesEntry& entry = species[instance.species]; entry.state == SpeciesState::unknown) entry.state = SpeciesState::wanted;
 }
 
-// What is largest, as much as fits, largest first until reads run out.
+// Chooses the largest tiles that fit, and requests them by size until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
-  sizes.count = gather_tiles(file, eyes, options.least_px, tile_scratch.span(), sizes.items.span());
+  sizes.count = gather_tiles(file, eyes, options.min_px, tile_scratch.span(), sizes.items.span());
   for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
-  threshold_px = fit_tiles(file, sizes.span(), options.least_px, block_count, tile_scratch.span());
+  threshold_px = fit_tiles(file, sizes.span(), options.min_px, block_count, tile_scratch.span());
   for (const TileSize& size : sizes.span())
     if (size.wanted) wanted_frame[size.tile] = frame;
   drop_small(kKeepShare * threshold_px, 0);
@@ -361,8 +361,8 @@ void SceneStream::State::choose(std::uint32_t block_count) {
   request_tiles(block_count);
 }
 
-// Drops resident tiles that are smaller than below_px and not wanted, smallest first, until no more than most_blocks are used.
-void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
+// Drops resident tiles that are smaller than below_px and not wanted, smallest first, until no more than max_blocks are used.
+void SceneStream::State::drop_small(float below_px, std::uint32_t max_blocks) {
   small.clear();
   for (std::uint32_t i = 0; i < resident_count; ++i)
     if (const float px = tile_size_px(file.tiles[resident[i]], eyes); px < below_px && wanted_frame[resident[i]] != frame)
@@ -370,13 +370,13 @@ void SceneStream::State::drop_small(float below_px, std::uint32_t most_blocks) {
   const std::span<TileSize> leaving = small.span();
   std::ranges::sort(leaving, {}, &TileSize::size_px);
   std::size_t count = 0;
-  for (; count < leaving.size() && used_blocks > most_blocks; ++count) {
+  for (; count < leaving.size() && used_blocks > max_blocks; ++count) {
     const std::uint32_t tile = resident[leaving[count].tile];
     give_up_tile(tile);
     dropped.push_back(tile);
     ++counters.tiles_dropped;
   }
-  // From the back, so that what moves up to fill a hole is none of the dropped.
+  // From the back, so that the tile that fills a hole is none of the dropped.
   std::ranges::sort(leaving.first(count), std::greater{}, &TileSize::tile);
   for (std::size_t i = 0; i < count; ++i) resident[leaving[i].tile] = resident[--resident_count];
 }
@@ -394,22 +394,22 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
     requests.push_back(size);
     missing_blocks += tile_blocks(file.tiles[size.tile]);
   }
-  const std::span<TileSize> wanted = requests.span();
-  if (wanted.empty() || frame < retry_frame) return;
-  // What is kept beyond the threshold makes way for what is wanted.
+  const std::span<TileSize> requested = requests.span();
+  if (requested.empty() || frame < retry_frame) return;
+  // Tiles that are kept beyond the threshold make way for those in demand.
   if (used_blocks + missing_blocks > block_count) drop_small(INFINITY, block_count - std::min(missing_blocks, block_count));
-  const std::size_t count = std::min<std::size_t>(wanted.size(), reads.size());
-  std::ranges::partial_sort(wanted, wanted.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
+  const std::size_t count = std::min<std::size_t>(requested.size(), reads.size());
+  std::ranges::partial_sort(requested, requested.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, &TileSize::size_px);
   for (std::size_t i = 0; i < count && idle_read() != nullptr; ++i) {
-    if (used_blocks + tile_blocks(file.tiles[wanted[i].tile]) > block_count) break;
-    if (!start_tile(wanted[i].tile)) break;
+    if (used_blocks + tile_blocks(file.tiles[requested[i].tile]) > block_count) break;
+    if (!start_tile(requested[i].tile)) break;
   }
 }
 
 bool SceneStream::State::start_tile(std::uint32_t index) {
   const SceneTile& tile = file.tiles[index];
-  const std::uint64_t wanted_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
-  if (!ledger.fits(wanted_bytes)) return false;
+  const std::uint64_t needed_bytes = tile.bytes + std::uint64_t{tile.entry.instance_count} * sizeof(SceneInstance);
+  if (!ledger.fits(needed_bytes)) return false;
   auto bytes = HookBuffer::allocate(hooks.allocator, tile.bytes);
   auto instances = HookArray<SceneInstance>::allocate(hooks.allocator, tile.entry.instance_count);
   if (!bytes || !instances) {
@@ -422,7 +422,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.instances = *std::move(instances);
   tiles[index] = TileState::reading;
   used_blocks += tile_blocks(tile);
-  ledger.take(wanted_bytes);
+  ledger.reserve(needed_bytes);
   start_read(read);
   return true;
 }

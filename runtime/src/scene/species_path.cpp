@@ -13,7 +13,7 @@ Result<void> check_species_path(const AssetFolder& folder, std::string_view scen
   const std::filesystem::path root = folder.root.empty() ? scene_folder : std::filesystem::path(folder.root);
   const std::filesystem::path inside =
       folder.root.empty() ? std::filesystem::path(species) : file.lexically_normal().lexically_relative(root.lexically_normal());
-  // Links above the scene may lead into the root where the letters do not: there the resolved path alone decides.
+  // Links above the scene may lead into the root where the text does not: then the resolved path alone decides.
   const bool by_letters = !folder.real_files || folder.root.empty();
   if (by_letters && !stays_inside(inside.native()))
     return Error{Status::invalid_argument, "outside the asset's folder", Error::kNoOffset, std::string(species)};

@@ -4,7 +4,7 @@
 
 namespace coppice {
 
-// Half as many again, so that trees may be felled one by one.
+// Grows by half, so that trees may be felled one by one.
 std::size_t TreeChanges::room_for(std::size_t added) const {
   const std::size_t now = changes_.items.size(), needed = changes_.count + added;
   return needed <= now ? now : std::max(needed, now + now / 2);

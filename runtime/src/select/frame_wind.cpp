@@ -10,7 +10,7 @@
 namespace coppice {
 namespace {
 
-/// Of a gust's waves: how they turn from the wind's direction, how long they are, and their share of it.
+/// A gust's wave: its direction relative to the wind, its length, and its share.
 struct Wave {
   double turn_rad, length_m;
   float share;
@@ -19,12 +19,12 @@ constexpr std::array<Wave, gpu::kWindWaves> kWaves{{{0.0, 80.0, 0.5f}, {0.5, 37.
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// So that a plant's motion is the same again after kWindPeriod_s.
+/// Rounds a frequency so that a plant's motion repeats after kWindPeriod_s.
 float whole_hz(float period_s) {
   return std::max(std::round(gpu::kWindPeriod_s / period_s), 1.0f) / gpu::kWindPeriod_s;
 }
 
-static_assert(gpu::kMostWindNodes == COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE);
+static_assert(gpu::kMaxWindNodes == COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE * COPPICE_MAX_WIND_SIDE);
 
 }  // namespace
 
@@ -49,15 +49,15 @@ void pack_wind(const WindField& field, std::span<std::uint32_t> words) {
   }
   std::ranges::transform(numbers, words.begin(), [](float number) { return std::bit_cast<std::uint32_t>(number); });
   words[7] = head.node_side;
-  // Rounded up: it is a bound.
-  words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(most_wind_move_m(field)), HUGE_VALF));
+  // Rounded up, because it is a bound.
+  words[gpu::kReachWord] = std::bit_cast<std::uint32_t>(std::nextafter(static_cast<float>(max_wind_move_m(field)), HUGE_VALF));
   static_assert(sizeof(coppice_file_wind_node) == sizeof(std::uint32_t));
   std::memcpy(words.data() + gpu::kWindNodes, field.nodes.data(), field.nodes.size_bytes());
 }
 
 namespace {
 
-/// Straight up or down it blows nowhere.
+/// Wind straight up or down has no horizontal speed.
 float level_speed_mps(const coppice_wind& wind) {
   return std::hypot(wind.direction[0], wind.direction[2]) > 1e-6f ? wind.speed : 0.0f;
 }
@@ -71,20 +71,20 @@ void set_map(const PlacedWind& wind, const dvec3& eye_m, gpu::WindNow& now) {
   now.map_first = {static_cast<float>(blows.map_min[0] - eye[0]), static_cast<float>(blows.map_min[1] - eye[1])};
   now.map_places_per_m = {static_cast<float>((blows.map_width - 1) / (blows.map_max[0] - blows.map_min[0])),
                           static_cast<float>((blows.map_height - 1) / (blows.map_max[1] - blows.map_min[1]))};
-  now.most_load = most_wind_load(wind);
+  now.max_load = max_wind_load(wind);
 }
 
 }  // namespace
 
-float most_wind_load(const PlacedWind& wind) {
-  return gpu::wind_load(level_speed_mps(wind.wind) + wind.most_map_mps);
+float max_wind_load(const PlacedWind& wind) {
+  return gpu::wind_load(level_speed_mps(wind.wind) + wind.max_map_mps);
 }
 
-float most_wind_mps(std::span<const float> map) {
-  float most = 0.0f;
-  for (std::size_t i = 0; i + 1 < map.size(); i += 2) most = std::max(most, map[i] * map[i] + map[i + 1] * map[i + 1]);
-  // Rounded up: it is a bound.
-  return std::nextafter(std::sqrt(most), HUGE_VALF);
+float max_wind_mps(std::span<const float> map) {
+  float maximum = 0.0f;
+  for (std::size_t i = 0; i + 1 < map.size(); i += 2) maximum = std::max(maximum, map[i] * map[i] + map[i + 1] * map[i + 1]);
+  // Rounded up, because it is a bound.
+  return std::nextafter(std::sqrt(maximum), HUGE_VALF);
 }
 
 gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
@@ -96,7 +96,7 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
   gpu::WindNow now{};
   now.direction = {static_cast<float>(along_x), 0.0f, static_cast<float>(along_z)};
   now.speed_mps = level_speed_mps(wind);
-  now.load = now.most_load = gpu::wind_load(now.speed_mps);
+  now.load = now.max_load = gpu::wind_load(now.speed_mps);
   now.gustiness = wind.gustiness;
   now.time_s = static_cast<float>(std::fmod(wind.time_s, double{gpu::kWindPeriod_s}));
   for (std::size_t i = 0; i < kWaves.size(); ++i) {

@@ -15,8 +15,8 @@ InstanceBounds instance_bounds(std::span<const InstanceSphere> slots) {
     low = min(low, sphere.center_m - dvec3(radius_m, radius_m, radius_m));
     high = max(high, sphere.center_m + dvec3(radius_m, radius_m, radius_m));
     bounds.max_instance_radius_m = std::max(bounds.max_instance_radius_m, sphere.radius_m);
-    bounds.max_wanted_radius_m = std::max(bounds.max_wanted_radius_m, wanted_radius_m(sphere));
-    radius_sum_m += wanted_radius_m(sphere);
+    bounds.max_demand_radius_m = std::max(bounds.max_demand_radius_m, demand_radius_m(sphere));
+    radius_sum_m += demand_radius_m(sphere);
     bounds.all_layers &= sphere.layer_mask;
     bounds.any_layer |= sphere.layer_mask;
     const bool same = bounds.instance_count == 0 || bounds.plant == sphere.plant;
@@ -24,7 +24,7 @@ InstanceBounds instance_bounds(std::span<const InstanceSphere> slots) {
     ++bounds.instance_count;
   }
   if (bounds.instance_count == 0) return bounds;
-  bounds.mean_wanted_radius_m = radius_sum_m / static_cast<float>(bounds.instance_count);
+  bounds.mean_demand_radius_m = radius_sum_m / static_cast<float>(bounds.instance_count);
   bounds.center_m = (low + high) * 0.5;
   for (const InstanceSphere& sphere : slots)
     if (sphere.plant != InstanceSphere::kNoPlant)

@@ -6,16 +6,17 @@
 namespace coppice {
 namespace {
 
-// Measured on lavapipe; see DECISIONS.md, "Selection and error". On other devices a budget is a number to tune all the same.
+// Measured on lavapipe; see DECISIONS.md. On other devices a budget has to be tuned anyway.
 constexpr double kHardwareTriangleLeaves = 4.0;
-/// Leaves fall about as the threshold's power of -1 to -2: less than the whole way at once, so that neither overshoots.
+/// The number of leaves falls about as the threshold's power of -1 to -2. Each frame goes less than the whole way, so that neither
+/// overshoots.
 constexpr float kGain = 0.6f;
-/// Octaves a frame. Up within some frames of meeting a thicket; down so slowly that no eye sees it.
+/// Octaves a frame. It rises within some frames of meeting a thicket, and falls too slowly to be seen.
 constexpr float kFastestRise = 0.25f;
 constexpr float kFastestFall = 0.04f;
-/// 32 px. Beyond that little is saved, and nothing is like a plant.
+/// 32 px. Beyond that little is saved, and plants lose their shape.
 constexpr float kHighestLog = 5.0f;
-/// What is aimed at, from both sides: the budget itself would be reached only in the limit.
+/// The share of the budget that is aimed at from both sides, because the budget itself would only be reached in the limit.
 constexpr double kAim = 0.93;
 
 }  // namespace
@@ -30,7 +31,7 @@ void LeafBudget::observe(const FrameWork& work) {
   if (!active_ || work.frame <= observed_frame_ || used.frame != work.frame) return;
   observed_frame_ = work.frame;
   const double share = std::max(work_in_leaves(work) / static_cast<double>(budget_), 1.0 / 64.0);
-  // What fits is left where it is now, not where it was when it was found to fit.
+  // A threshold that fits stays where it is now, not where it was when it was found to fit.
   log_target_ = log_threshold_;
   if (share > 1.0 || share < kRest) log_target_ = used.log_threshold + kGain * static_cast<float>(std::log2(share / kAim));
 }

@@ -49,15 +49,15 @@ InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_in
   const auto finest = static_cast<float>(plant.resident_leaf_count);
   const lod::CoppiceColumn column = lod::coppice_column(plant.table, size_px);
   InstanceLod result;
-  result.leaf_meshes = plant.leaf_meshes_resident && (view.full || lod::coppice_wants_leaf_meshes(plant.table, column, threshold_px));
+  result.leaf_meshes = plant.leaf_meshes_resident && (view.full || lod::coppice_needs_leaf_meshes(plant.table, column, threshold_px));
   const bool between = plant.leaf_meshes_resident && !result.leaf_meshes;
   const float cut_px = between ? lod::coppice_cut_threshold_px(plant.table, column, threshold_px) : threshold_px;
   float cut = lod::coppice_drawn_leaf_count(plant.table, column, cut_px);
   if (view.discrete) cut = lod::coppice_discrete_leaf_count(cut, lod::coppice_table_leaf_count(plant.table, plant.table.level_count - 1));
   result.leaf_count = view.full ? finest : std::min(cut, finest);
   if (plant.table.wood_lod_count == 0) return result;
-  const std::uint32_t wanted = view.full ? 0 : lod::coppice_wood_lod(plant.table, column, threshold_px);
-  result.wood_lod = lod::coppice_resident_wood_lod(plant.resident_wood_mask, wanted, plant.table.wood_lod_count);
+  const std::uint32_t chosen = view.full ? 0 : lod::coppice_wood_lod(plant.table, column, threshold_px);
+  result.wood_lod = lod::coppice_resident_wood_lod(plant.resident_wood_mask, chosen, plant.table.wood_lod_count);
   return result;
 }
 

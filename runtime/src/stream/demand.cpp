@@ -11,10 +11,10 @@ namespace coppice {
 
 namespace {
 
-/// Of an oblique projection, whose near plane need not lie before the eye.
+/// For an oblique projection, whose near plane may lie behind the eye.
 constexpr float kObliqueNear_m = 0.1f;
 
-/// Distance of the nearer clip plane. Depth 0 and 1 are at b / a and b / (a + 1): which is near depends on the depth direction, and one may
+/// Distance of the nearer clip plane. Depth 0 and 1 are at b / a and b / (a + 1): the direction of depth decides which is near, and one may
 /// be infinitely far.
 float near_distance_m(std::span<const float, 16> clip_from_view) {
   const float a = clip_from_view[10], b = clip_from_view[14];
@@ -24,14 +24,14 @@ float near_distance_m(std::span<const float, 16> clip_from_view) {
   return near_m;
 }
 
-/// By the inverse: engines round their rotations to floats, and far from the origin the transpose of one that is off by 1e-7 is metres off.
+/// Uses the inverse: engines round their rotations to floats, and far from the origin an error of 1e-7 puts the transpose metres off.
 dvec3 eye_of(std::span<const double, 16> m) {
   const dvec3 x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]}, moved{m[12], m[13], m[14]};
   const double volume = dot(x, cross(y, z));
   return dvec3{dot(moved, cross(y, z)), dot(moved, cross(z, x)), dot(moved, cross(x, y))} * (-1.0 / volume);
 }
 
-/// View space from places relative to what the GPU takes for the eye, which is `off` from the eye.
+/// View space from places relative to the eye on the GPU, which is `off` from the exact eye.
 mat4 view_from_eye(std::span<const double, 16> view_from_world, const dvec3& off) {
   const auto column = [&](std::size_t i) { return dvec3(std::span<const double, 3>(view_from_world.data() + 4 * i, 3)); };
   mat4 turn;
@@ -40,7 +40,7 @@ mat4 view_from_eye(std::span<const double, 16> view_from_world, const dvec3& off
   return turn;
 }
 
-/// A projection times what makes w the depth along the axis, m, or of a parallel one 1.
+/// Scales a projection so that w is the depth along the axis, m, or 1 in a parallel view.
 mat4 scaled_projection(std::span<const float, 16> clip_from_view, bool parallel) {
   mat4 scaled(clip_from_view);
   const float factor = 1.0f / (parallel ? clip_from_view[15] : -clip_from_view[11]);
@@ -49,21 +49,21 @@ mat4 scaled_projection(std::span<const float, 16> clip_from_view, bool parallel)
   return scaled;
 }
 
-/// LodEye::key_row in view space. Depth is larger where it is nearer in what is called reversed: then the key is depth itself.
+/// LodEye::key_row in view space. With reversed depth nearer places have larger depth, and the key is depth itself.
 vec4 view_key_row(const mat4& clip_from_view, bool parallel) {
   const mat4 rows = transpose(clip_from_view);
   const bool reversed = (parallel ? rows.column[2].z : rows.column[2].w) > 0.0f;
   return reversed ? rows.column[2] : rows.column[3] - rows.column[2];
 }
 
-/// A row of a matrix from view space as one from world space.
+/// Converts a row of a matrix from view space to world space.
 vec4 world_row(const vec4& row, const mat4& view_from_world) {
   const mat4 columns = view_from_world;
   const auto along = [&](const vec4& column) { return row.x * column.x + row.y * column.y + row.z * column.z + row.w * column.w; };
   return {along(columns.column[0]), along(columns.column[1]), along(columns.column[2]), along(columns.column[3])};
 }
 
-/// What a camera says of an eye.
+/// The fields of a camera that describe an eye.
 struct EyeInput {
   std::span<const double, 16> view_from_world;
   std::span<const float, 16> clip_from_view;
@@ -80,13 +80,13 @@ Result<void> check_eye(const EyeInput& eye) {
   return {};
 }
 
-/// LodView::near_m of an eye.
+/// LodView::near_m for an eye.
 float nearest_m(std::span<const float, 16> clip_from_view, bool parallel) {
   const bool oblique = clip_from_view[2] != 0.0f || clip_from_view[6] != 0.0f;
   return parallel ? 1.0f : oblique ? kObliqueNear_m : near_distance_m(clip_from_view);
 }
 
-/// view: with eye_m, origin_m and parallel
+/// view: eye_m, origin_m and parallel are set
 LodEye lod_eye(const EyeInput& eye, const mat4& clip_from_view, const LodView& view) {
   const dvec3 place_m = eye_of(eye.view_from_world) + view.origin_m - view.eye_m;
   const mat4 turn = view_from_eye(eye.view_from_world, place_m * -1.0);
@@ -101,14 +101,14 @@ LodEye lod_eye(const EyeInput& eye, const mat4& clip_from_view, const LodView& v
 
 enum class Side : std::uint8_t { in, across, out };
 
-/// On which side of the view's planes a sphere lies.
+/// The side of the view's planes on which a sphere lies.
 Side side_of(const dvec3& center_m, float radius_m, const LodView& view) {
   const float depth_m = depth_in_view(view, center_m);
   if (depth_m < -radius_m) return Side::out;
   return depth_m < radius_m ? Side::across : Side::in;
 }
 
-/// floor(2 log2(size)), off the bits of a float: the exponent, and whether the mantissa is above that of the root of 2.
+/// floor(2 log2(size)) from the bits of a float: the exponent, and whether the mantissa is above that of the square root of 2.
 std::uint32_t bin_of(float size_px) {
   if (!(size_px > 1.0f)) return 0;
   constexpr std::uint32_t kMantissaBits = 23, kExponentBias = 127, kMantissa = (1u << kMantissaBits) - 1;
@@ -117,7 +117,7 @@ std::uint32_t bin_of(float size_px) {
   return std::min(2 * ((bits >> kMantissaBits) - kExponentBias) + half, kSizeBinCount - 1);
 }
 
-/// How much of its size an instance on this side counts as, and how much it weighs.
+/// The share of its size that an instance on this side counts with, and its weight.
 float size_share(Side side) {
   return side == Side::out ? 0.5f : 1.0f;
 }
@@ -131,13 +131,13 @@ void count_instance(const InstanceSphere& instance, const LodView& view, std::sp
   const Side side = side_of(instance.center_m, instance.radius_m + wind_reach_m(view, instance.radius_m), view);
   if (side == Side::out && !view.looks_around) return;
   const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m),
-                                                                          wanted_radius_m(instance), view.near_m, view.focal_px);
+                                                                          demand_radius_m(instance), view.near_m, view.focal_px);
   PlantDemand& demand = demands[instance.plant];
   demand.max_size_px = std::max(demand.max_size_px, size_px);
   demand.instances[bin_of(size_px)] += weight_of(side);
 }
 
-/// A block counts as a whole from this many of its radii on: sizes within it then differ by less than a bin.
+/// A block is measured as a whole from this many of its radii on: sizes in it then differ by less than a bin.
 constexpr float kFarRadii = 8.0f;
 
 void count_far_block(std::span<const InstanceSphere> members, const InstanceBounds& block, Side side, const LodView& view,
@@ -153,10 +153,10 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
     demand.instances[bin_of(size_px(mean_radius_m, block_m))] += weight_of(side) * static_cast<float>(instance_count);
   };
   if (block.plant != InstanceBounds::kMixedPlants && (block.all_layers & view.layer_mask) != 0)
-    return count(block.plant, block.mean_wanted_radius_m, block.max_wanted_radius_m, block.instance_count);
+    return count(block.plant, block.mean_demand_radius_m, block.max_demand_radius_m, block.instance_count);
   for (const InstanceSphere& instance : members)
     if (instance.plant != InstanceSphere::kNoPlant && (instance.layer_mask & view.layer_mask) != 0)
-      count(instance.plant, wanted_radius_m(instance), wanted_radius_m(instance), 1);
+      count(instance.plant, demand_radius_m(instance), demand_radius_m(instance), 1);
 }
 
 }  // namespace
@@ -164,7 +164,7 @@ void count_far_block(std::span<const InstanceSphere> members, const InstanceBoun
 Result<LodView> demand_view(const coppice_camera& camera, const dvec3& origin_m) {
   if (!(camera.error_px > 0.0f) || !std::isfinite(camera.error_px)) return Error{Status::invalid_argument, "view: error_px must be > 0"};
   const EyeInput first{camera.view_from_world, camera.clip_from_view, camera.x_px, camera.y_px};
-  std::array<EyeInput, kMostEyes> inputs{first, first};
+  std::array<EyeInput, kMaxEyes> inputs{first, first};
   LodView result;
   if (camera.second_eye != nullptr) {
     const coppice_eye& second = *camera.second_eye;
@@ -174,7 +174,7 @@ Result<LodView> demand_view(const coppice_camera& camera, const dvec3& origin_m)
   for (const EyeInput& eye : eyes) COPPICE_CHECK(check_eye(eye));
   dvec3 exact_eye_m = eye_of(eyes.front().view_from_world) + origin_m;
   if (eyes.size() > 1) exact_eye_m = (exact_eye_m + eye_of(eyes.back().view_from_world) + origin_m) * 0.5;
-  // As the GPU has it, so that what both compute is the same to the last bits.
+  // Rounded as on the GPU, so that both compute the same to the last bits.
   result.eye_m = gpu::world_place(gpu::cell_place(exact_eye_m));
   result.origin_m = origin_m;
   result.layer_mask = camera.layer_mask;

@@ -10,9 +10,9 @@ namespace coppice {
 
 namespace {
 
-/// Steps differ by at most this share of the longer where the camera goes on as it did.
+/// Maximum difference of two steps of a steady camera, as a share of the longer one.
 constexpr float kSteadyShare = 0.25f;
-/// Plants that there is room for from the first on.
+/// Capacity for plants from the start.
 constexpr std::uint32_t kFirstMoved = 64;
 
 }  // namespace
@@ -45,12 +45,12 @@ void merge_demands(std::span<PlantDemand> demands, std::span<const PlantDemand> 
 Result<void> make_room(DemandAhead& ahead, const coppice_allocator& allocator, Ledger& ledger, std::uint32_t plant_count) {
   const auto now = static_cast<std::uint32_t>(ahead.measured.size());
   if (plant_count <= now) return {};
-  const std::uint32_t count = roomy_count({.now = now, .needed = plant_count, .first = kFirstMoved, .most = UINT32_MAX});
+  const std::uint32_t count = roomy_count({.now = now, .needed = plant_count, .first = kFirstMoved, .maximum = UINT32_MAX});
   COPPICE_TRY(measured, enlarged_copy(ahead.measured, allocator, count));
   COPPICE_TRY(finished, enlarged_copy(ahead.finished, allocator, count));
   ahead.measured = std::move(measured);
   ahead.finished = std::move(finished);
-  ledger.take(std::uint64_t{2} * (count - now) * sizeof(PlantDemand));
+  ledger.reserve(std::uint64_t{2} * (count - now) * sizeof(PlantDemand));
   return {};
 }
 
@@ -58,9 +58,9 @@ void add_demand_ahead(DemandAhead& ahead, const InstanceBlocks& instances, const
                       std::span<PlantDemand> demands) {
   COPPICE_ASSERT(demands.size() <= ahead.measured.size());
   const std::size_t blocks = instances.bounds.size();
-  const std::size_t part_blocks = std::max(kAheadBlocks, (blocks + kMostAheadParts - 1) / kMostAheadParts);
+  const std::size_t part_blocks = std::max(kAheadBlocks, (blocks + kMaxAheadParts - 1) / kMaxAheadParts);
   const std::size_t parts = std::max<std::size_t>((blocks + part_blocks - 1) / part_blocks, 1);
-  // It is done parts - 1 frames after its view, and of use for as many frames as the next one takes.
+  // The measurement is complete parts - 1 frames after its view, and used for as many frames as the next one takes.
   const float age = 1.5f * static_cast<float>(parts - 1);
   const vec3 by_m = follow_eye(ahead.motion, view.eye_m, frames > 0.0f ? frames + age : 0.0f);
   const bool steady = by_m != vec3(0.0f);

@@ -69,7 +69,7 @@ namespace {
 constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr,
                                [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
 
-/// A pinned chunk out of the front of the file, ready for a job.
+/// Prepares a pinned chunk of the front for a job.
 Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk, Transfer& transfer) {
   PlantStream& plant = *opening.plant;
   const coppice_file_chunk& entry = plant.file_chunk(chunk);

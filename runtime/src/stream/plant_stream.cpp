@@ -15,9 +15,9 @@ namespace coppice {
 
 namespace {
 
-constexpr std::uint32_t kWantWindowFrames = 8;
+constexpr std::uint32_t kDemandWindowFrames = 8;
 
-/// Which chunk of ours a chunk of the file is; false: one the streamer does not load by itself.
+/// Maps a chunk of the file to one of ours; false if the streamer does not load it by itself.
 bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
   if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
   if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
@@ -40,7 +40,7 @@ Result<void> allocate_arrays(PlantStream& plant) {
   return allocate_into(plant.texture_uploads, allocator, counts.texture_count);
 }
 
-/// Finds every chunk in the file's table, which the reader has checked: each is there once.
+/// Finds every chunk in the file's table. The reader has checked that each is there once.
 void index_chunks(PlantStream& plant) {
   const coppice_file_plant& counts = plant.file.plant;
   std::size_t found = 0;
@@ -115,7 +115,7 @@ std::uint64_t host_mesh_bytes(std::uint64_t vertex_count, std::uint64_t triangle
   return vertex_count * sizeof(coppice_mesh_vertex) + 3 * triangle_count * sizeof(std::uint32_t);
 }
 
-/// coppice_mesh_vertex[], then indices. errors  out_of_memory
+/// Makes coppice_mesh_vertex[], then indices. errors  out_of_memory
 Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& allocator) {
   gpu::MeshBlock block;
   COPPICE_CHECK(allocate_into(block.bytes, allocator, host_mesh_bytes(mesh.vertices.size(), mesh.indices.size() / 3)));
@@ -137,7 +137,7 @@ Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& 
   return block;
 }
 
-/// Where in a block of wood what is. A vertex begins with its position.
+/// Layout of a wood block. A vertex begins with its position.
 struct MeshLayout {
   std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
 };
@@ -160,7 +160,7 @@ ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
     return bytes;
   }
   bytes.gpu = plant.mesh(id).gpu_bytes;
-  if (bytes.gpu == 0) bytes.gpu = gpu::most_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
+  if (bytes.gpu == 0) bytes.gpu = gpu::max_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
   bytes.upload = bytes.gpu;
   bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t) +
                gpu::mesh_scratch_bytes(shape.triangle_count);
@@ -171,7 +171,7 @@ std::span<const std::uint8_t>& memory_of(void* user) {
   return *static_cast<std::span<const std::uint8_t>*>(user);
 }
 
-/// Answers inline out of `bytes`, which outlive it.
+/// A hook that answers inline from `bytes`, which outlive it.
 coppice_io memory_io(std::span<const std::uint8_t>& bytes) {
   const auto open = [](void* user, const char*, std::uint64_t* file_bytes) -> std::int64_t {
     *file_bytes = memory_of(user).size();
@@ -231,8 +231,8 @@ Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front)
   COPPICE_CHECK(fill_tables(plant));
   measure_leaf_meshes(plant);
   plant.loadable_page_count = plant.file.plant.page_count;
-  const PlantWants nothing = no_wants(plant);
-  plant.wants = {nothing, nothing, nothing};
+  const DemandedDetail nothing = no_demand(plant);
+  plant.demanded = {nothing, nothing, nothing};
   return {};
 }
 
@@ -277,8 +277,8 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
     bytes.gpu = bytes.upload = upload.bytes;
   }
   const bool stored = chunk.id.kind == ChunkKind::texture && !plant.texture_uploads[chunk.id.index].decoded;
-  if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // else they are what is uploaded
-  if (bytes.gpu > plant.gpu.most_staged_bytes) bytes.upload += bytes.gpu;
+  if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // stored ones are uploaded as they are
+  if (bytes.gpu > plant.gpu.max_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
 
@@ -303,108 +303,110 @@ bool leaf_meshes_resident(const PlantStream& plant) {
 namespace {
 
 float value_to(const PlantStream& plant, const Chunk& chunk, const PlantDemand& demand, const LodView& view) {
-  const PlantWants& wants = plant.wants.unlimited;
+  const DemandedDetail& demanded = plant.demanded.unlimited;
   switch (chunk.id.kind) {
     case ChunkKind::page:
-      return page_value(plant.valued, wants, demand, view, chunk.id.index);
+      return page_value(plant.valued, demanded, demand, view, chunk.id.index);
     case ChunkKind::wood:
-      return wood_value(plant.valued, wants, demand, view, chunk.id.index, chunk_bytes(plant, chunk).gpu);
+      return wood_value(plant.valued, demanded, demand, view, chunk.id.index, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::texture:
-      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, wants, demand, view);
-      return texture_value(wants, demand, chunk_bytes(plant, chunk).gpu);
+      if (in_leaf_mesh_set(plant, chunk)) return leaf_mesh_value(plant.valued, demanded, demand, view);
+      return texture_value(demanded, demand, chunk_bytes(plant, chunk).gpu);
     case ChunkKind::leaf_mesh:
-      return leaf_mesh_value(plant.valued, wants, demand, view);
+      return leaf_mesh_value(plant.valued, demanded, demand, view);
   }
   return 0.0f;
 }
 
 }  // namespace
 
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views) {
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views) {
   if (plant.closing) return 0.0f;
   if (chunk.pinned) return std::numeric_limits<float>::infinity();
   float value = 0.0f;
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
-    if (views[lens] && plant.demands[lens].now.max_size_px > 0.0f) value += value_to(plant, chunk, plant.demands[lens].now, *views[lens]);
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
+    if (views[group] && plant.demands[group].now.max_size_px > 0.0f)
+      value += value_to(plant, chunk, plant.demands[group].now, *views[group]);
   return value;
 }
 
-void update_demand(LensDemand& of, const PlantDemand& demand) {
+void update_demand(GroupDemand& of, const PlantDemand& demand) {
   of.now = demand;
   RecentSize& recent = of.recent;
-  if (++recent.frames_in_window > kWantWindowFrames) {
+  if (++recent.frames_in_window > kDemandWindowFrames) {
     recent.last_window_px = std::exchange(recent.current_window_px, 0.0f);
     recent.frames_in_window = 1;
   }
   recent.current_window_px = std::max(recent.current_window_px, demand.max_size_px);
 }
 
-PlantWants no_wants(const PlantStream& plant) {
+DemandedDetail no_demand(const PlantStream& plant) {
   return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
-float max_size_px(const LensDemand& demand, DemandSize size) {
+float max_size_px(const GroupDemand& demand, DemandSize size) {
   return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
 }
 
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views) {
-  PlantWants wants = no_wants(plant);
-  if (plant.closing) return wants;
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views) {
+  DemandedDetail demanded = no_demand(plant);
+  if (plant.closing) return demanded;
   ValuedPlant valued = plant.valued;
   if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
-  const auto for_each_lens = [&](const auto& ask) {
-    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
-      const float size_px = max_size_px(plant.demands[lens], size);
-      if (!views[lens] || size_px == 0.0f) continue;
-      PlantDemand demand = plant.demands[lens].now;
+  const auto for_each_group = [&](const auto& ask) {
+    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+      const float size_px = max_size_px(plant.demands[group], size);
+      if (!views[group] || size_px == 0.0f) continue;
+      PlantDemand demand = plant.demands[group].now;
       demand.max_size_px = size_px;
-      ask(demand, *views[lens]);
+      ask(demand, *views[group]);
     }
   };
   bool leaf_meshes = false;
-  for_each_lens(
-      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || wants_leaf_meshes(valued, demand, view); });
-  for_each_lens(
-      [&](const PlantDemand& demand, const LodView& view) { wants = merged(wants, plant_wants(valued, demand, view, leaf_meshes)); });
-  wants.page_count = std::min(wants.page_count, plant.loadable_page_count);
-  return wants;
+  for_each_group(
+      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || demands_leaf_meshes(valued, demand, view); });
+  for_each_group([&](const PlantDemand& demand, const LodView& view) {
+    demanded = merged(demanded, demanded_detail(valued, demand, view, leaf_meshes));
+  });
+  demanded.page_count = std::min(demanded.page_count, plant.loadable_page_count);
+  return demanded;
 }
 
 namespace {
 
-bool wanted_by(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
+bool demanded_by(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
   switch (chunk.id.kind) {
     case ChunkKind::page:
-      return chunk.id.index < wants.page_count;
+      return chunk.id.index < demanded.page_count;
     case ChunkKind::wood:
-      return chunk.id.index >= wants.finest_wood;
+      return chunk.id.index >= demanded.finest_wood;
     case ChunkKind::texture:
-      return in_leaf_mesh_set(plant, chunk) ? wants.leaf_meshes : wants.textures && chunk.affordable;
+      return in_leaf_mesh_set(plant, chunk) ? demanded.leaf_meshes : demanded.textures && chunk.affordable;
     case ChunkKind::leaf_mesh:
-      return wants.leaf_meshes;
+      return demanded.leaf_meshes;
   }
   return false;
 }
 
 }  // namespace
 
-PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
+PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded) {
   PlannedBytes planned;
   const std::uint32_t page_count = plant.file.plant.page_count;
-  if (wants.page_count > 1) planned.settled += (wants.page_count - 1) * plant.valued.page_bytes;
-  if (plant.decoded_page_count < wants.page_count) {
+  if (demanded.page_count > 1) planned.settled += (demanded.page_count - 1) * plant.valued.page_bytes;
+  if (plant.decoded_page_count < demanded.page_count) {
     const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
     planned.passing = bytes.upload + bytes.work;
   }
   std::uint64_t set_passing = 0;
   for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
-    if (chunk.pinned || chunk.residency == Residency::failed || !wanted_by(plant, wants, chunk)) continue;
+    if (chunk.pinned || chunk.residency == Residency::failed || !demanded_by(plant, demanded, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     planned.settled += bytes.gpu + bytes.kept;
     if (chunk.residency == Residency::resident) continue;
     const std::uint64_t passing = bytes.upload + bytes.work;
     if (in_leaf_mesh_set(plant, chunk))
-      set_passing += passing;  // they are asked for together
+      set_passing += passing;  // they are requested together
     else
       planned.passing = std::max(planned.passing, passing);
   }
@@ -412,23 +414,23 @@ PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants) {
   return planned;
 }
 
-// What is damaged will never be complete: the other leaf meshes are not worth their memory.
+// A damaged set never becomes complete: the other leaf meshes are not worth their memory.
 void give_up(PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) plant.loadable_page_count = std::min(plant.loadable_page_count, chunk.id.index);
   if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes = 0;
 }
 
-// What is pinned is absent only where the device had no memory for it.
-bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk) {
-  return (chunk.pinned && !plant.closing) || wanted_by(plant, wants, chunk);
+// A pinned chunk is only absent if the device had no memory for it.
+bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
+  return (chunk.pinned && !plant.closing) || demanded_by(plant, demanded, chunk);
 }
 
-bool wanted_now(const PlantStream& plant, const Chunk& chunk) {
-  return is_wanted(plant, plant.wants.now, chunk);
+bool demanded_now(const PlantStream& plant, const Chunk& chunk) {
+  return is_demanded(plant, plant.demanded.now, chunk);
 }
 
-bool wanted_recently(const PlantStream& plant, const Chunk& chunk) {
-  return chunk.pinned || wanted_by(plant, plant.wants.recent, chunk);
+bool demanded_recently(const PlantStream& plant, const Chunk& chunk) {
+  return chunk.pinned || demanded_by(plant, plant.demanded.recent, chunk);
 }
 
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
@@ -463,7 +465,7 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const std::span<const PageNode> nodes = data.nodes.span();
   gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
   if (page == 0) {
-    // Once, while the plant is opened: other jobs read it from then on.
+    // Measured once, while the plant is opened, because other jobs read it afterwards.
     if (plant.leaves.light == nullptr) {
       plant.light = gpu::measure_crown({plant.leaves.root, nodes, plant.looks.cards(), plant.leaves.box});
       plant.leaves.light = &plant.light;

@@ -1,6 +1,6 @@
 #pragma once
 
-// One open plant as the streamer keeps it: its file, the state of each chunk, and what of them lies in CPU memory.
+// An open plant in the streamer: its file, the state of each chunk, and its data in CPU memory.
 
 #include <cstdint>
 #include <memory>
@@ -18,17 +18,17 @@ namespace coppice {
 
 /// CPU memory of a foliage page.
 struct PageData {
-  HookArray<PageNode> nodes;  ///< two per split. Children's corners are their parents', so they stay as long as the page does
+  HookArray<PageNode> nodes;  ///< two for each split. Children use corners of their parents, so they stay as long as the page does
   HookBuffer clusters;        ///< kPageBytes for the GPU, until they are uploaded
 };
 
 /// A wood LoD or a chunk of leaf meshes.
 struct MeshData {
   gpu::MeshBlock block;         ///< while decoded
-  std::uint64_t gpu_bytes = 0;  ///< of the block, once it has been decoded; before it is not known
+  std::uint64_t gpu_bytes = 0;  ///< size of the block; unknown until it has been decoded
 };
 
-/// What a chunk takes, bytes, by how long.
+/// Bytes of a chunk, by their lifetime.
 struct ChunkBytes {
   std::uint64_t gpu = 0;     ///< while resident or evicting
   std::uint64_t kept = 0;    ///< CPU, while decoded or resident
@@ -40,50 +40,50 @@ struct ChunkBytes {
 /// What is uploaded of a texture.
 struct TextureUpload {
   std::uint64_t bytes = 0;
-  bool decoded = false;         ///< to RGBA8, by a job; else the chunk as stored
-  bool leaf_mesh_only = false;  ///< nothing but leaf meshes shows it
+  bool decoded = false;         ///< a job decodes it to RGBA8; else the chunk as stored
+  bool leaf_mesh_only = false;  ///< only leaf meshes use it
 };
 
-/// The largest size of the last 8 to 16 frames: what a camera that comes and goes is still taken to look at.
+/// The maximum of a size over the last 8 to 16 frames, so that detail survives while a camera moves back and forth.
 struct RecentSize {
   float current_window_px = 0.0f, last_window_px = 0.0f;
   std::uint32_t frames_in_window = 0;
   [[nodiscard]] float px() const { return current_window_px > last_window_px ? current_window_px : last_window_px; }
 };
 
-/// What a lens asks of a plant.
-struct LensDemand {
+/// A view group's demand for a plant.
+struct GroupDemand {
   PlantDemand now;
   RecentSize recent;
 };
 
-/// What a plant is asked for in a frame, by all lenses.
-struct FrameWants {
-  PlantWants unlimited;  ///< at the views' own thresholds, were memory no matter: what values are of
-  PlantWants now;        ///< at the threshold in use: what is asked for
-  PlantWants recent;     ///< at the threshold in use, by the size of the last frames: what is kept
+/// The demand of all view groups for a plant in a frame.
+struct FrameDemand {
+  DemandedDetail unlimited;  ///< at the views' own thresholds, without a limit of memory: values are based on it
+  DemandedDetail now;        ///< at the threshold in use: what is requested
+  DemandedDetail recent;     ///< at the threshold in use, with the largest size of the last frames: what is kept
 };
 
-/// What wants come to.
+/// Memory that a demand needs.
 struct PlannedBytes {
   std::uint64_t settled = 0;  ///< once everything is resident
-  std::uint64_t passing = 0;  ///< besides, while what takes most on its way is read and decoded
+  std::uint64_t passing = 0;  ///< additional peak, while the most demanding chunk is read and decoded
 };
 
 struct PlantStream {
-  Hooks hooks;  ///< io: of the source
+  Hooks hooks;  ///< io: that of the source
   GpuSizes gpu;
-  DecoderPool* decoders = nullptr;  ///< the streamer's
+  DecoderPool* decoders = nullptr;  ///< owned by the streamer
   std::uint32_t index = 0;
-  HookArray<char> path;                  ///< or the name that the log has
-  std::span<const std::uint8_t> memory;  ///< where there is no file
+  HookArray<char> path;                  ///< or the name for the log
+  std::span<const std::uint8_t> memory;  ///< the file's content, if it is in memory
   std::int64_t io_file = -1;             ///< closed by the destructor
   std::uint64_t file_bytes = 0;
-  PlantFile file;  ///< without small_textures: `looks` has what they show
+  PlantFile file;  ///< without small_textures, which `looks` replaces
   HookArray<std::uint32_t> lod_words;
   ValuedPlant valued;
-  PlantBox box;                        ///< of the leaf box and the coarsest wood
-  HookArray<BoxTriangle> coarse_wood;  ///< the coarsest, once it is decoded
+  PlantBox box;                        ///< bounds of the leaf box and the coarsest wood
+  HookArray<BoxTriangle> coarse_wood;  ///< its triangles, once it is decoded
 
   HookArray<Chunk> chunks;          ///< pages, then wood LoDs, then textures, then leaf meshes
   HookArray<PageData> pages;        ///< [page_count]
@@ -93,26 +93,26 @@ struct PlantStream {
   HookArray<TextureUpload> texture_uploads;
   HookArray<MeshData> leaf_meshes;  ///< [leaf_mesh_count]
   gpu::PlantLooks looks;
-  gpu::CrownLight light;         ///< measured once, when page 0 is decoded out of the front
+  gpu::CrownLight light;         ///< measured once, when page 0 of the front is decoded
   gpu::LeafSource leaves;        ///< points to the two above
-  gpu::ReadyCuts ready_cuts;     ///< with page 0, until it is uploaded
-  std::uint64_t base_bytes = 0;  ///< counted while open: tables and the arrays above
+  gpu::ReadyCuts ready_cuts;     ///< for page 0, until it is uploaded
+  std::uint64_t base_bytes = 0;  ///< reserved while open: tables and the arrays above
 
   std::uint32_t decoded_page_count = 0;   ///< pages [0, this) are decoded or resident
   std::uint32_t resident_page_count = 0;  ///< pages [0, this) are resident
-  std::uint32_t decoding_page_count = 0;  ///< a job reads earlier pages' nodes: no page may go
+  std::uint32_t decoding_page_count = 0;  ///< pages whose nodes a running job reads: none of them may be evicted
   std::uint32_t transfer_count = 0;
   std::uint32_t evicting_count = 0;
-  std::uint32_t victim_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
-  bool trim_needed = false;           ///< pages past decoded_page_count hold memory
+  std::uint32_t eviction_page_end = 0;  ///< while evictions are planned: pages from here on are chosen already
+  bool trim_needed = false;             ///< pages past decoded_page_count hold memory
 
-  std::array<LensDemand, kMostLenses> demands;
-  FrameWants wants;
+  std::array<GroupDemand, kMaxViewGroups> demands;
+  FrameDemand demanded;
   std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
-  bool leaf_meshes_affordable = true;     ///< false where the budget is for what is worth more
-  std::uint64_t retry_frame = 0;          ///< no requests before: the allocator hook or the device had nothing
+  bool leaf_meshes_affordable = true;     ///< false if the budget goes to chunks of higher value
+  std::uint64_t retry_frame = 0;          ///< no requests before this frame: the allocator hook or the device had no memory
   bool closing = false;
-  std::uint64_t close_frame = 0;      ///< first begin_frame that saw it closing
+  std::uint64_t close_frame = 0;      ///< first begin_frame in which it is closing
   std::uint64_t last_used_frame = 0;  ///< closing: last frame that may refer to the plant
 
   PlantStream() = default;
@@ -124,7 +124,7 @@ struct PlantStream {
   [[nodiscard]] const Chunk& chunk(ChunkKind kind, std::uint32_t chunk_index) const {
     return const_cast<PlantStream*>(this)->chunk(kind, chunk_index);
   }
-  /// id: of wood or leaf meshes
+  /// id: wood or leaf meshes
   MeshData& mesh(ChunkId id);
   [[nodiscard]] const MeshData& mesh(ChunkId id) const { return const_cast<PlantStream*>(this)->mesh(id); }
   [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
@@ -136,57 +136,57 @@ struct PlantStream {
 Result<std::unique_ptr<PlantStream>> open_plant_file(const Hooks& hooks, const GpuSizes& gpu, const PlantSource& source,
                                                      std::uint32_t index);
 
-/// Checks the front and fills in the tables; nothing is decoded. file.header: read
+/// Checks the front and fills in the tables; decodes nothing. before: file.header is read
 /// front   the file's first header.first_read_bytes. errors  bad_file, unsupported, out_of_memory
 Result<void> take_front(PlantStream& plant, std::span<const std::uint8_t> front);
 
-/// Once the coarsest wood is decoded: its box, and itself.
+/// Copies the box and the triangles of the coarsest wood, once that is decoded.
 void take_coarse_wood(PlantStream& plant);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 
-/// Whether the chunk is one of leaf meshes, or a texture that only they show: all of those are needed, or none.
+/// True if the chunk is one of leaf meshes, or a texture that only they show. All of those are needed, or none.
 bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 
-/// What is needed for the leaf meshes and is neither there nor on its way, bytes as in ChunkBytes::total().
+/// Bytes, as in ChunkBytes::total(), of chunks that the leaf meshes need and that are neither resident nor being loaded.
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
-/// Value of a chunk under plant.demands and plant.wants.unlimited, over all lenses; infinite for what is pinned.
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const LensViews& views);
+/// Value of a chunk under plant.demands and plant.demanded.unlimited, over all view groups; infinite for pinned chunks.
+float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views);
 
-/// A new frame's demand.
-void update_demand(LensDemand& of, const PlantDemand& demand);
+/// Updates with a new frame's demand.
+void update_demand(GroupDemand& of, const PlantDemand& demand);
 /// Which size of a plant counts.
 enum class DemandSize : std::uint8_t { now, recent };
-float max_size_px(const LensDemand& demand, DemandSize size);
-/// What all lenses ask of the plant; nothing of one that is closing.
-PlantWants wants_at(const PlantStream& plant, DemandSize size, const LensViews& views);
-PlantWants no_wants(const PlantStream& plant);
-/// Of what is not pinned.
-PlannedBytes planned_bytes(const PlantStream& plant, const PlantWants& wants);
-/// A chunk that can never come: nothing that needs it is wanted any more.
+float max_size_px(const GroupDemand& demand, DemandSize size);
+/// The demand of all view groups for the plant; none for one that is closing.
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
+DemandedDetail no_demand(const PlantStream& plant);
+/// Counts all chunks that are not pinned.
+PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
+/// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.
 void give_up(PlantStream& plant, const Chunk& chunk);
-/// Whether the leaf meshes can be drawn.
+/// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
-bool is_wanted(const PlantStream& plant, const PlantWants& wants, const Chunk& chunk);
-bool wanted_now(const PlantStream& plant, const Chunk& chunk);
-bool wanted_recently(const PlantStream& plant, const Chunk& chunk);
+bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
+bool demanded_now(const PlantStream& plant, const Chunk& chunk);
+bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
-/// Allocates what decoding a page writes; the page's chunk is in the transfer.
+/// Allocates the output of a page's decoding; the page's chunk is in the transfer.
 /// errors  out_of_memory: nothing stays allocated
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer);
 
 /// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier nodes only.
 Result<void> decode_chunk(Transfer& transfer);
 
-/// Takes over what the job made.
+/// Takes over the results of the job.
 void accept_decoded(PlantStream& plant, Transfer& transfer);
 
 void free_page(PlantStream& plant, std::uint32_t page);
-/// Gives up what was for the GPU of a page.
+/// Frees a page's data for the GPU.
 void free_clusters(PlantStream& plant, std::uint32_t page);
 
-/// Gives up what a decoded chunk that is no page holds in CPU memory.
+/// Frees the CPU memory of a decoded chunk that is no page.
 void free_decoded(PlantStream& plant, ChunkId id);
 
 }  // namespace coppice

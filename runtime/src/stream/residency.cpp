@@ -14,7 +14,7 @@ constexpr std::uint8_t bit(Residency residency) {
 /// Row: from; bits: to.
 constexpr std::array<std::uint8_t, kResidencyCount> kAllowed = {
     bit(Residency::reading),                                                     // absent: requested
-    bit(Residency::absent) | bit(Residency::decoding) | bit(Residency::failed),  // reading: stale, read, or unreadable in every try
+    bit(Residency::absent) | bit(Residency::decoding) | bit(Residency::failed),  // reading: stale, read, or unreadable in every attempt
     bit(Residency::absent) | bit(Residency::decoded) | bit(Residency::failed),   // decoding: stale, done, or damaged
     bit(Residency::absent) | bit(Residency::resident) | bit(Residency::failed),  // decoded: evicted early, uploaded, or refused
     bit(Residency::evicting),                                                    // resident

@@ -13,18 +13,18 @@ namespace coppice {
 
 namespace {
 
-constexpr std::size_t kMaxListed = 4096;    ///< evictions and releases a frame; what is over waits for the next
-constexpr std::size_t kMaxUploads = 256;    ///< chunks a take_decoded
-constexpr std::uint32_t kFirstPlants = 64;  ///< that there is room for from the beginning
+constexpr std::size_t kMaxListed = 4096;    ///< maximum of evictions and releases a frame; the rest waits for the next
+constexpr std::size_t kMaxUploads = 256;    ///< maximum of chunks in a take_decoded
+constexpr std::uint32_t kFirstPlants = 64;  ///< capacity at the beginning
 
-/// Places in the scratch lists.
-std::size_t most_requests(const PlantStream& plant) {
+/// Number of places in the scratch lists.
+std::size_t max_requests(const PlantStream& plant) {
   return plant.chunks.size() - plant.file.plant.page_count + 1;
 }
 
-/// Of those; the lists grow by half.
+/// Bytes of those lists, which grow by half.
 std::uint64_t list_bytes(const PlantStream& plant) {
-  return most_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
+  return max_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
 }
 
 }  // namespace
@@ -41,14 +41,14 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   COPPICE_CHECK(state->released.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
-  ledger.take(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
-              state->decoded.bytes() + DecoderPool::kSetBytes);
+  ledger.reserve(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
+                 state->decoded.bytes() + DecoderPool::kSetBytes);
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
   return streamer;
 }
 
-// Reads that return may not start anything: only waiting is left to do.
+// Reads that return must not start anything: only waiting is left.
 Streamer::~Streamer() {
   if (!state_) return;
   state_->completions.wait_for_all();
@@ -60,18 +60,19 @@ PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
   return *plants[plant];
 }
 
-// Room is found before anything is read or decoded. Where there is none, begin_frame makes some: what it evicts now the GPU may still read.
+// Memory is reserved before anything is read or decoded. If there is none, begin_frame frees some: the GPU may still read what is evicted
+// now.
 Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t bytes) {
   const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
   release(opening);
   if (!ledger.fits(all_bytes)) return refusal(all_bytes);
-  ledger.take(all_bytes);
+  ledger.reserve(all_bytes);
   opening.reserved_bytes = all_bytes;
   return {};
 }
 
 void Streamer::State::release(PlantOpening& opening) {
-  ledger.give(std::exchange(opening.reserved_bytes, 0));
+  ledger.release(std::exchange(opening.reserved_bytes, 0));
 }
 
 Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
@@ -80,7 +81,7 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
     if (opening.step != Step::queued && opening.step != Step::decoding && repeat_read(opening, options.clock_ns)) return false;
     switch (opening.step) {
       case Step::queued: {
-        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMostOpening)) return false;
+        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMaxOpening)) return false;
         COPPICE_CHECK(start_header(opening, hooks, options.gpu));
         opening.plant->decoders = &decoders;
         ++started_count;
@@ -112,9 +113,9 @@ Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
 }
 
 Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
-  std::size_t count = most_requests(plant);
+  std::size_t count = max_requests(plant);
   for (const auto& open : used_plants())
-    if (open) count += most_requests(*open);
+    if (open) count += max_requests(*open);
   COPPICE_CHECK(requests.make_room(hooks.allocator, count));
   return indivisible.make_room(hooks.allocator, count);
 }
@@ -129,7 +130,7 @@ Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
 void Streamer::State::take_opened(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
   release(opening);
-  ledger.take(plant.base_bytes);
+  ledger.reserve(plant.base_bytes);
   for (Chunk& chunk : plant.chunks.span()) {
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     if (chunk.pinned) set_bytes(chunk, bytes.gpu + bytes.kept + bytes.upload);
@@ -165,7 +166,7 @@ Result<void> Streamer::State::grow_plants() {
   plants = std::move(more_plants);
   openings = std::move(more_openings);
   closed.items = std::move(more_closed);
-  ledger.take((count - now) * kBytesEach);
+  ledger.reserve((count - now) * kBytesEach);
   return {};
 }
 
@@ -193,7 +194,7 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   PlantOpening& opening = s.opening_at(plant);
   const auto open = s.advance_opening(opening);
   if (open && !*open) return std::nullopt;
-  if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_tries < kOpenTries) {
+  if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_attempts < kOpenAttempts) {
     s.release(opening);
     if (opening.step != PlantOpening::Step::queued) --s.started_count;
     opening.restart(s.frame_number + kOpenRetryFrames);
@@ -292,20 +293,20 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   COPPICE_ASSERT(frame.frame_number > s.frame_number && s.completed_number < frame.frame_number);
   s.last_frame_number = s.frame_number;
   s.frame_number = frame.frame_number;
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens)
-    s.views[lens] = frame.lenses[lens] ? std::optional(frame.lenses[lens]->view) : std::nullopt;
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
+    s.views[group] = frame.view_groups[group] ? std::optional(frame.view_groups[group]->view) : std::nullopt;
   s.evicted.begin();
   for (const auto& opening : s.used_openings())
     if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
   for (const auto& plant : s.used_plants()) {
     if (!plant) continue;
-    for (std::size_t lens = 0; lens < kMostLenses; ++lens) {
-      const auto demands = frame.lenses[lens] ? frame.lenses[lens]->demands : std::span<const PlantDemand>();
-      update_demand(plant->demands[lens], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
+    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+      const auto demands = frame.view_groups[group] ? frame.view_groups[group]->demands : std::span<const PlantDemand>();
+      update_demand(plant->demands[group], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
     }
     s.trim(*plant);
   }
-  s.update_wants();
+  s.update_demanded();
   s.counters.hand_over_ns = 0;
   s.retry_reads();
   s.collect_in_time(1);
@@ -316,17 +317,18 @@ void Streamer::begin_frame(const StreamFrame& frame) {
   s.collect_in_time(0);
 }
 
-// Pinned chunks go too, last page first.
+// Pinned chunks are evicted too, last page first.
 void Streamer::State::advance_closing(PlantStream& plant) {
   if (plant.close_frame == 0) {
     plant.close_frame = frame_number;
     plant.last_used_frame = last_frame_number;
   }
   if (plant.decoding_page_count > 0) return;
-  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).held)
+  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).pending)
     evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
   for (Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
-    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.held) evict(chunk);
+    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.pending)
+      evict(chunk);
 }
 
 void Streamer::State::finish_closing() {
@@ -336,7 +338,7 @@ void Streamer::State::finish_closing() {
     if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
     if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
     trim(*plant);
-    ledger.give(plant->base_bytes);
+    ledger.release(plant->base_bytes);
     closed.add(plant->index);
     free_index(plant->index);
     plant.reset();
@@ -379,7 +381,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   const auto push = [&](PlantStream& plant, Chunk& chunk) {
     if (chunk.residency != Residency::decoded) return;
     s.requests.push_back({&plant, &chunk, s.value_of(plant, chunk)});
-    std::ranges::push_heap(s.requests.span(), worth_less);
+    std::ranges::push_heap(s.requests.span(), has_lower_priority);
   };
   const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
     if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
@@ -392,7 +394,7 @@ std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   std::size_t count = 0;
   std::uint64_t bytes = 0;
   while (!s.requests.empty() && count < s.decoded.size()) {
-    std::ranges::pop_heap(s.requests.span(), worth_less);
+    std::ranges::pop_heap(s.requests.span(), has_lower_priority);
     const Request offered = s.requests.pop_back();
     const std::uint64_t more = chunk_bytes(*offered.plant, *offered.chunk).gpu;
     if (count > 0 && bytes + more > max_bytes) continue;
@@ -409,7 +411,7 @@ bool Streamer::begin_upload(ChunkId id) {
   Chunk& chunk = plant.chunk(id.kind, id.index);
   if (chunk.residency != Residency::decoded) return false;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).gpu;
-  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.most_staged_bytes ? bytes : 2 * bytes);
+  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.max_staged_bytes ? bytes : 2 * bytes);
   return true;
 }
 
@@ -449,19 +451,19 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
       COPPICE_ASSERT(advance(plant.chunk(ChunkKind::page, page), Residency::absent));
     plant.decoded_page_count = id.index;
     plant.trim_needed = true;
-    return;  // their memory goes in the next begin_frame: spans that were handed out stay valid until then
+    return;  // the next begin_frame frees their memory: spans that were handed out stay valid until then
   }
   free_decoded(plant, id);
   state_->set_bytes(chunk, 0);
 }
 
-std::optional<DecodedChunk> Streamer::hold_next() {
+std::optional<DecodedChunk> Streamer::next_pending() {
   State& s = *state_;
   Request best;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
-    if (chunk.residency != Residency::decoded || chunk.held) return;
+    if (chunk.residency != Residency::decoded || chunk.pending) return;
     const Request offered{&plant, &chunk, s.value_of(plant, chunk)};
-    if (best.chunk == nullptr || worth_less(best, offered)) best = offered;
+    if (best.chunk == nullptr || has_lower_priority(best, offered)) best = offered;
   };
   for (const auto& plant : s.used_plants()) {
     if (!plant || plant->closing) continue;
@@ -469,59 +471,59 @@ std::optional<DecodedChunk> Streamer::hold_next() {
     for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) consider(*plant, chunk);
   }
   if (best.chunk == nullptr) return std::nullopt;
-  best.chunk->held = true;
+  best.chunk->pending = true;
   return decoded_chunk(*best.plant, *best.chunk);
 }
 
-Streamer::Held Streamer::held(ChunkId id) const {
+Streamer::Pending Streamer::pending(ChunkId id) const {
   const State& s = *state_;
-  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Held::no;
+  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Pending::no;
   const PlantStream& plant = *s.plants[id.plant];
   const coppice_file_plant& counts = plant.file.plant;
-  const std::array<std::uint32_t, kChunkKindCount> most = {counts.page_count, counts.wood_lod_count, counts.texture_count,
-                                                           counts.leaf_mesh_count};
-  if (id.index >= most[static_cast<std::size_t>(id.kind)]) return Held::no;
+  const std::array<std::uint32_t, kChunkKindCount> maximum = {counts.page_count, counts.wood_lod_count, counts.texture_count,
+                                                              counts.leaf_mesh_count};
+  if (id.index >= maximum[static_cast<std::size_t>(id.kind)]) return Pending::no;
   const Chunk& chunk = plant.chunk(id.kind, id.index);
-  if (!chunk.held) return Held::no;
-  return chunk.residency == Residency::evicting ? Held::dropped : Held::added;
+  if (!chunk.pending) return Pending::no;
+  return chunk.residency == Residency::evicting ? Pending::dropped : Pending::added;
 }
 
-void Streamer::confirm_taken(ChunkId id) {
+void Streamer::acknowledge_taken(ChunkId id) {
   PlantStream& plant = state_->open_plant_at(id.plant);
-  plant.chunk(id.kind, id.index).held = false;
+  plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) uploaded(id);
 }
 
-void Streamer::confirm_refused(ChunkId id) {
+void Streamer::acknowledge_refused(ChunkId id) {
   PlantStream& plant = state_->open_plant_at(id.plant);
-  plant.chunk(id.kind, id.index).held = false;
+  plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) upload_failed(id, {Status::out_of_memory, "the host has no room"});
 }
 
-void Streamer::confirm_freed(ChunkId id) {
-  state_->open_plant_at(id.plant).chunk(id.kind, id.index).held = false;
+void Streamer::acknowledge_freed(ChunkId id) {
+  state_->open_plant_at(id.plant).chunk(id.kind, id.index).pending = false;
 }
 
 namespace {
 
 using CountsByKind = std::array<ChunkCounts, kChunkKindCount>;
 
-/// Adds to `wanted` and `queued` what of `wants` is not there.
-void count_missing(const PlantStream& plant, const PlantWants& wants, CountsByKind& counts) {
+/// Adds the chunks of `demanded` that are not resident to `wanted` and `queued`.
+void count_missing(const PlantStream& plant, const DemandedDetail& demanded, CountsByKind& counts) {
   const auto count = [&](const Chunk& chunk) {
-    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_wanted(plant, wants, chunk)) return;
+    if (chunk.residency == Residency::resident || chunk.residency == Residency::failed || !is_demanded(plant, demanded, chunk)) return;
     ChunkCounts& of = counts[static_cast<std::size_t>(chunk.id.kind)];
     ++of.wanted;
     if (chunk.residency == Residency::absent) ++of.queued;
   };
-  const std::uint32_t wanted_pages = std::min(wants.page_count, plant.loadable_page_count);
+  const std::uint32_t wanted_pages = std::min(demanded.page_count, plant.loadable_page_count);
   for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
   for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
 }
 
-bool is_there(const PlantStream& plant, const PlantWants& wants) {
+bool is_there(const PlantStream& plant, const DemandedDetail& demanded) {
   StreamStats missing;
-  count_missing(plant, wants, missing.chunks);
+  count_missing(plant, demanded, missing.chunks);
   return missing.all().wanted == 0;
 }
 
@@ -529,20 +531,20 @@ bool is_there(const PlantStream& plant, const PlantWants& wants) {
 
 bool Streamer::is_settled(std::uint32_t plant) const {
   const PlantStream& of = state_->open_plant_at(plant);
-  return is_there(of, of.wants.now);
+  return is_there(of, of.demanded.now);
 }
 
-bool Streamer::is_lens_settled(std::size_t lens) const {
+bool Streamer::is_group_settled(std::size_t group) const {
   if (state_->threshold_falls) return false;
-  LensViews alone;
-  alone[lens] = state_->views_at(state_->threshold_step)[lens];
+  GroupViews alone;
+  alone[group] = state_->views_at(state_->threshold_step)[group];
   return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {
-    return !plant || plant->closing || is_there(*plant, wants_at(*plant, DemandSize::now, alone));
+    return !plant || plant->closing || is_there(*plant, demanded_at(*plant, DemandSize::now, alone));
   });
 }
 
-float Streamer::threshold_px(std::size_t lens) const {
-  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[lens];
+float Streamer::threshold_px(std::size_t group) const {
+  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[group];
   return view && !view->full ? view->error_px : 0.0f;
 }
 
@@ -565,7 +567,7 @@ StreamStats Streamer::stats() const {
   for (const Transfer& transfer : s.transfers.span())
     if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;
   for (const auto& plant : s.used_plants())
-    if (plant && !plant->closing) count_missing(*plant, plant->wants.now, stats.chunks);
+    if (plant && !plant->closing) count_missing(*plant, plant->demanded.now, stats.chunks);
   return stats;
 }
 

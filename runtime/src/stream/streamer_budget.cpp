@@ -1,5 +1,5 @@
-// Memory and evicting. A request takes all that its chunk will ever hold at once, and gives parts back as it moves on; what is uploaded is
-// device memory's. What an eviction frees stays taken until the GPU has finished the frames that may read it.
+// Memory and eviction. A request reserves the peak memory of its chunk, and releases parts as the chunk moves on; uploaded data is counted
+// by device memory. An evicted chunk stays reserved until the GPU has finished the frames that may read it.
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ namespace coppice {
 
 namespace {
 
-constexpr std::size_t kMaxVictimsAtOnce = 64;
+constexpr std::size_t kMaxEvictionsAtOnce = 64;
 
 bool holds_memory(const Chunk& chunk) {
   return chunk.residency == Residency::decoded || chunk.residency == Residency::resident;
@@ -26,11 +26,11 @@ std::uint64_t less(std::uint64_t a, std::uint64_t b) {
 }  // namespace
 
 void Streamer::State::set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t device_bytes) {
-  ledger.give(chunk.taken_bytes);
+  ledger.release(chunk.reserved_bytes);
   if (!chunk.pinned) movable_bytes += bytes - chunk.bytes;
   chunk.bytes = bytes;
-  chunk.taken_bytes = options.gpu.host ? bytes : bytes - device_bytes;
-  ledger.take(chunk.taken_bytes);
+  chunk.reserved_bytes = options.gpu.host ? bytes : bytes - device_bytes;
+  ledger.reserve(chunk.reserved_bytes);
 }
 
 std::uint64_t Streamer::State::floor_bytes() const {
@@ -41,12 +41,12 @@ std::uint64_t Streamer::State::floor_bytes() const {
     for (const Chunk& chunk : plant->chunks.span())
       if (chunk.pinned) leaving += chunk.bytes;
   }
-  return less(ledger.taken(), movable_bytes + leaving);
+  return less(ledger.reserved(), movable_bytes + leaving);
 }
 
 std::uint64_t Streamer::State::limit_bytes() const {
-  const std::uint64_t wanted = can_be_free(ledger.wanted()) ? ledger.wanted() : 0;
-  return less(ledger.budget(), std::max(wanted, options.gpu.slack_bytes));
+  const std::uint64_t refused = can_be_free(ledger.refused()) ? ledger.refused() : 0;
+  return less(ledger.budget(), std::max(refused, options.gpu.slack_bytes));
 }
 
 Error Streamer::State::refusal(std::uint64_t bytes) const {
@@ -61,80 +61,80 @@ float Streamer::State::value_of(PlantStream& plant, Chunk& chunk) {
   return chunk.value;
 }
 
-bool Streamer::State::may_go(const PlantStream& plant, const Chunk& chunk, Victims victims) {
-  return !chunk.pinned && !chunk.victim && !chunk.held && holds_memory(chunk) &&
-         (victims == Victims::any || !wanted_recently(plant, chunk));
+bool Streamer::State::may_evict(const PlantStream& plant, const Chunk& chunk, EvictionCandidates candidates) {
+  return !chunk.pinned && !chunk.eviction_planned && !chunk.pending && holds_memory(chunk) &&
+         (candidates == EvictionCandidates::any || !demanded_recently(plant, chunk));
 }
 
-// Of a plant's pages only the last that is not chosen yet may go.
-Chunk* Streamer::State::least_valuable_victim(Victims victims) {
-  Chunk* least = nullptr;
-  float least_value = std::numeric_limits<float>::infinity();
-  bool least_wanted = true;
+// Among a plant's pages only the last one that is not chosen yet is a candidate.
+Chunk* Streamer::State::least_valuable_candidate(EvictionCandidates candidates) {
+  Chunk* lowest = nullptr;
+  float lowest_value = std::numeric_limits<float>::infinity();
+  bool lowest_is_demanded = true;
   const auto consider = [&](PlantStream& plant, Chunk& chunk) {
-    if (!may_go(plant, chunk, victims)) return;
-    const bool wanted = wanted_recently(plant, chunk);
-    const float worth = value_of(plant, chunk);
-    if (wanted != least_wanted ? wanted : !(worth < least_value)) return;
-    least = &chunk;
-    least_value = worth;
-    least_wanted = wanted;
+    if (!may_evict(plant, chunk, candidates)) return;
+    const bool is_demanded = demanded_recently(plant, chunk);
+    const float value = value_of(plant, chunk);
+    if (is_demanded != lowest_is_demanded ? is_demanded : !(value < lowest_value)) return;
+    lowest = &chunk;
+    lowest_value = value;
+    lowest_is_demanded = is_demanded;
   };
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
-    if (plant->decoding_page_count == 0 && plant->victim_page_end > 0)
-      consider(*plant, plant->chunk(ChunkKind::page, plant->victim_page_end - 1));
+    if (plant->decoding_page_count == 0 && plant->eviction_page_end > 0)
+      consider(*plant, plant->chunk(ChunkKind::page, plant->eviction_page_end - 1));
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i) consider(*plant, plant->chunks[i]);
   }
-  return least;
+  return lowest;
 }
 
 std::uint64_t Streamer::State::idle_bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing) continue;
-    for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->victim_page_end; end > 0; --end) {
+    for (std::uint32_t end = plant->decoding_page_count > 0 ? 0 : plant->eviction_page_end; end > 0; --end) {
       const Chunk& page = plant->chunk(ChunkKind::page, end - 1);
-      if (!may_go(*plant, page, Victims::idle)) break;
+      if (!may_evict(*plant, page, EvictionCandidates::idle)) break;
       bytes += page.bytes;
     }
     for (std::uint32_t i = plant->file.plant.page_count; i < plant->chunks.size(); ++i)
-      if (may_go(*plant, plant->chunks[i], Victims::idle)) bytes += plant->chunks[i].bytes;
+      if (may_evict(*plant, plant->chunks[i], EvictionCandidates::idle)) bytes += plant->chunks[i].bytes;
   }
   return bytes;
 }
 
 Room Streamer::State::make_room(std::uint64_t bytes) {
   const std::uint64_t limit = limit_bytes();
-  if (ledger.taken() + bytes <= limit) return Room::now;
+  if (ledger.reserved() + bytes <= limit) return Room::now;
   if (floor_bytes() + bytes > limit) return Room::none;
   std::uint64_t coming = evicting_bytes + cancelled_bytes;
-  std::array<Chunk*, kMaxVictimsAtOnce> victims{};
+  std::array<Chunk*, kMaxEvictionsAtOnce> planned{};
   std::size_t count = 0;
   for (const auto& plant : used_plants())
-    if (plant) plant->victim_page_end = plant->decoded_page_count;
-  while (less(ledger.taken(), coming) + bytes > limit && count < victims.size()) {
-    Chunk* victim = least_valuable_victim(Victims::idle);
-    if (victim == nullptr) break;
-    victims[count++] = victim;
-    victim->victim = true;
-    coming += victim->bytes;
-    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
+    if (plant) plant->eviction_page_end = plant->decoded_page_count;
+  while (less(ledger.reserved(), coming) + bytes > limit && count < planned.size()) {
+    Chunk* candidate = least_valuable_candidate(EvictionCandidates::idle);
+    if (candidate == nullptr) break;
+    planned[count++] = candidate;
+    candidate->eviction_planned = true;
+    coming += candidate->bytes;
+    if (candidate->id.kind == ChunkKind::page) --plants[candidate->id.plant]->eviction_page_end;
   }
-  // Nothing goes for a newcomer that could not come in even then. Where it takes more victims than are chosen at once, the rest follows.
-  const std::uint64_t later = count == victims.size() ? idle_bytes() : 0;
-  const bool enough = less(ledger.taken(), coming + later) + bytes <= limit;
+  // Nothing is evicted for a request that would not fit even then. If it needs more candidates than are chosen at once, the rest follows.
+  const std::uint64_t later = count == planned.size() ? idle_bytes() : 0;
+  const bool enough = less(ledger.reserved(), coming + later) + bytes <= limit;
   for (std::size_t i = 0; i < count; ++i) {
-    victims[i]->victim = false;
-    if (enough && !evicted.full()) evict(*victims[i]);
+    planned[i]->eviction_planned = false;
+    if (enough && !evicted.full()) evict(*planned[i]);
   }
-  if (ledger.taken() + bytes <= limit) return Room::now;
+  if (ledger.reserved() + bytes <= limit) return Room::now;
   return enough ? Room::soon : Room::none;
 }
 
 void Streamer::State::enforce_budget() {
   const std::uint64_t limit = limit_bytes();
-  if (less(ledger.taken(), evicting_bytes + cancelled_bytes) <= limit) return;
+  if (less(ledger.reserved(), evicting_bytes + cancelled_bytes) <= limit) return;
   for (Transfer& transfer : transfers.span()) {
     if (transfer.stage == TransferStage::idle || transfer.stage == TransferStage::decoding || transfer.cancelled) continue;
     if (transfer.stage == TransferStage::read || transfer.stage == TransferStage::paused) {
@@ -142,16 +142,16 @@ void Streamer::State::enforce_budget() {
       continue;
     }
     transfer.cancelled = true;
-    set_bytes(*transfer.chunk, transfer.bytes.size());  // what the hook still writes to
+    set_bytes(*transfer.chunk, transfer.bytes.size());  // the hook still writes to it
     cancelled_bytes += transfer.bytes.size();
   }
   for (const auto& plant : used_plants())
-    if (plant) plant->victim_page_end = plant->decoded_page_count;
-  while (less(ledger.taken(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
-    Chunk* victim = least_valuable_victim(Victims::any);
-    if (victim == nullptr) break;
-    if (victim->id.kind == ChunkKind::page) --plants[victim->id.plant]->victim_page_end;
-    evict(*victim);
+    if (plant) plant->eviction_page_end = plant->decoded_page_count;
+  while (less(ledger.reserved(), evicting_bytes + cancelled_bytes) > limit && !evicted.full()) {
+    Chunk* candidate = least_valuable_candidate(EvictionCandidates::any);
+    if (candidate == nullptr) break;
+    if (candidate->id.kind == ChunkKind::page) --plants[candidate->id.plant]->eviction_page_end;
+    evict(*candidate);
   }
 }
 
@@ -174,20 +174,20 @@ void Streamer::State::evict(Chunk& chunk) {
   ++plant.evicting_count;
   ++counts_of(chunk).evicted;
   chunk.last_used_frame = last_frame_number;
-  chunk.held = options.gpu.host;
+  chunk.pending = options.gpu.host;
   chunk.next_evicting = nullptr;
   (last_evicting != nullptr ? last_evicting->next_evicting : first_evicting) = &chunk;
   last_evicting = &chunk;
   evicted.add(chunk.id);
 }
 
-// In order of eviction, but for what a host has not freed yet.
+// Releases in order of eviction, except chunks that a host has not freed yet.
 void Streamer::State::release_evicted() {
   Chunk** link = &first_evicting;
   Chunk* last_kept = nullptr;
   while (*link != nullptr && (*link)->last_used_frame <= completed_number && released.count < released.items.size()) {
     Chunk& chunk = **link;
-    if (chunk.held) {
+    if (chunk.pending) {
       last_kept = &chunk;
       link = &chunk.next_evicting;
       continue;

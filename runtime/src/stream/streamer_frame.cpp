@@ -1,5 +1,5 @@
-// What a frame does with transfers: every one passes a door when its read returns and another when its decode returns; at a door it moves
-// on, fails, or is dropped because nothing wants it any more.
+// Advances transfers in a frame. A transfer is handled when its read returns and again when its decode returns: it moves on, fails, or is
+// dropped because its chunk is no longer in demand.
 
 #include <algorithm>
 
@@ -18,7 +18,7 @@ bool on_its_way(const Chunk& chunk) {
 
 }  // namespace
 
-bool worth_less(const Request& a, const Request& b) {
+bool has_lower_priority(const Request& a, const Request& b) {
   if (a.value != b.value) return a.value < b.value;
   if (a.plant != b.plant) return a.plant->index > b.plant->index;
   if (a.chunk->id.kind != b.chunk->id.kind) return a.chunk->id.kind > b.chunk->id.kind;
@@ -64,7 +64,7 @@ void Streamer::State::out_of_memory(PlantStream& plant, const Error& error) {
   plant.retry_frame = frame_number + kRetryFrames;
 }
 
-// A job that decodes a later page reads the nodes of the earlier ones, so their memory goes only once no job runs for the plant.
+// A job that decodes a later page reads the nodes of earlier ones, so their memory is freed only when no job runs for the plant.
 void Streamer::State::trim(PlantStream& plant) {
   if (!plant.trim_needed || plant.decoding_page_count > 0) return;
   for (std::uint32_t page = plant.decoded_page_count; page < plant.file.plant.page_count; ++page) {
@@ -80,13 +80,13 @@ void Streamer::State::trim(PlantStream& plant) {
 bool Streamer::State::stale(const Transfer& transfer) const {
   const PlantStream& plant = *transfer.plant;
   const Chunk& chunk = *transfer.chunk;
-  if (transfer.cancelled || plant.closing || !wanted_recently(plant, chunk)) return true;
+  if (transfer.cancelled || plant.closing || !demanded_recently(plant, chunk)) return true;
   if (chunk.id.kind != ChunkKind::page || chunk.id.index <= plant.decoded_page_count) return false;
   return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
 }
 
-void Streamer::State::collect(std::uint32_t least) {
-  const auto in_time = [&] { return least > 0 || options.clock_ns() < hand_over_until; };
+void Streamer::State::collect(std::uint32_t minimum) {
+  const auto in_time = [&] { return minimum > 0 || options.clock_ns() < hand_over_until; };
   bool progress = true;
   while (progress) {
     progress = false;
@@ -94,7 +94,7 @@ void Streamer::State::collect(std::uint32_t least) {
       Transfer* next = completions.take();
       if (next == nullptr) break;
       Transfer& transfer = *next;
-      if (least > 0) --least;
+      if (minimum > 0) --minimum;
       progress = true;
       if (transfer.stage == TransferStage::reading)
         finish_read(transfer);
@@ -106,11 +106,11 @@ void Streamer::State::collect(std::uint32_t least) {
   }
 }
 
-void Streamer::State::collect_in_time(std::uint32_t least) {
+void Streamer::State::collect_in_time(std::uint32_t minimum) {
   const std::uint64_t start = options.clock_ns();
   const std::uint64_t left = options.hand_over_budget_ns - std::min(options.hand_over_budget_ns, counters.hand_over_ns);
   hand_over_until = left < UINT64_MAX - start ? start + left : UINT64_MAX;
-  collect(least);
+  collect(minimum);
   counters.hand_over_ns += options.clock_ns() - start;
 }
 
@@ -119,12 +119,13 @@ void Streamer::State::finish_read(Transfer& transfer) {
   if (transfer.bytes_read > 0) counters.bytes_read += static_cast<std::uint64_t>(transfer.bytes_read);
   if (stale(transfer)) return drop(transfer);
   if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size())) return fail_read(transfer);
-  if (transfer.chunk->id.kind == ChunkKind::page) return;  // start_page_runs, once the page before it is on its way
+  if (transfer.chunk->id.kind == ChunkKind::page) return;  // start_page_runs does this, once the page before it is being loaded
   COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoding));
   start_decode(transfer, hooks.jobs);
 }
 
-// A lack of memory passes; anything else is tried a few times. The chunk stays on its way, so that what follows it need not be read again.
+// A lack of memory is temporary; other failures have a few attempts. The chunk keeps its state, so chunks that follow it need not be read
+// again.
 void Streamer::State::fail_read(Transfer& transfer) {
   PlantStream& plant = *transfer.plant;
   const Error error = read_error(transfer.bytes_read, transfer.bytes.size(), plant.file_chunk(*transfer.chunk).offset);
@@ -146,7 +147,7 @@ void Streamer::State::retry_reads() {
   }
 }
 
-// One job decodes all pages that are read and follow on: otherwise a plant would gain one page a frame at most.
+// One job decodes all consecutive pages that are read: otherwise a plant would gain at most one page a frame.
 void Streamer::State::start_page_runs(PlantStream& plant) {
   if (plant.transfer_count == 0 || plant.decoding_page_count > 0) return;
   Transfer* first = nullptr;
@@ -193,12 +194,12 @@ void Streamer::State::finish_decode(Transfer& transfer) {
 }
 
 void Streamer::State::push_request(PlantStream& plant, Chunk& chunk) {
-  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !wanted_now(plant, chunk)) return;
+  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !demanded_now(plant, chunk)) return;
   requests.push_back({&plant, &chunk, value_of(plant, chunk)});
-  std::ranges::push_heap(requests.span(), worth_less);
+  std::ranges::push_heap(requests.span(), has_lower_priority);
 }
 
-// The first page that is neither there nor on its way; none while that one has failed or is still leaving.
+// Requests the first page that is neither resident nor being loaded; none while that one has failed or is still being evicted.
 void Streamer::State::push_page_request(PlantStream& plant) {
   std::uint32_t page = plant.decoded_page_count;
   while (page < plant.file.plant.page_count && on_its_way(plant.chunk(ChunkKind::page, page))) ++page;
@@ -222,10 +223,10 @@ Transfer* Streamer::State::free_slot() {
 void Streamer::State::issue_requests() {
   gather_requests();
   while (!requests.empty() && free_slot() != nullptr) {
-    std::ranges::pop_heap(requests.span(), worth_less);
+    std::ranges::pop_heap(requests.span(), has_lower_priority);
     const Request request = requests.pop_back();
     const Room room = issue(request);
-    // What is worth less must not take the room that is being made.
+    // A request of lower value must not take the memory that is being freed.
     if (room == Room::soon) break;
     if (room == Room::now && request.chunk->id.kind == ChunkKind::page) push_page_request(*request.plant);
   }
@@ -236,10 +237,10 @@ Room Streamer::State::issue(const Request& request) {
   Chunk& chunk = *request.chunk;
   if (frame_number < plant.retry_frame) return Room::none;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).total();
-  // Some of the leaf meshes show nothing: they come once there is room for all of them.
+  // Some of the leaf meshes alone show nothing: they are requested once all of them fit.
   const std::uint64_t needed_bytes = in_leaf_mesh_set(plant, chunk) ? missing_leaf_mesh_bytes(plant) : bytes;
   if (const Room room = make_room(needed_bytes); room != Room::now) return room;
-  // Room made since the request was gathered may have taken the page before it.
+  // An eviction since the request was gathered may have taken the page before it.
   if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
       !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))
     return Room::none;

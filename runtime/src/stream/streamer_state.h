@@ -1,7 +1,7 @@
 #pragma once
 
-// The streamer's insides, split over streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests),
-// streamer_budget.cpp (counting and evicting) and streamer_threshold.cpp (what is wanted).
+// The streamer's internals, in streamer.cpp (the interface), streamer_frame.cpp (progress of transfers, requests), streamer_budget.cpp
+// (counting and evicting) and streamer_threshold.cpp (demand and thresholds).
 
 #include <algorithm>
 #include <cstdint>
@@ -14,28 +14,28 @@
 
 namespace coppice {
 
-/// A list for the GPU side with a fixed length: filled between calls, handed out once.
+/// A list for the GPU side with a fixed capacity: filled between calls, handed out once.
 template <class T>
 struct HandOut {
   HookArray<T> items;
   std::size_t count = 0;
-  bool taken = false;
+  bool handed_out = false;
 
-  /// What was handed out goes; what was not stays for the next call.
+  /// Drops elements that were handed out; the others stay for the next call.
   void begin() {
-    if (taken) count = 0;
-    taken = false;
+    if (handed_out) count = 0;
+    handed_out = false;
   }
   [[nodiscard]] bool full() const { return count == items.size(); }
   void add(const T& item) { items[count++] = item; }
   std::span<const T> take() {
-    if (taken) return {};
-    taken = true;
+    if (handed_out) return {};
+    handed_out = true;
     return {items.data(), count};
   }
 };
 
-/// A chunk that may be asked for, or uploaded.
+/// A chunk that may be requested, or uploaded.
 struct Request {
   PlantStream* plant = nullptr;
   Chunk* chunk = nullptr;
@@ -43,25 +43,25 @@ struct Request {
 };
 
 /// A strict order, by value.
-bool worth_less(const Request& a, const Request& b);
+bool has_lower_priority(const Request& a, const Request& b);
 
-/// What comes whole or not at all.
+/// Chunks that are loaded all or not at all.
 struct Indivisible {
-  Chunk* chunk = nullptr;  ///< a texture, or any of the plant's leaf meshes for all of them
+  Chunk* chunk = nullptr;  ///< a texture, or one leaf mesh chunk of the plant for all of them
   bool* affordable = nullptr;
   std::uint64_t bytes = 0;
   float value = 0.0f;
 };
 
-/// Whether there is memory for a request.
+/// Whether memory is available for a request.
 enum class Room : std::uint8_t {
   now,
-  soon,  ///< once the GPU, or a cancelled read, is done with what is on its way out
-  none,  ///< everything there is wanted
+  soon,  ///< once the GPU is done with evicted chunks, or a cancelled read returns
+  none,  ///< all memory holds chunks in demand
 };
 
 struct Streamer::State {
-  State(const Hooks& of, Ledger& taken_from, const StreamerOptions& with) : hooks(of), ledger(taken_from), options(with) {}
+  State(const Hooks& of, Ledger& shared_ledger, const StreamerOptions& with) : hooks(of), ledger(shared_ledger), options(with) {}
 
   Hooks hooks;
   Ledger& ledger;
@@ -70,24 +70,24 @@ struct Streamer::State {
   HookArray<std::unique_ptr<PlantStream>> plants;     ///< grows to max_plants; null: not open
   HookArray<std::unique_ptr<PlantOpening>> openings;  ///< [plant]
   std::uint32_t plant_end = 0;                        ///< plants from here on were never open
-  std::uint32_t first_free_plant = 0;                 ///< those before are taken
-  std::size_t started_count = 0;                      ///< of openings, those that are not queued
+  std::uint32_t first_free_plant = 0;                 ///< those before are in use
+  std::size_t started_count = 0;                      ///< openings that are not queued
   HookArray<Transfer> transfers;                      ///< [max_in_flight]
   CompletionQueue<Transfer> completions;              ///< also those that no frame has had time for yet
-  std::uint64_t hand_over_until = 0;                  ///< on the clock; the frame's time for them ends here
+  std::uint64_t hand_over_until = 0;                  ///< on the clock; when the frame's time for them ends
   BoundedList<Request> requests;  ///< scratch, a heap by value: at most a page, the wood LoDs, textures and leaf meshes of each plant
   BoundedList<Indivisible> indivisible;  ///< scratch of a frame: at most the textures of each plant, and its leaf meshes
 
-  LensViews views;           ///< with their own thresholds
-  bool device_lost = false;  ///< and said
+  GroupViews views;          ///< with their own thresholds
+  bool device_lost = false;  ///< true once it has been logged
   bool all_affordable = true;
-  std::uint32_t threshold_step = 0;  ///< how far above the views' own the thresholds in use are
-  bool threshold_falls = false;      ///< threshold_step has just fallen, and may go on falling
+  std::uint32_t threshold_step = 0;  ///< number of steps by which the thresholds in use are above the views' own
+  bool threshold_falls = false;      ///< threshold_step has just fallen, and may fall further
   std::uint64_t frame_number = 0, last_frame_number = 0, completed_number = 0;
 
-  std::uint64_t movable_bytes = 0;    ///< of chunks that are not pinned
-  std::uint64_t evicting_bytes = 0;   ///< free once the GPU is done
-  std::uint64_t cancelled_bytes = 0;  ///< free once cancelled reads return
+  std::uint64_t movable_bytes = 0;    ///< bytes of chunks that are not pinned
+  std::uint64_t evicting_bytes = 0;   ///< bytes that are free once the GPU is done with them
+  std::uint64_t cancelled_bytes = 0;  ///< bytes that are free once cancelled reads return
   Chunk* first_evicting = nullptr;    ///< in order of eviction
   Chunk* last_evicting = nullptr;
 
@@ -97,59 +97,60 @@ struct Streamer::State {
   HookArray<DecodedChunk> decoded;
   StreamStats counters;
 
-  /// Places of plants that have been used.
+  /// All plants up to the last one that was ever open.
   [[nodiscard]] std::span<const std::unique_ptr<PlantStream>> used_plants() const { return plants.span().first(plant_end); }
   [[nodiscard]] std::span<std::unique_ptr<PlantStream>> used_plants() { return plants.span().first(plant_end); }
   [[nodiscard]] std::span<std::unique_ptr<PlantOpening>> used_openings() { return openings.span().first(plant_end); }
 
   [[nodiscard]] ChunkCounts& counts_of(const Chunk& chunk) { return counters.chunks[static_cast<std::size_t>(chunk.id.kind)]; }
 
-  // streamer_budget.cpp
-  /// device_bytes: of these, what is in device memory
+  // In streamer_budget.cpp:
+  /// device_bytes: the part that is in device memory
   void set_bytes(Chunk& chunk, std::uint64_t bytes, std::uint64_t device_bytes = 0);
-  /// What chunks and all others may have: the budget without what is wanted, where that can be made free at all, and slack_bytes at least.
+  /// Bytes that may be reserved in all: the budget minus the bytes refused lately (if they can be freed at all), but at least minus
+  /// slack_bytes.
   [[nodiscard]] std::uint64_t limit_bytes() const;
-  /// Were every chunk gone that may go.
+  /// True if they would be free without every chunk that may be evicted.
   [[nodiscard]] bool can_be_free(std::uint64_t bytes) const { return floor_bytes() + bytes <= ledger.budget(); }
   [[nodiscard]] Error refusal(std::uint64_t bytes) const;
-  /// What no eviction frees: the open plants' tables and pinned chunks, and what others have taken.
+  /// Bytes that no eviction frees: the open plants' tables and pinned chunks, and what other modules have reserved.
   [[nodiscard]] std::uint64_t floor_bytes() const;
-  /// Whether `bytes` more fit. If not, starts to evict what nothing wants, provided that they then would fit.
+  /// Tells whether `bytes` more fit. If not, starts to evict chunks without demand, provided that the bytes then fit.
   Room make_room(std::uint64_t bytes);
-  /// Cancels and evicts, least value first, until the budget is kept.
+  /// Cancels and evicts, lowest value first, until the budget is kept.
   void enforce_budget();
   void evict(Chunk& chunk);
   void release_evicted();
-  /// What may go: idle, what nothing has wanted lately; any, all that is not pinned.
-  enum class Victims : std::uint8_t { idle, any };
-  static bool may_go(const PlantStream& plant, const Chunk& chunk, Victims victims);
-  /// What is idle goes before what is wanted, what is worth less before what is worth more.
-  Chunk* least_valuable_victim(Victims victims);
-  /// What is idle and could go in any number of frames.
+  /// Which chunks are candidates. idle: without demand in the last frames; any: all that are not pinned.
+  enum class EvictionCandidates : std::uint8_t { idle, any };
+  static bool may_evict(const PlantStream& plant, const Chunk& chunk, EvictionCandidates candidates);
+  /// Idle chunks come before those in demand, lower values before higher ones.
+  Chunk* least_valuable_candidate(EvictionCandidates candidates);
+  /// Bytes of idle chunks that can be evicted, in however many frames.
   [[nodiscard]] std::uint64_t idle_bytes() const;
   float value_of(PlantStream& plant, Chunk& chunk);
 
-  // streamer_threshold.cpp
+  // In streamer_threshold.cpp:
   [[nodiscard]] bool has_view() const;
-  [[nodiscard]] LensViews views_at(std::uint32_t step) const;
-  /// What everything that a step asks for takes.
+  [[nodiscard]] GroupViews views_at(std::uint32_t step) const;
+  /// Memory that the demand at a step needs.
   [[nodiscard]] std::uint64_t planned_bytes_at(std::uint32_t step) const;
-  /// What there is for it.
+  /// Memory that is available for it.
   [[nodiscard]] std::uint64_t room_bytes() const;
   void gather_indivisible();
-  /// Which textures and leaf meshes may be asked for. room: bytes, here and below
+  /// Decides which textures and leaf meshes may be requested. room: bytes, here and below
   void choose_indivisible(std::uint64_t room);
   void choose_threshold(std::uint64_t room);
-  void update_wants();
+  void update_demanded();
 
-  // streamer_frame.cpp
-  /// Takes over finished transfers until the frame's time for it is up; `least` of them in any case.
-  void collect_in_time(std::uint32_t least);
-  void collect(std::uint32_t least);
+  // In streamer_frame.cpp:
+  /// Takes over finished transfers until the frame's time for it is up, but at least `least` of them.
+  void collect_in_time(std::uint32_t minimum);
+  void collect(std::uint32_t minimum);
   void finish_read(Transfer& transfer);
-  /// The read did not give all its bytes: it is tried again, or the chunk has failed.
+  /// Handles a read that did not give all its bytes: it is retried, or the chunk has failed.
   void fail_read(Transfer& transfer);
-  /// Starts again reads whose pause is over.
+  /// Restarts reads whose pause is over.
   void retry_reads();
   void finish_decode(Transfer& transfer);
   void start_page_runs(PlantStream& plant);
@@ -163,27 +164,27 @@ struct Streamer::State {
   void push_page_request(PlantStream& plant);
   void push_request(PlantStream& plant, Chunk& chunk);
   void issue_requests();
-  /// The read is under way only with Room::now; none also where the allocator hook had nothing.
+  /// Starts a read only if it returns Room::now. Also returns none if the allocator hook had no memory.
   Room issue(const Request& request);
   Transfer* free_slot();
 
-  // streamer.cpp
+  // In streamer.cpp:
   Result<std::uint32_t> start(const PlantSource& source, bool blocking);
-  /// As far as what is under way is back. Whether the plant is open. errors  io, bad_file, unsupported, out_of_memory
+  /// Continues as far as finished work allows. True if the plant is open. errors  io, bad_file, unsupported, out_of_memory
   Result<bool> advance_opening(PlantOpening& opening);
-  /// Of what is pinned. errors  out_of_memory
+  /// Reserves memory for the pinned chunks. errors  out_of_memory
   Result<void> reserve_pinned(PlantOpening& opening);
-  /// What is pinned is decoded: the plant is open.
+  /// The pinned chunks are decoded: the plant is open now.
   void take_opened(PlantOpening& opening);
   void drop_opening(std::uint32_t plant);
-  /// The plant's index is given out again.
+  /// Lets the plant's index be used again.
   void free_index(std::uint32_t plant) { first_free_plant = std::min(first_free_plant, plant); }
-  /// Makes room for twice as many plants. errors  out_of_memory; nothing has changed
+  /// Reserves arrays for twice as many plants. errors  out_of_memory; nothing has changed
   Result<void> grow_plants();
   /// errors  out_of_memory, as refusal
   Result<void> reserve_for(PlantOpening& opening, std::uint64_t bytes);
   void release(PlantOpening& opening);
-  /// Room in the scratch lists for the open plants and one more. errors  out_of_memory
+  /// Reserves scratch lists for the open plants and one more. errors  out_of_memory
   Result<void> make_list_room(const PlantStream& plant);
   [[nodiscard]] PlantOpening& opening_at(std::uint32_t plant) const;
   void advance_closing(PlantStream& plant);

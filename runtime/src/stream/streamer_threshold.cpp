@@ -1,12 +1,13 @@
-// How coarse the view has to be for what it wants to fit the budget. Where everything fits, the threshold is the view's own. Where it does
-// not, the threshold rises for all plants alike until it does, so that the same error shows everywhere and what is asked for can be had:
-// no plant waits for room that another holds, and under a view that stands still nothing is loaded that would have to go again.
+// Computes how coarse the views must be for their demand to fit the budget. If everything fits, the threshold is each view's own. Otherwise
+// the threshold rises for all plants alike until it does. So the same error shows everywhere, every request can be granted, no plant waits
+// for memory that another holds, and under a still view nothing is loaded that would be evicted again.
 //
-// The threshold moves in steps of 2 %: up in one frame as far as it must, down by a few steps a frame, and only while some room stays free.
+// The threshold moves in steps of 2 %: up in one frame as far as necessary; down by a few steps a frame, and only while some memory stays
+// free.
 //
-// Textures and sets of leaf meshes come whole or not at all, and one of them may be larger than all the rest: no threshold that still shows
-// anything could make room for it. Where not everything fits they share three quarters of the room, what is worth most per byte first; the
-// threshold is for the rest.
+// Textures and sets of leaf meshes are loaded all or not at all, and one of them may be larger than everything else: no threshold that
+// still shows anything could make them fit. If not everything fits they share three quarters of the memory, highest value per byte first;
+// the threshold governs the rest.
 
 #include <algorithm>
 #include <cmath>
@@ -20,12 +21,12 @@ namespace {
 
 constexpr float kStepsPerDoubling = 32.0f;
 constexpr std::uint32_t kMaxSteps = 32 * 24;
-constexpr std::uint32_t kMaxStepsDown = 4;  ///< in a frame
-/// Step 1 of a view that asks for every leaf, whose own threshold is 0.
+constexpr std::uint32_t kMaxStepsDown = 4;  ///< maximum in a frame
+/// Step 1 of a view that shows every leaf, whose own threshold is 0.
 constexpr float kFirstStepOfFullPx = 1.0f / 16.0f;
-/// Share of the room that must stay free where the threshold falls: the figures change a little from frame to frame.
+/// Share of the memory that must stay free when the threshold falls, because demand changes a little from frame to frame.
 constexpr std::uint64_t kFreeShare = 16;
-/// What is there counts this much more than what might take its place: small changes of the view must not swap them back and forth.
+/// A resident set counts this much more than its replacement: small changes of the view must not swap them back and forth.
 constexpr float kExchangeMargin = 1.5f;
 
 std::uint64_t comfortable_bytes(std::uint64_t room) {
@@ -38,8 +39,8 @@ bool Streamer::State::has_view() const {
   return std::ranges::any_of(views, [](const auto& view) { return view.has_value(); });
 }
 
-LensViews Streamer::State::views_at(std::uint32_t step) const {
-  LensViews raised = views;
+GroupViews Streamer::State::views_at(std::uint32_t step) const {
+  GroupViews raised = views;
   for (std::optional<LodView>& view : raised) {
     if (!view || step == 0) continue;
     const float first_px = view->full ? kFirstStepOfFullPx : view->error_px;
@@ -52,17 +53,17 @@ LensViews Streamer::State::views_at(std::uint32_t step) const {
 namespace {
 
 bool is_seen(const PlantStream& plant, DemandSize size) {
-  return std::ranges::any_of(plant.demands, [&](const LensDemand& demand) { return max_size_px(demand, size) > 0.0f; });
+  return std::ranges::any_of(plant.demands, [&](const GroupDemand& demand) { return max_size_px(demand, size) > 0.0f; });
 }
 
 }  // namespace
 
 std::uint64_t Streamer::State::planned_bytes_at(std::uint32_t step) const {
   PlannedBytes sum;
-  const LensViews raised = views_at(step);
+  const GroupViews raised = views_at(step);
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || !is_seen(*plant, DemandSize::recent)) continue;
-    const PlannedBytes planned = planned_bytes(*plant, wants_at(*plant, DemandSize::recent, raised));
+    const PlannedBytes planned = planned_bytes(*plant, demanded_at(*plant, DemandSize::recent, raised));
     sum.settled += planned.settled;
     sum.passing = std::max(sum.passing, planned.passing);
   }
@@ -78,20 +79,20 @@ void Streamer::State::gather_indivisible() {
   indivisible.clear();
   for (const auto& plant : used_plants()) {
     if (!plant || plant->closing || !is_seen(*plant, DemandSize::now)) continue;
-    const PlantWants& wants = plant->wants.unlimited;
+    const DemandedDetail& demanded = plant->demanded.unlimited;
     std::uint64_t set_bytes = 0;
     Chunk* of_set = nullptr;
     for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) {
       if (chunk.id.kind == ChunkKind::wood || chunk.residency == Residency::failed) continue;
       const std::uint64_t bytes = chunk_bytes(*plant, chunk).gpu;
       if (!in_leaf_mesh_set(*plant, chunk)) {
-        if (wants.textures) indivisible.push_back({&chunk, &chunk.affordable, bytes});
+        if (demanded.textures) indivisible.push_back({&chunk, &chunk.affordable, bytes});
         continue;
       }
       set_bytes += bytes;
       of_set = &chunk;
     }
-    if (wants.leaf_meshes) indivisible.push_back({of_set, &plant->leaf_meshes_affordable, set_bytes});
+    if (demanded.leaf_meshes) indivisible.push_back({of_set, &plant->leaf_meshes_affordable, set_bytes});
   }
 }
 
@@ -135,11 +136,11 @@ void Streamer::State::choose_threshold(std::uint64_t room) {
   threshold_step = enough;
 }
 
-void Streamer::State::update_wants() {
+void Streamer::State::update_demanded() {
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
     plant->leaf_meshes_affordable = true;
-    plant->wants.unlimited = wants_at(*plant, DemandSize::now, views);
+    plant->demanded.unlimited = demanded_at(*plant, DemandSize::now, views);
   }
   const std::uint32_t step_before = threshold_step;
   if (has_view()) {
@@ -148,11 +149,11 @@ void Streamer::State::update_wants() {
     choose_threshold(room);
   }
   threshold_falls = threshold_step < step_before;
-  const LensViews raised = views_at(threshold_step);
+  const GroupViews raised = views_at(threshold_step);
   for (const auto& plant : used_plants()) {
     if (!plant) continue;
-    plant->wants.now = wants_at(*plant, DemandSize::now, raised);
-    plant->wants.recent = wants_at(*plant, DemandSize::recent, raised);
+    plant->demanded.now = demanded_at(*plant, DemandSize::now, raised);
+    plant->demanded.recent = demanded_at(*plant, DemandSize::recent, raised);
   }
 }
 

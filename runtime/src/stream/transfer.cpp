@@ -22,7 +22,7 @@ void on_read_done(void* argument, std::int64_t bytes_read) {
 void run_decodes(void* argument) {
   bool skip = false;
   for (auto* transfer = static_cast<Transfer*>(argument); transfer != nullptr;) {
-    Transfer* next = transfer->next_in_run;  // once pushed, the transfer belongs to the frame's thread
+    Transfer* next = transfer->next_in_run;  // read before the push: afterwards the transfer belongs to the frame's thread
     transfer->skipped = skip;
     const std::uint64_t start = now_ns();
     if (!skip) transfer->outcome = decode_chunk(*transfer);

@@ -1,6 +1,6 @@
 #pragma once
 
-// A read or decode under way, and how its end comes back to the frame's thread.
+// A running read or decode, and how its result returns to the frame's thread.
 
 #include <cstdint>
 #include <span>
@@ -20,34 +20,34 @@ struct PlantStream;
 enum class TransferStage : std::uint8_t {
   idle,      ///< free
   reading,   ///< the I/O hook owns it
-  paused,    ///< the read failed and is tried again
-  read,      ///< bytes are there; a page waits for its predecessor
+  paused,    ///< the read failed and is tried again later
+  read,      ///< the bytes have arrived; a page waits for its predecessor
   decoding,  ///< a job owns it
 };
 
-/// One slot of work. While a hook owns it, the frame's thread touches nothing but `cancelled`.
+/// A slot for one transfer. While a hook owns it, the frame's thread only touches `cancelled`.
 struct Transfer {
   TransferStage stage = TransferStage::idle;
-  bool cancelled = false;  ///< frame's thread: drop it at its next door
+  bool cancelled = false;  ///< set by the frame's thread: drop it at the next step
   CompletionQueue<Transfer>* queue = nullptr;
   PlantStream* plant = nullptr;
   Chunk* chunk = nullptr;
 
   HookBuffer bytes;                 ///< the chunk as stored
-  std::uint64_t read_start_ns = 0;  ///< where somebody traces
+  std::uint64_t read_start_ns = 0;  ///< set if there is a trace hook
   std::int64_t bytes_read = 0;
   ReadRetry retry;
 
   PageOutput page;                 ///< page: where the job decodes it to
-  HookArray<PageScratch> scratch;  ///< page: one, here and below
+  HookArray<PageScratch> scratch;  ///< page: one element, here and below
   HookArray<gpu::ClusterScratch> cluster_scratch;
-  gpu::MeshBlock mesh;          ///< wood, leaf mesh: out of the job
-  HookBuffer texels;            ///< texture that is decoded: out of the job, a TEXTURE chunk of RGBA8
-  Result<void> outcome;         ///< of the job
-  std::uint64_t decode_ns = 0;  ///< that it took
-  bool skipped = false;         ///< page: the one before it in the run failed, nothing was decoded
+  gpu::MeshBlock mesh;          ///< wood, leaf mesh: the job's result
+  HookBuffer texels;            ///< a texture that is decoded: the job's result, a TEXTURE chunk of RGBA8
+  Result<void> outcome;         ///< the job's outcome
+  std::uint64_t decode_ns = 0;  ///< the job's duration
+  bool skipped = false;         ///< page: the one before it in the run failed, so it was not decoded
 
-  Transfer* next_in_run = nullptr;  ///< pages one job decodes one after the other
+  Transfer* next_in_run = nullptr;  ///< pages that one job decodes one after the other
   Transfer* next = nullptr;         ///< in the completion queue
 };
 
@@ -57,7 +57,7 @@ void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std
 /// Hands a run of transfers (linked by next_in_run, stage read) to one job.
 void start_decode(Transfer& first, const coppice_jobs& jobs);
 
-/// A read that is waited for, one at a time. Its end comes from any thread; the rest: the frame's thread.
+/// A read that is awaited, one at a time. It may end on any thread; all functions are the frame's thread's.
 class AwaitedRead {
  public:
   AwaitedRead() = default;
@@ -65,14 +65,14 @@ class AwaitedRead {
   AwaitedRead& operator=(const AwaitedRead&) = delete;
   ~AwaitedRead() { wait(); }
 
-  /// out: stays where it is until the read is back
+  /// out: does not move until the read is back
   void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
-  /// Whether it has returned.
+  /// True if it has returned.
   [[nodiscard]] bool back() const { return queue_.all_back(); }
   void wait() const { queue_.wait_for_all(); }
-  /// Whether it gave all its bytes. back(): true, here and below
+  /// True if it gave all its bytes. before: back(), here and below
   [[nodiscard]] bool whole() const { return read_.bytes_read == static_cast<std::int64_t>(read_.out.size()); }
-  /// Starts it again.
+  /// Starts the same read again.
   void repeat(const coppice_io& io, std::int64_t file) { start(io, file, read_.offset, read_.out); }
   /// errors  as read_error
   [[nodiscard]] Result<void> result() const;
@@ -91,7 +91,7 @@ class AwaitedRead {
   CompletionQueue<Read> queue_;
 };
 
-/// Reads through the hook and waits, once. Inline on the calling thread as far as the hook is. errors  as read_error
+/// Reads through the hook and waits, one attempt. errors  as read_error
 Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
 
 }  // namespace coppice

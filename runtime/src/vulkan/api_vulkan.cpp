@@ -1,4 +1,4 @@
-// The functions of coppice/vulkan.h: checks what the engine passes, translates, forwards. No logic.
+// The functions of coppice/vulkan.h: checks the engine's arguments, translates, forwards. No logic.
 
 #include <array>
 #include <optional>
@@ -40,7 +40,7 @@ coppice::MakeBackend make_renderer(const VulkanOptions& vulkan) {
   return [&vulkan](const coppice::BackendOptions& options) { return coppice::VulkanBackend::create(vulkan, options); };
 }
 
-/// Of a context that coppice_context_create has made.
+/// Refuses a context that coppice_context_create has made.
 std::string renderer_problem(const coppice_context& context) {
   return context.context->renderer() == nullptr ? "the context has no renderer: coppice_vulkan_context_create makes one that has" : "";
 }
@@ -66,7 +66,7 @@ coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice
 
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
 
-/// A light with what it points to.
+/// A light and the data that it points to.
 struct OwnedLight {
   coppice_light light;
   ShadowMaps maps;
@@ -96,7 +96,7 @@ std::string read_light(const coppice_light* theirs, OwnedLight& owned) {
   return in_struct("light", coppice::light_problem(ours));
 }
 
-/// What recording culls and draws have in common.
+/// The checks that recording culls and draws share.
 std::string recording_problem(const coppice::Context& context, coppice_view view) {
   if (context.recording() != Recording::uploaded) return "coppice_record_upload was not called for this frame";
   return recorder(context, view).is_shown() ? "" : "view has no camera in this frame";
@@ -111,7 +111,7 @@ coppice::Result<coppice_view> create_view(coppice::Context& context, const coppi
   auto view = context.create_view(desc, added);
   if (!view) renderer.remove_view(added);
   if (!view) return view.error();
-  if (const auto alive = context.device_state(); !alive) {  // a pipeline may have found out
+  if (const auto alive = context.device_state(); !alive) {  // a job may have found that the device is lost
     context.destroy_view(*view);
     return alive.error();
   }
@@ -181,7 +181,7 @@ coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer c
   if (!context->context->device_state()) return call.lost();
   COPPICE_REFUSE_IF(context->context->recording() != Recording::begun ? "not the first call since coppice_frame_begin" : "");
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_UPLOAD);
-  std::optional<coppice::gpu::DebugLabel> label;  // not for a queue that may be for transfers alone
+  std::optional<coppice::gpu::DebugLabel> label;  // not for a queue that may only transfer
   const coppice::gpu::Device& device = context->context->renderer()->device();
   if (device.queue_families.empty()) label.emplace(device, cmd, __func__);
   context->context->renderer()->record_upload_begin(cmd);

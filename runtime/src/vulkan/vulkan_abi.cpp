@@ -33,7 +33,7 @@ coppice_light struct_defaults() {
 }  // namespace coppice
 
 void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
-  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMostStructBytes) return;
+  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMaxStructBytes) return;
   const auto size = static_cast<uint32_t>(bytes);
   switch (kind) {
     case COPPICE_VULKAN_STRUCT_DESC:

@@ -43,17 +43,17 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
               .max_view_width_px = renderer_->device().max_view_width,
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
-                        .most_staged_bytes = gpu::Renderer::kStagingSliceBytes,
+                        .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
                         .mesh_leaves = renderer_->has_raster(),
                         .block_textures = renderer_->device().block_textures}} {}
 
-std::uint64_t VulkanBackend::least_budget_bytes(std::uint64_t taken_bytes) const {
-  return renderer_->least_budget_bytes(taken_bytes);
+std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
+  return renderer_->min_budget_bytes(reserved_bytes);
 }
 
 void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
-  stats.pipelines_wanted = renderer_->pipelines().wanted_count();
+  stats.pipelines_wanted = renderer_->pipelines().requested_count();
   stats.pipelines_built = renderer_->pipelines().built_count();
   const gpu::PipelineTimes times = renderer_->pipelines().times();
   stats.pipelines_ms = times.sum_ms;
@@ -62,12 +62,12 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.missing_pipeline = renderer_->pipelines().missing();
 }
 
-std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& wanted) {
-  return renderer_->reserve_bytes({wanted.slots, wanted.plants});
+std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& needed) {
+  return renderer_->reserve_bytes({needed.slots, needed.plants});
 }
 
-Result<void> VulkanBackend::reserve(const SceneSize& wanted) {
-  return renderer_->reserve({wanted.slots, wanted.plants});
+Result<void> VulkanBackend::reserve(const SceneSize& needed) {
+  return renderer_->reserve({needed.slots, needed.plants});
 }
 
 std::uint64_t VulkanBackend::slot_upload_bytes(std::uint32_t slot_count) const {
@@ -82,7 +82,7 @@ Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file
 void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
   wind_ = wind;
   renderer_->begin_frame(frame_number, completed_number);
-  renderer_->take_map(wind_);
+  renderer_->begin_wind_map(wind_);
 }
 
 Result<void> VulkanBackend::upload_chunk(const DecodedChunk& chunk) {

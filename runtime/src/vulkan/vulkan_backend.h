@@ -10,7 +10,7 @@
 
 namespace coppice {
 
-/// What coppice_vulkan_context_create is given, checked. The desc's own pointer to a hook is not used.
+/// The checked arguments of coppice_vulkan_context_create. The desc's own pointer to a hook is not used.
 struct VulkanOptions {
   coppice_vulkan_desc desc{};
   coppice_device_memory device_memory{};
@@ -22,13 +22,13 @@ class VulkanBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const VulkanOptions& vulkan, const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t least_budget_bytes(std::uint64_t taken_bytes) const override;
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override;
   void set_memory_budget(std::uint64_t bytes) override { renderer_->set_memory_budget(bytes); }
   [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
   void fill_stats(coppice_stats& stats) const override;
   [[nodiscard]] std::uint32_t plant_capacity() const override { return renderer_->capacity().plants; }
-  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& wanted) override;
-  Result<void> reserve(const SceneSize& wanted) override;
+  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& needed) override;
+  Result<void> reserve(const SceneSize& needed) override;
   [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const override;
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
                          std::span<const std::uint32_t> lod_words) override;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What an engine may pass to vulkan.h, as api_checks.h.
+// Checks arguments of vulkan.h, as api_checks.h does for coppice.h.
 
 #include <string>
 
@@ -10,11 +10,11 @@ namespace coppice {
 
 std::string vulkan_problem(const coppice_vulkan_desc& vulkan);
 std::string device_memory_problem(const coppice_device_memory& hook);
-/// What color_formats[i] gets; COPPICE_CONTENT_DEFAULT where that has to be said.
+/// The content of color_formats[i]; COPPICE_CONTENT_DEFAULT if it must be set.
 coppice_content content_of(coppice_output output, const coppice_vulkan_view_desc& desc, std::uint32_t i);
 std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vulkan_view_desc& desc);
 
-/// light.shadow_maps: not null where there are any, of our size
+/// Checks light.shadow_maps: not null if there are any, and of our size
 std::string light_problem(const coppice_light& light);
 
 }  // namespace coppice

@@ -88,7 +88,7 @@ struct InstanceData {
   std::map<std::string, PFN_vkVoidFunction> functions;
 };
 
-constexpr std::uint32_t kMostMarks = 8192, kArgBytes = 64;
+constexpr std::uint32_t kMaxMarks = 8192, kArgBytes = 64;
 
 struct Command {
   std::string label;
@@ -328,7 +328,7 @@ Recording& recording(DeviceData& d, VkCommandBuffer cmd) {
 
 void mark(DeviceData& d, Recording& r, Command command) {
   if (!kMarks) return;
-  if (r.mark_count < kMostMarks && r.pool) {
+  if (r.mark_count < kMaxMarks && r.pool) {
     command.mark = r.mark_count++;
     const auto write = [&d, cmd = r.cmd, pool = r.pool, index = command.mark] {
       d.vkCmdWriteTimestamp2(cmd, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, pool, index);
@@ -365,7 +365,7 @@ void full_barrier(DeviceData& d, VkCommandBuffer cmd) {
 
 /// Where in r.args the words come to lie; ~0u: nowhere. Outside of rendering, or before one.
 std::uint32_t copy_args(DeviceData& d, Recording& r, VkBuffer from, VkDeviceSize offset, std::uint32_t bytes) {
-  if (!kArgs || !r.args || r.args_used + bytes > kMostMarks * kArgBytes) return ~0u;
+  if (!kArgs || !r.args || r.args_used + bytes > kMaxMarks * kArgBytes) return ~0u;
   const VkBufferCopy region{offset, r.args_used, bytes};
   d.vkCmdCopyBuffer(r.cmd, from, r.args, 1, &region);
   const std::uint32_t at = r.args_used;
@@ -384,12 +384,12 @@ void begin(DeviceData& d, Recording& r) {
   if (!r.pool) {
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    info.queryCount = kMostMarks;
+    info.queryCount = kMaxMarks;
     if (d.vkCreateQueryPool(d.device, &info, nullptr, &r.pool) != VK_SUCCESS) say("no query pool");
   }
   if (kArgs && !r.args) {
     VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
-    info.size = kMostMarks * kArgBytes;
+    info.size = kMaxMarks * kArgBytes;
     info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     d.vkCreateBuffer(d.device, &info, nullptr, &r.args);
     VkMemoryRequirements needs;
@@ -414,8 +414,8 @@ void begin(DeviceData& d, Recording& r) {
   r.commands.clear();
   r.mark_count = 0;
   r.args_used = 0;
-  if (r.args_mapped) std::memset(r.args_mapped, 0xee, kMostMarks * kArgBytes);
-  if (r.pool) d.vkCmdResetQueryPool(r.cmd, r.pool, 0, kMostMarks);
+  if (r.args_mapped) std::memset(r.args_mapped, 0xee, kMaxMarks * kArgBytes);
+  if (r.pool) d.vkCmdResetQueryPool(r.cmd, r.pool, 0, kMaxMarks);
   mark(d, r, {"begin"});
 }
 
@@ -443,7 +443,7 @@ constexpr Known kKnown[] = {{"smallest_of_picture", "leaf_tiles"},
                             {"motion_of", "cluster_motion"},
                             {"key_bits", "occluder"},
                             {"draw_pages", "cull"},
-                            {"round_of", "leaf_blocks"},
+                            {"culling_pass_of", "leaf_blocks"},
                             {"draw_meshes", "hardware_draws"},
                             {"resolve(", "resolve"},
                             {"mapped_normal", "relief.frag"},

@@ -1,13 +1,12 @@
 #pragma once
 
-// What a graphics debugger shows: labels round what is recorded, and names of objects. Nothing where the engine has not enabled
-// VK_EXT_debug_utils.
+// Labels of commands and names of objects for graphics debuggers. Does nothing if the engine has not enabled VK_EXT_debug_utils.
 
 #include "device.h"
 
 namespace coppice::gpu {
 
-/// What is recorded while it lives is under the label. name: static storage
+/// Labels the commands that are recorded during its lifetime. name: static storage
 class DebugLabel {
  public:
   DebugLabel(const Device& device, VkCommandBuffer cmd, const char* name) : device_(device), cmd_(cmd) {
@@ -26,7 +25,7 @@ class DebugLabel {
   VkCommandBuffer cmd_;
 };
 
-/// Any thread, before another has the object. handle: of that type, or null; name: copied
+/// Any thread, before another thread gets the object. handle: of that type, or null; name: copied
 template <class Handle>
 void name_object(const Device& device, VkObjectType type, Handle handle, const char* name) {
   if (device.vk.vkSetDebugUtilsObjectNameEXT == nullptr || handle == VK_NULL_HANDLE) return;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Descriptor sets, each from a pool of its own, written when they are made.
+// Descriptor sets, each with a pool of its own, written when they are made.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace coppice::gpu {
 
-/// Those of shadow maps are the most images of a binding.
+/// The binding of shadow maps has the most images.
 inline constexpr std::uint32_t kMaxBindings = 14, kMaxBindingImages = 4;
 
 struct Binding {
@@ -21,7 +21,7 @@ struct Binding {
 };
 
 struct SetLayout {
-  const char* name = "";  ///< of its sets; static storage
+  const char* name = "";  ///< the name of its sets; static storage
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
   std::array<Binding, kMaxBindings> bindings{};
   std::uint32_t binding_count = 0;
@@ -32,7 +32,7 @@ struct DescriptorSet {
   VkDescriptorSet set = VK_NULL_HANDLE;
 };
 
-/// What a binding shows: a buffer, all of it, as texels where it has some; or `count` images in SHADER_READ_ONLY_OPTIMAL.
+/// The resource of a binding: a whole buffer, as texels if it has a texel view; or `count` images in SHADER_READ_ONLY_OPTIMAL.
 struct Bound {
   const Buffer* buffer = nullptr;
   VkSampler sampler = VK_NULL_HANDLE;
@@ -45,9 +45,9 @@ void destroy_set_layout(Device& device, SetLayout& layout);
 /// sets: from set 0 on. errors  out_of_memory, device_lost
 Result<VkPipelineLayout> create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets,
                                                 const VkPushConstantRange& push);
-/// bound: one a binding. errors  out_of_memory, device_lost
+/// bound: one for each binding. errors  out_of_memory, device_lost
 Result<DescriptorSet> create_set(Device& device, const SetLayout& layout, std::span<const Bound> bound);
-/// set: of create_set; the GPU must be done with it
+/// set: from create_set; the GPU must be done with it
 void write_set(Device& device, const SetLayout& layout, const DescriptorSet& set, std::span<const Bound> bound);
 void destroy_set(Device& device, DescriptorSet& set);
 

@@ -66,7 +66,7 @@ Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer)
   const bool addressable = (desc.usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   VkMemoryRequirements requirements{};
   device.vk.vkGetBufferMemoryRequirements(device.device, buffer.buffer, &requirements);
-  COPPICE_TRY(memory, take_memory(device, {requirements, desc.kind, false}));
+  COPPICE_TRY(memory, reserve_memory(device, {requirements, desc.kind, false}));
   buffer.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindBufferMemory(device.device, buffer.buffer, source.memory, source.offset + memory.offset),
@@ -83,7 +83,7 @@ Result<void> back_buffer(Device& device, const BufferDesc& desc, Buffer& buffer)
   if (addressable) {
     const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
     buffer.address = device.vk.vkGetBufferDeviceAddress(device.device, &info);
-    // WorkItem keeps something else in the upper bits. No device is known that has as many.
+    // WorkItem uses the upper bits. No known device has addresses as long.
     if (buffer.address >> kAddressBits != 0) return Error{Status::unsupported, "device addresses of more than 57 bits"};
   }
   if (desc.kind == MemoryKind::host) buffer.mapped = static_cast<std::uint8_t*>(source.mapped) + memory.offset;
@@ -100,7 +100,7 @@ constexpr const char* kTextureName = "coppice texture";
 Result<void> back_texture(Device& device, Texture& texture) {
   VkMemoryRequirements requirements{};
   device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
-  COPPICE_TRY(memory, take_memory(device, {requirements, MemoryKind::device, true}));
+  COPPICE_TRY(memory, reserve_memory(device, {requirements, MemoryKind::device, true}));
   texture.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, source.memory, source.offset + memory.offset),
@@ -138,7 +138,7 @@ Result<void> check_alive(const Device& device) {
 
 void go_on_without(Device& device, const Error& error, const char* instead) {
   if (error.status == Status::device_lost) return;
-  static std::mutex mutex;  // views are recorded side by side
+  static std::mutex mutex;  // views are recorded at the same time
   const std::lock_guard lock(mutex);
   if (std::ranges::find(device.warned_calls, std::string_view(error.what)) != device.warned_calls.end()) return;
   device.warned_calls.emplace_back(error.what);
@@ -206,30 +206,30 @@ Result<Buffer> create_buffer(Device& device, const BufferDesc& desc) {
 void destroy_buffer(Device& device, Buffer& buffer) {
   device.vk.vkDestroyBufferView(device.device, buffer.texels, nullptr);
   device.vk.vkDestroyBuffer(device.device, buffer.buffer, nullptr);
-  give_memory(device, buffer.memory);
+  release_memory(device, buffer.memory);
   buffer = {};
 }
 
 bool fits_buffer(Device& device, std::uint64_t bytes) {
-  // A buffer takes a little more than it asks for.
+  // A buffer takes a little more memory than its size.
   constexpr std::uint64_t kRounding = 4096;
   return bytes == 0 || device.memory.ledger->fits(bytes + kRounding);
 }
 
-Result<Texture> create_texture(Device& device, const coppice_file_texture& wanted) {
-  COPPICE_ASSERT(wanted.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
+Result<Texture> create_texture(Device& device, const coppice_file_texture& desc) {
+  COPPICE_ASSERT(desc.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
                                .imageType = VK_IMAGE_TYPE_2D,
-                               .format = vulkan_format(wanted.format),
-                               .extent = {wanted.width, wanted.height, 1},
-                               .mipLevels = wanted.mip_count,
+                               .format = vulkan_format(desc.format),
+                               .extent = {desc.width, desc.height, 1},
+                               .mipLevels = desc.mip_count,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
                                .sharingMode = sharing_mode(device),
                                .queueFamilyIndexCount = static_cast<std::uint32_t>(device.queue_families.size()),
                                .pQueueFamilyIndices = device.queue_families.data()};
-  Texture texture{.width = wanted.width, .height = wanted.height, .mip_count = wanted.mip_count, .format = wanted.format};
+  Texture texture{.width = desc.width, .height = desc.height, .mip_count = desc.mip_count, .format = desc.format};
   COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
   name_object(device, VK_OBJECT_TYPE_IMAGE, texture.image, kTextureName);
   if (auto backed = back_texture(device, texture); !backed) {
@@ -242,7 +242,7 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& wante
 void destroy_texture(Device& device, Texture& texture) {
   device.vk.vkDestroyImageView(device.device, texture.view, nullptr);
   device.vk.vkDestroyImage(device.device, texture.image, nullptr);
-  give_memory(device, texture.memory);
+  release_memory(device, texture.memory);
   texture = {};
 }
 
@@ -251,7 +251,7 @@ VkSharingMode sharing_mode(const Device& device) {
 }
 
 VkPipelineStageFlags2 stages_of_queue(const Device& device, VkPipelineStageFlags2 stages) {
-  // A queue for compute has no stages of graphics, one for transfers neither. The host is a stage of none.
+  // A compute queue has no graphics stages, and a transfer queue has neither. The host's stage belongs to no queue.
   if (device.queue_families.empty() || stages == VK_PIPELINE_STAGE_2_NONE || stages == VK_PIPELINE_STAGE_2_HOST_BIT) return stages;
   return VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
 }

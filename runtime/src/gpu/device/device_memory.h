@@ -1,7 +1,7 @@
 #pragma once
 
-// Device memory comes from the engine's hook in blocks, which buffers and images share. All decisions follow from the order of the calls:
-// the same calls take the same places.
+// Takes device memory from the engine's hook in blocks, which buffers and images share. All decisions follow from the order of the calls:
+// the same calls get the same places.
 
 #include <cstdint>
 #include <vector>
@@ -17,9 +17,9 @@ namespace coppice::gpu {
 struct Device;
 
 enum class MemoryKind : std::uint8_t {
-  device,  ///< the GPU's own, written by copies
-  alone,   ///< the same in a block of its own, which goes back with it
-  host,    ///< mapped and coherent: staging and read-back
+  device,  ///< the GPU's own memory, written by copies
+  alone,   ///< the same in a block of its own, which is freed with its content
+  host,    ///< mapped and coherent memory: staging and read-back
 };
 
 /// A free part of a block.
@@ -28,11 +28,11 @@ struct FreeRun {
 };
 
 struct MemoryBlock {
-  coppice_memory_block source{};  ///< without memory: not there, its index is free
+  coppice_memory_block source{};  ///< without memory: the block does not exist, and its index is free
   std::uint64_t bytes = 0;
-  MemoryKind kind = MemoryKind::alone;  ///< shared with others of this kind; alone: with none
-  bool images = false;                  ///< has images where those are kept apart
-  std::vector<FreeRun> free;            ///< by offset; no two touch
+  MemoryKind kind = MemoryKind::alone;  ///< shared with requests of this kind; alone: not shared
+  bool images = false;                  ///< holds images, if those must be kept apart
+  std::vector<FreeRun> free;            ///< by offset; no two are adjacent
 };
 
 /// Part of a block.
@@ -43,19 +43,19 @@ struct MemoryRange {
 };
 
 struct DeviceMemory {
-  /// Of a block: as large as one may be, and while a context is created.
-  static constexpr std::uint64_t kLeastBlockBytes = 256ull << 10, kMostBlockBytes = 32ull << 20;
+  /// Limits of a block's size; the minimum is also the size while a context is created.
+  static constexpr std::uint64_t kMinBlockBytes = 256ull << 10, kMaxBlockBytes = 32ull << 20;
 
-  coppice_device_memory hook{};  ///< without functions: vkAllocateMemory
+  coppice_device_memory hook{};  ///< without functions: use vkAllocateMemory
   VkPhysicalDeviceMemoryProperties properties{};
-  std::uint64_t granule = 256;  ///< every range's offset and size are multiples; a power of two
+  std::uint64_t granule = 256;  ///< offsets and sizes of ranges are multiples of it; a power of two
   bool images_apart = false;    ///< bufferImageGranularity is more than the granule
   std::uint64_t unit_bytes = 1;
-  std::uint64_t block_bytes = kLeastBlockBytes;
-  Ledger* ledger = nullptr;           ///< committed_bytes are taken from it; none: without a budget
-  std::uint64_t taken_bytes = 0;      ///< from the ledger
-  std::uint64_t allocated_bytes = 0;  ///< of all blocks
-  std::uint64_t free_bytes = 0;       ///< of blocks of kind device, in whole units
+  std::uint64_t block_bytes = kMinBlockBytes;
+  Ledger* ledger = nullptr;           ///< committed_bytes are reserved from it; null: no budget
+  std::uint64_t reserved_bytes = 0;   ///< bytes that are reserved from the ledger
+  std::uint64_t allocated_bytes = 0;  ///< size of all blocks
+  std::uint64_t free_bytes = 0;       ///< free bytes of blocks of kind device, in whole units
   std::uint32_t block_count = 0;
   std::vector<MemoryBlock> blocks;
 };
@@ -63,15 +63,16 @@ struct DeviceMemory {
 /// Sets granule and images_apart for a device.
 void set_granularity(DeviceMemory& memory, std::uint64_t buffer_image_granularity);
 
-/// From now on blocks are so large; blocks that are empty and of another size go back.
-/// unit_bytes  what most requests ask for, > 0; block_bytes is at least that and rounded down to a multiple
+/// Sets the size of blocks from now on, and frees empty blocks of another size.
+/// unit_bytes  the size of most requests, > 0; block_bytes is at least that, and is rounded down to a multiple
 void set_block_bytes(Device& device, std::uint64_t block_bytes, std::uint64_t unit_bytes);
 
-/// block_bytes as set_block_bytes rounds it.
+/// Rounds block_bytes as set_block_bytes does.
 std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes);
 
-/// What is allocated, and what is missing to a block's worth of free memory: the next block is spoken for before it is needed. A request
-/// that would raise this beyond the budget by more than itself gets a block of its own: what fits the ledger is never refused.
+/// All allocated bytes, plus the bytes missing to one block of free memory, so that the next block is reserved before it is needed. A
+/// request that would raise this beyond the budget by more than its own size gets a block of its own, so a request that fits the ledger is
+/// never refused.
 std::uint64_t committed_bytes(const DeviceMemory& memory);
 
 struct MemoryRequest {
@@ -80,16 +81,16 @@ struct MemoryRequest {
   bool image = false;
 };
 
-/// errors  out_of_memory: the ledger or the hook; device_lost; unsupported: no memory type fits; internal: what the hook returned is no
+/// errors  out_of_memory: the ledger or the hook; device_lost; unsupported: no memory type fits; internal: the hook returned an invalid
 /// block
-Result<MemoryRange> take_memory(Device& device, const MemoryRequest& request);
-/// The GPU must be done with it. range: may be none, and is afterwards
-void give_memory(Device& device, MemoryRange& range);
+Result<MemoryRange> reserve_memory(Device& device, const MemoryRequest& request);
+/// The GPU must be done with it. range: may be empty, and is empty afterwards
+void release_memory(Device& device, MemoryRange& range);
 
-/// Gives back the empty block that is kept. Nothing may be taken any more.
+/// Frees the empty block that is kept. Nothing may be reserved after it.
 void close_memory(Device& device);
 
-/// Closes it in the end.
+/// Calls close_memory in its destructor.
 struct OpenMemory {
   explicit OpenMemory(Device& of) : device(of) {}
   ~OpenMemory() { close_memory(device); }

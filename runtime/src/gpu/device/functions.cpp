@@ -14,7 +14,7 @@ Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_add
   if (!functions.name) return Error{Status::unsupported, "Vulkan function is missing", Error::kNoOffset, #name};
   COPPICE_DEVICE_FUNCTIONS(COPPICE_LOAD)
 #undef COPPICE_LOAD
-// By the instance, which knows whether its extension is enabled: a loader may answer for the device in any case.
+// The instance is asked, because it knows whether its extension is enabled: a loader may answer for the device in any case.
 #define COPPICE_LOAD(name) functions.name = reinterpret_cast<PFN_##name>(get_instance_proc_addr(instance, #name));
   COPPICE_DEBUG_FUNCTIONS(COPPICE_LOAD)
 #undef COPPICE_LOAD
@@ -22,9 +22,9 @@ Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_add
 }
 
 Functions without_memory(Functions functions) {
-  functions.vkSetDebugUtilsObjectNameEXT = nullptr;  // what has no memory is no object
+  functions.vkSetDebugUtilsObjectNameEXT = nullptr;  // without memory there are no objects to name
   functions.vkAllocateMemory = [](VkDevice, const VkMemoryAllocateInfo*, const VkAllocationCallbacks*, VkDeviceMemory* memory) {
-    *memory = reinterpret_cast<VkDeviceMemory>(memory);  // any: null would be none
+    *memory = reinterpret_cast<VkDeviceMemory>(memory);  // any value but null
     return VK_SUCCESS;
   };
   functions.vkFreeMemory = [](VkDevice, VkDeviceMemory, const VkAllocationCallbacks*) {};

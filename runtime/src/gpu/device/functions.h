@@ -68,14 +68,14 @@ namespace coppice::gpu {
   X(vkMapMemory)                    \
   X(vkUpdateDescriptorSets)
 
-// Of VK_EXT_debug_utils, which an engine may have enabled: null where it has not.
+// Functions of VK_EXT_debug_utils; null if the engine has not enabled it.
 #define COPPICE_DEBUG_FUNCTIONS(X) \
   X(vkCmdBeginDebugUtilsLabelEXT)  \
   X(vkCmdEndDebugUtilsLabelEXT)    \
   X(vkSetDebugUtilsObjectNameEXT)
 
-/// The Vulkan functions of one device. Ours, and not volk's: its names are globals of the program, and an engine that links its own copy
-/// of volk would clash with one in this library.
+/// The Vulkan functions of one device. We do not use volk, because its names are globals of the program: an engine with its own copy of
+/// volk would clash with one in this library.
 struct Functions {
 #define COPPICE_DECLARE(name) PFN_##name name = nullptr;
   COPPICE_INSTANCE_FUNCTIONS(COPPICE_DECLARE)
@@ -87,8 +87,8 @@ struct Functions {
 /// errors  unsupported: a function is missing, with its name
 Result<Functions> load_functions(PFN_vkGetInstanceProcAddr get_instance_proc_addr, VkInstance instance, VkDevice device);
 
-/// The same, but that memory is neither taken nor mapped, and nothing looks at what would lie in it: to learn what buffers and images take.
-/// They may be created and destroyed, and nothing else.
+/// Returns functions that neither allocate nor map memory, to measure the memory that buffers and images need. Those may be created and
+/// destroyed, and nothing else.
 Functions without_memory(Functions functions);
 
 }  // namespace coppice::gpu

@@ -37,7 +37,7 @@ void GpuTimer::stamp(const Device& device, VkCommandBuffer cmd) {
   Slot& slot = slots_[current_];
   device.vk.vkCmdWriteTimestamp2(cmd, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, pool_, current_ * kMarks + slot.mark_count);
   ++slot.mark_count;
-  // Without it lavapipe takes the time only when something else waits, later.
+  // Without it lavapipe takes the time only when a later command waits.
   memory_barrier(device, cmd, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                  VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
 }

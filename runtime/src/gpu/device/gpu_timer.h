@@ -1,7 +1,7 @@
 #pragma once
 
-// Time stamps between the passes of a frame, read back once the GPU has finished it. A stamp waits for what was recorded before it, so a
-// frame with stamps takes longer than one without.
+// Time stamps between the passes of a frame, read back once the GPU has finished it. A stamp waits for all commands before it, so a frame
+// with stamps takes longer than one without.
 
 #include <array>
 #include <cstdint>
@@ -20,14 +20,14 @@ class GpuTimer {
   void destroy(const Device& device);
   [[nodiscard]] bool exists() const { return pool_ != VK_NULL_HANDLE; }
 
-  /// Takes a free set of stamps for the frame, if there is one. Outside a render pass, before the frame's first mark.
+  /// Uses a free set of stamps for the frame, if there is one. Outside a render pass, before the frame's first mark.
   void begin(const Device& device, VkCommandBuffer cmd, std::uint64_t frame, std::uint64_t completed_frame);
-  /// The time since the last mark, or since begin, was spent on `pass`.
+  /// Assigns the time since the last mark, or since begin, to `pass`.
   void mark(const Device& device, VkCommandBuffer cmd, Pass pass);
-  /// Reads the newest completed frame's; where that fails the times stay what they were.
+  /// Reads the stamps of the newest completed frame; on failure the times do not change.
   void collect(Device& device, std::uint64_t completed_frame);
 
-  /// Milliseconds of each pass in that frame; 0 until there is one.
+  /// Milliseconds of each pass in that frame; 0 before the first.
   [[nodiscard]] const std::array<float, static_cast<std::size_t>(Pass::count)>& pass_ms() const { return pass_ms_; }
 
  private:
@@ -43,7 +43,7 @@ class GpuTimer {
   VkQueryPool pool_ = VK_NULL_HANDLE;
   float tick_ns_ = 1.0f;
   std::array<Slot, kSlots> slots_;
-  std::uint32_t current_ = kSlots;  ///< kSlots: the frame has none
+  std::uint32_t current_ = kSlots;  ///< kSlots: the frame has no stamps
   std::array<float, static_cast<std::size_t>(Pass::count)> pass_ms_{};
 };
 

@@ -13,17 +13,17 @@ bool GrowingBuffers::grows(const BufferSize& size) const {
   return size.bytes > (larger != larger_.end() ? larger->buffer : *size.buffer).size_bytes;
 }
 
-std::uint64_t GrowingBuffers::reserve_bytes(const BufferSizes& wanted) const {
-  constexpr std::uint64_t kRounding = 1024;  // of a request, at most
+std::uint64_t GrowingBuffers::reserve_bytes(const BufferSizes& needed) const {
+  constexpr std::uint64_t kRounding = 1024;  // maximum rounding of a request
   std::uint64_t bytes = 0;
-  for (const BufferSize& size : wanted.span())
+  for (const BufferSize& size : needed.span())
     if (grows(size)) bytes += size.bytes + kRounding;
   return bytes;
 }
 
-Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
+Result<void> GrowingBuffers::reserve(const BufferSizes& needed) {
   std::vector<Larger> made;
-  for (const BufferSize& size : wanted.span()) {
+  for (const BufferSize& size : needed.span()) {
     if (!grows(size)) continue;
     auto buffer = create_buffer(device_, size.desc(MemoryKind::alone));
     if (!buffer) {
@@ -32,7 +32,7 @@ Result<void> GrowingBuffers::reserve(const BufferSizes& wanted) {
     }
     made.push_back({size, *buffer});
   }
-  // What was to take over has not been seen by the GPU.
+  // The GPU has not seen the larger buffers yet.
   for (const Larger& next : made) {
     std::erase_if(larger_, [&](Larger& before) {
       if (before.size.buffer != next.size.buffer) return false;
@@ -52,13 +52,13 @@ void GrowingBuffers::forget(const BufferSizes& gone) {
   });
 }
 
-bool GrowingBuffers::take(Uploads& uploads, Garbage& garbage) {
+bool GrowingBuffers::replace(Uploads& uploads, DeferredDeletion& deletion) {
   const bool some = !larger_.empty();
   for (const Larger& larger : larger_) {
     Buffer& smaller = *larger.size.buffer;
     if (smaller.buffer != VK_NULL_HANDLE) {
       if (larger.size.kept) uploads.move(smaller, larger.buffer);
-      garbage.retire(smaller);
+      deletion.defer(smaller);
     }
     smaller = larger.buffer;
   }

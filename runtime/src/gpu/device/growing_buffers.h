@@ -1,7 +1,7 @@
 #pragma once
 
-// Buffers whose size follows how many of something there are. A larger one waits until the next upload: between that and the draws of a
-// frame nothing is replaced.
+// Buffers whose size follows a count. A larger buffer replaces a smaller one in the next upload only, so nothing is replaced between the
+// upload and the draws of a frame.
 
 #include <cstdint>
 #include <span>
@@ -16,15 +16,15 @@ struct BufferSize {
   const char* name = "";  ///< static storage
   std::uint64_t bytes = 0;
   VkBufferUsageFlags usage = 0;
-  bool kept = false;  ///< a larger one begins with what this one holds; it can be copied from and to
+  bool kept = false;  ///< a larger buffer keeps this one's content; it can be copied from and to
   VkFormat texels = VK_FORMAT_R32_UINT;
 
   [[nodiscard]] BufferDesc desc(MemoryKind kind) const { return {name, bytes, usage, kind, texels}; }
 };
 
-/// All whose size follows something.
+/// All buffers whose size follows a count.
 struct BufferSizes {
-  std::vector<BufferSize> items;  ///< some ten, and six of each view
+  std::vector<BufferSize> items;  ///< about ten, and six for each view
 
   void add(const BufferSize& size) { items.push_back(size); }
   [[nodiscard]] std::span<const BufferSize> span() const { return items; }
@@ -38,15 +38,15 @@ class GrowingBuffers {
   GrowingBuffers(const GrowingBuffers&) = delete;
   GrowingBuffers& operator=(const GrowingBuffers&) = delete;
 
-  /// What reserve takes at once. wanted: all of a kind
-  [[nodiscard]] std::uint64_t reserve_bytes(const BufferSizes& wanted) const;
-  /// Creates those that have to become larger. errors  out_of_memory, device_lost, unsupported: more than the device binds; nothing has
+  /// Bytes that reserve allocates at once. needed: all buffers of a kind
+  [[nodiscard]] std::uint64_t reserve_bytes(const BufferSizes& needed) const;
+  /// Creates the buffers that must become larger. errors  out_of_memory, device_lost, unsupported: more than the device binds; nothing has
   /// changed
-  Result<void> reserve(const BufferSizes& wanted);
-  /// Buffers that go: nothing takes their place.
+  Result<void> reserve(const BufferSizes& needed);
+  /// Forgets buffers that are destroyed without a successor.
   void forget(const BufferSizes& gone);
-  /// Larger buffers take the place of smaller ones. Whether there were any
-  bool take(Uploads& uploads, Garbage& garbage);
+  /// Replaces smaller buffers by larger ones. True if there were any
+  bool replace(Uploads& uploads, DeferredDeletion& deletion);
 
  private:
   struct Larger {
@@ -56,7 +56,7 @@ class GrowingBuffers {
   [[nodiscard]] bool grows(const BufferSize& size) const;
 
   Device& device_;
-  std::vector<Larger> larger_;  ///< one for each buffer that grows, some ten
+  std::vector<Larger> larger_;  ///< one for each buffer that grows, about ten
 };
 
 }  // namespace coppice::gpu

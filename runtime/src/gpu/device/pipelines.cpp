@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t kReadsTexelsId = 8;  // kReadsTexels of bindings.glsl
 
-/// Lives while its pipeline is created.
+/// Destroyed once its pipeline is created.
 class ShaderModule {
  public:
   explicit ShaderModule(const Device& device) : device_(device) {}
@@ -135,9 +135,9 @@ Pipeline& PipelineSet::add(const PipelineRecipe& recipe) {
   return pipeline;
 }
 
-bool PipelineSet::want(Pipeline& pipeline) {
-  if (!std::exchange(pipeline.wanted, true)) {
-    ++wanted_count_;
+bool PipelineSet::request(Pipeline& pipeline) {
+  if (!std::exchange(pipeline.requested, true)) {
+    ++requested_count_;
     {
       const std::lock_guard lock(mutex_);
       ++running_count_;
@@ -151,7 +151,7 @@ bool PipelineSet::want(Pipeline& pipeline) {
   return pipeline.handle() != VK_NULL_HANDLE;
 }
 
-// Of the device it reads only what never changes. Notifies under the lock: the waiter may destroy the set as soon as it can take it.
+// Reads only constant properties of the device. Notifies under the lock: the waiter may destroy the set as soon as it can take it.
 void PipelineSet::build(void* argument) {
   auto& pipeline = *static_cast<Pipeline*>(argument);
   PipelineSet& set = *pipeline.set;
@@ -210,14 +210,14 @@ PipelineTimes PipelineSet::times() const {
 
 const char* PipelineSet::missing() const {
   for (const Pipeline& pipeline : pipelines_)
-    if (pipeline.wanted && pipeline.handle() == VK_NULL_HANDLE) return pipeline.recipe.name;
+    if (pipeline.requested && pipeline.handle() == VK_NULL_HANDLE) return pipeline.recipe.name;
   return nullptr;
 }
 
 Result<bool> PipelineSet::ready() const {
   const std::lock_guard lock(mutex_);
   if (!failure_) return failure_.error();
-  return built_count_ == wanted_count_;
+  return built_count_ == requested_count_;
 }
 
 }  // namespace coppice::gpu

@@ -1,5 +1,5 @@
-// A SPIR-V module is a header of five words, then instructions: opcode in the low half of the first word, count of words in the high half.
-// All outputs that have a location are of one type, so that one more pointer type is all that has to be declared.
+// A SPIR-V module is a header of five words, then instructions: the opcode is in the low half of the first word, the word count in the high
+// half. All outputs with a location have one type, so only one more pointer type must be declared.
 
 #include "shader_words.h"
 
@@ -23,7 +23,7 @@ std::size_t word_count(std::uint32_t word) {
   return std::max<std::size_t>(word >> 16, 1);
 }
 
-/// visit(instruction's words) of each
+/// Calls visit(words) for each instruction.
 template <class Visit>
 void for_each_instruction(std::span<const std::uint32_t> words, const Visit& visit) {
   for (std::size_t at = kHeaderWords; at < words.size();) {
@@ -33,9 +33,9 @@ void for_each_instruction(std::span<const std::uint32_t> words, const Visit& vis
   }
 }
 
-/// What a module says of its outputs.
+/// The outputs that a module declares.
 struct Outputs {
-  std::vector<std::uint32_t> beyond;  ///< ids of those at locations from color_count on
+  std::vector<std::uint32_t> beyond;  ///< ids of outputs at locations from color_count on
   std::uint32_t pointer = 0;          ///< their type
   std::uint32_t pointee = 0;
 
@@ -52,8 +52,8 @@ bool is_output(std::span<const std::uint32_t> op) {
 
 Outputs outputs_of(std::span<const std::uint32_t> words, std::uint32_t color_count) {
   Outputs outputs;
-  std::vector<std::uint32_t> beyond;                              // of inputs too
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pointees;  // of pointers to outputs
+  std::vector<std::uint32_t> beyond;                              // inputs too
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pointees;  // pointers to outputs
   for_each_instruction(words, [&](std::span<const std::uint32_t> op) {
     if (is_location(op) && op[3] >= color_count) beyond.push_back(op[1]);
     if (opcode(op[0]) == kOpTypePointer && op[2] == kOutput) pointees.emplace_back(op[1], op[3]);
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> without_branches(std::span<const std::uint32_t> words
   });
   std::vector<std::uint32_t> kept(words.begin(), words.begin() + kHeaderWords);
   kept.reserve(words.size());
-  std::size_t before = 0;  // where the last instruction is in kept
+  std::size_t before = 0;  // place of the last instruction in `kept`
   for_each_instruction(words, [&](std::span<const std::uint32_t> op) {
     if (opcode(op[0]) == kOpBranchConditional && op[1] == constant && opcode(kept[before]) == kOpSelectionMerge) {
       kept.resize(before);

@@ -33,7 +33,7 @@ VkImageMemoryBarrier2 layout_change(const Device& device, VkImage image, VkImage
 }  // namespace
 
 Result<void> Uploads::create() {
-  COPPICE_CHECK(moves_.make_room(allocator_, kMostMoves));
+  COPPICE_CHECK(moves_.make_room(allocator_, kMaxMoves));
   return move_into(ring_, create_buffer(device_, {"coppice staging", kRingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
 }
 
@@ -46,7 +46,7 @@ void Uploads::begin_frame(std::uint64_t frame_number, std::uint64_t completed_nu
   if (marks_.empty()) head_ = tail_ = 0;
 }
 
-// Slices do not wrap: what is free is a run up to the ring's end and one from its start.
+// Slices do not wrap: free space is a run up to the ring's end and one from its start.
 std::uint64_t Uploads::room_bytes() const {
   const std::uint64_t capacity = ring_.size_bytes;
   const std::uint64_t free = capacity - (head_ - tail_);
@@ -68,7 +68,7 @@ Result<Uploads::Slice> Uploads::stage(std::uint64_t bytes) {
   } else {
     COPPICE_TRY(buffer, create_buffer(device_, {"coppice staging", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryKind::host}));
     slice = {buffer.buffer, 0, buffer.mapped};
-    garbage_.retire(buffer);
+    deletion_.defer(buffer);
   }
   return slice;
 }
@@ -121,7 +121,7 @@ void Uploads::record(VkCommandBuffer cmd) {
   fills_.clear();
 }
 
-// Those between the same two buffers together.
+// Groups copies between the same two buffers.
 void Uploads::record_copies(VkCommandBuffer cmd, std::span<Copy> copies) {
   std::stable_sort(copies.begin(), copies.end(),
                    [](const Copy& a, const Copy& b) { return a.from != b.from ? a.from < b.from : a.to < b.to; });

@@ -16,7 +16,7 @@ namespace {
 constexpr VkBufferUsageFlags kAddressed =
     VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-/// list: with room for all distinct ones
+/// list: has space for all distinct ones
 template <class T>
 void add_distinct(BoundedList<T>& list, const T& value) {
   if (std::ranges::find(list.span(), value) == list.span().end()) list.push_back(value);
@@ -75,7 +75,7 @@ Result<void> PlantStore::add(std::uint32_t index, const PlantFile& file, const P
   return {};
 }
 
-// A page or list that is not there points at something readable: a shader may load from it before it finds that it need not.
+// A page or list that is not resident points at something readable: a shader may load from it before it finds that it need not.
 Result<void> PlantStore::fill_tables(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance) {
   const std::uint64_t base = plant.tables.address;
   const PlantTables& layout = plant.layout;
@@ -124,7 +124,7 @@ Result<void> PlantStore::add_single_leaf(StoredPlant& plant, const PlantFile& fi
 
 void PlantStore::remove(std::uint32_t index) {
   COPPICE_ASSERT(plants_[index]);
-  garbage_.retire(plants_[index]->tables);
+  deletion_.defer(plants_[index]->tables);
   destroy(*plants_[index]);
   plants_[index].reset();
 }
@@ -142,7 +142,7 @@ void PlantStore::destroy(StoredTexture& texture) {
   texture = {};
 }
 
-/// Overwrites a part of the plant's tables, also of what has not gone up yet: its copy in a later frame must not undo this.
+/// Overwrites a part of the plant's tables, also in tables that are not uploaded yet: their copy in a later frame must not undo this.
 Result<void> PlantStore::patch_tables(StoredPlant& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes) {
   COPPICE_CHECK(uploads_.patch(bytes, plant.tables, offset));
   if (!plant.pending_tables.empty()) std::memcpy(plant.pending_tables.data() + offset, bytes.data(), bytes.size());
@@ -169,7 +169,7 @@ Result<void> PlantStore::upload(Buffer& place, const BufferDesc& desc, Stage sta
   return {};
 }
 
-// Tables name what has been staged: the last that can fail.
+// Tables are patched last, because they name staged data and nothing may fail afterwards.
 Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
   StoredPlant& plant = *plants_[upload_of.plant];
   COPPICE_ASSERT(upload_of.clusters.size() == kPageBytes);
@@ -182,7 +182,8 @@ Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
   };
   COPPICE_CHECK(upload(plant.pages[upload_of.page], {"coppice page", kPageBytes, kAddressed}, stage));
   plant.has_cuts = plant.has_cuts || upload_of.page == 0;
-  plant.has_gaps = plant.has_gaps || has_gaps(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_gaps);
+  plant.has_transparency =
+      plant.has_transparency || has_transparency(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_transparency);
   return {};
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// What lives on the GPU of each plant: its tables, pages, meshes and textures.
+// The data of each plant on the GPU: its tables, pages, meshes and textures.
 
 #include <array>
 #include <cstdint>
@@ -19,24 +19,24 @@
 
 namespace coppice::gpu {
 
-// What is uploaded is moved to its addresses where it lies.
+// Addresses in uploaded data are adjusted in place.
 
 /// A page's leaves; see page_clusters.h.
 struct PageUpload {
   std::uint32_t plant = 0;
   std::uint32_t page = 0;
-  std::span<std::uint8_t> clusters;  ///< of build_page
-  ReadyCuts* ready_cuts = nullptr;   ///< of page 0
+  std::span<std::uint8_t> clusters;  ///< from build_page
+  ReadyCuts* ready_cuts = nullptr;   ///< only for page 0
 };
 
 /// A wood LoD or a chunk of leaf meshes; see mesh_clusters.h.
 struct MeshUpload {
   std::uint32_t plant = 0;
-  std::uint32_t mesh = 0;  ///< wood LoD, or kMaxWoodLods + chunk of leaf meshes
+  std::uint32_t mesh = 0;  ///< a wood LoD, or kMaxWoodLods + a chunk of leaf meshes
   MeshBlock* block = nullptr;
 };
 
-/// Of a material; kNoTexture where it has none.
+/// The textures of a material; kNoTexture if it has none.
 struct SurfaceTextures {
   std::uint32_t color = kNoTexture, normal_map = kNoTexture;
 
@@ -47,7 +47,7 @@ struct StoredMesh {
   Buffer buffer;  ///< a MeshBlock's bytes
   uvec2 vertices{};
   std::uint32_t index_count = 0, cluster_count = 0;
-  BoundedList<SurfaceTextures> textures;  ///< used by its vertices; distinct
+  BoundedList<SurfaceTextures> textures;  ///< those that its vertices use; distinct
 };
 
 struct StoredTexture {
@@ -57,13 +57,13 @@ struct StoredTexture {
 };
 
 struct StoredPlant {
-  Plant record{};  ///< without what changes from frame to frame
+  Plant record{};  ///< without the fields that change from frame to frame
   Buffer tables;
-  PlantTables layout;                        ///< of `tables`
+  PlantTables layout;                        ///< layout of `tables`
   bool has_cuts = false;                     ///< its leaves can be drawn
-  bool has_gaps = false;                     ///< leaves that ever were there have
-  HookArray<Buffer> pages;                   ///< [page] null where it is not there
-  BoundedList<std::uint32_t> leaf_textures;  ///< used by its cards, kNoTexture included; distinct
+  bool has_transparency = false;             ///< leaves that have been resident are transparent
+  HookArray<Buffer> pages;                   ///< [page] null if it is not resident
+  BoundedList<std::uint32_t> leaf_textures;  ///< those that its cards use, kNoTexture included; distinct
   HookArray<SurfaceTextures> material_textures;
   std::array<StoredMesh, kMeshCommands> meshes;  ///< wood LoDs, then leaf meshes
   std::uint32_t leaf_mesh_count = 0;
@@ -75,48 +75,48 @@ struct StoredPlant {
 /// Thread: externally serialised; const functions may overlap.
 class PlantStore {
  public:
-  /// All outlive this object.
-  PlantStore(Device& device, Garbage& garbage, Uploads& uploads, const TextureSets& texture_sets, const coppice_allocator& allocator)
-      : device_(device), garbage_(garbage), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
+  /// All of them outlive this object.
+  PlantStore(Device& device, DeferredDeletion& deletion, Uploads& uploads, const TextureSets& texture_sets,
+             const coppice_allocator& allocator)
+      : device_(device), deletion_(deletion), uploads_(uploads), texture_sets_(texture_sets), allocator_(allocator) {}
   /// The GPU must be done with everything.
   ~PlantStore();
   PlantStore(const PlantStore&) = delete;
   PlantStore& operator=(const PlantStore&) = delete;
 
-  /// The placeholder. errors  out_of_memory
+  /// Creates the placeholder. errors  out_of_memory
   Result<void> create();
-  /// Room for so many. errors  out_of_memory; nothing has changed
+  /// Reserves memory for this many plants. errors  out_of_memory; nothing has changed
   Result<void> reserve(std::uint32_t count);
-  /// Up to the last that was ever added.
+  /// Counts up to the last plant that was ever added.
   [[nodiscard]] std::uint32_t count() const { return count_; }
-  /// Null where there is none.
+  /// Null if there is none.
   [[nodiscard]] const StoredPlant* plant(std::uint32_t index) const { return plants_[index].get(); }
-  /// White, 1 x 1.
+  /// A white texture of 1 x 1.
   [[nodiscard]] const StoredTexture& placeholder() const { return placeholder_; }
-  /// That texture of a plant, or, where it is not there, the placeholder.
+  /// The plant's texture, or the placeholder if it is not resident.
   [[nodiscard]] const StoredTexture& shown_texture(std::uint32_t plant, std::uint32_t texture) const;
 
-  /// index: there is room for it, and it is not in use. lod_words: pack_lod_table of the file. errors  out_of_memory
+  /// index: reserved, and not in use. lod_words: pack_lod_table of the file. errors  out_of_memory
   Result<void> add(std::uint32_t index, const PlantFile& file, const PlantAppearance& appearance, std::span<const std::uint32_t> lod_words);
-  /// The GPU must have finished the last frame that drew the plant; its tables may still be on their way. Its chunks have been dropped.
+  /// Before: the GPU has finished the last frame that drew the plant, and its chunks have been dropped. Its tables may still be uploading.
   void remove(std::uint32_t index);
 
-  /// errors  out_of_memory: the chunk is not there
+  /// errors  out_of_memory: the chunk is not resident
   Result<void> upload_page(const PageUpload& upload);
   Result<void> upload_mesh(const MeshUpload& upload);
-  /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: blocks, and the device does not take them;
-  /// out_of_memory
+  /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: the device does not take blocks; out_of_memory
   Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
-  /// Uploads what plants that were added begin with, and the placeholder. words: of the packed tables, kTableStride a plant. errors
+  /// Uploads the tables of plants that were added, and the placeholder. words: the packed tables, kTableStride a plant. errors
   /// out_of_memory: the rest waits
   Result<void> upload_tables(const Buffer& words);
 
-  /// The GPU must have finished the last frame that drew the chunk.
+  /// Before: the GPU has finished the last frame that drew the chunk.
   void drop_page(std::uint32_t plant, std::uint32_t page);
-  /// mesh: MeshUpload's
+  /// mesh: as MeshUpload::mesh
   void drop_mesh(std::uint32_t plant, std::uint32_t mesh);
   void drop_texture(std::uint32_t plant, std::uint32_t texture);
-  /// Stops drawing with the texture; drop_texture follows when the GPU is done.
+  /// Stops drawing with the texture; drop_texture follows when the GPU is done with it.
   void hide_texture(std::uint32_t plant, std::uint32_t texture) { plants_[plant]->textures[texture].visible = false; }
 
  private:
@@ -124,20 +124,20 @@ class PlantStore {
   Result<void> add_single_leaf(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance);
   Result<void> patch_tables(StoredPlant& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes);
   Result<void> patch_cuts(StoredPlant& plant, ReadyCuts& cuts);
-  /// Creates a buffer and has `stage` stage its contents; undone where that fails.
+  /// Creates a buffer and lets `stage` stage its contents; undoes both on failure.
   template <class Stage>
   Result<void> upload(Buffer& place, const BufferDesc& desc, Stage stage);
   void destroy(StoredPlant& plant);
   void destroy(StoredTexture& texture);
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   Uploads& uploads_;
   const TextureSets& texture_sets_;
   coppice_allocator allocator_;
   HookArray<std::unique_ptr<StoredPlant>> plants_;
   std::uint32_t count_ = 0;
-  StoredTexture placeholder_;  ///< visible once its texel is on its way
+  StoredTexture placeholder_;  ///< visible once its texel is being uploaded
 };
 
 }  // namespace coppice::gpu

@@ -3,7 +3,7 @@
 namespace coppice::gpu {
 namespace {
 
-/// Where a processor does the GPU's work, mip levels do not blend: a second level's texels double what a fragment costs.
+/// On a processor, blending of mip levels would double the cost of a fragment's texels.
 VkSamplerMipmapMode mipmap_mode(const Device& device) {
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
   device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);

@@ -1,6 +1,6 @@
 #pragma once
 
-// The descriptor set of a texture: set 1 of a draw is its base colour, set 2 its normal map.
+// The descriptor sets of a texture: set 1 of a draw is its base colour, set 2 its normal map.
 
 #include "descriptor_sets.h"
 
@@ -13,7 +13,7 @@ class TextureSets {
   ~TextureSets();
   TextureSets(const TextureSets&) = delete;
   TextureSets& operator=(const TextureSets&) = delete;
-  /// errors  out_of_memory, device_lost, of both
+  /// errors of both: out_of_memory, device_lost
   Result<void> create();
   [[nodiscard]] Result<DescriptorSet> create_set(VkImageView view) const;
 

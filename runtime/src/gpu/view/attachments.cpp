@@ -1,4 +1,4 @@
-// What an engine says about its attachments, held against what pipelines can draw to and what the device does.
+// Compares the engine's description of its attachments with what pipelines and the device can draw to.
 
 #include <algorithm>
 #include <span>
@@ -10,7 +10,7 @@
 namespace coppice::gpu {
 namespace {
 
-/// Fragment shaders write floats, which such an attachment cannot take.
+/// Fragment shaders write floats, which an integer attachment cannot hold.
 bool is_integer(VkFormat format) {
   switch (format) {
 #define COPPICE_INTEGERS(name)  \
@@ -100,7 +100,7 @@ std::uint32_t packed_contents(const AttachmentDesc& attachments) {
   return packed;
 }
 
-bool wants_content(const AttachmentDesc& attachments, coppice_content content) {
+bool has_content(const AttachmentDesc& attachments, coppice_content content) {
   return std::ranges::count(std::span(attachments.contents).first(attachments.color_count), content) > 0;
 }
 

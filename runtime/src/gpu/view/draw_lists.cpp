@@ -7,21 +7,21 @@
 namespace coppice::gpu {
 namespace {
 
-/// Draw commands of clusters and parts take at most one part in this many of the memory budget.
+/// Draw commands of clusters and parts take at most the memory budget divided by this.
 constexpr std::uint64_t kCommandShare = 64;
 
-/// Clusters that a cut may be drawn from.
+/// Number of clusters that a cut may be drawn from.
 std::uint64_t cluster_count_of(std::uint32_t leaf_count) {
   return (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters;
 }
 
-/// The most that each of these may have so that all have no more than `share`: those that want less leave theirs to the others.
-std::uint64_t fair_share(std::span<std::uint64_t> wanted, std::uint64_t share) {
-  std::ranges::sort(wanted);
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const std::uint64_t each = share / (wanted.size() - i);
-    if (wanted[i] > each) return each;
-    share -= wanted[i];
+/// The largest limit for each element at which their sum is at most `share`. Elements that request less leave the rest to the others.
+std::uint64_t fair_share(std::span<std::uint64_t> needed, std::uint64_t share) {
+  std::ranges::sort(needed);
+  for (std::size_t i = 0; i < needed.size(); ++i) {
+    const std::uint64_t each = share / (needed.size() - i);
+    if (needed[i] > each) return each;
+    share -= needed[i];
   }
   return ~std::uint64_t{0};
 }
@@ -41,7 +41,7 @@ Result<void> DrawLists::reserve(std::uint32_t plant_count) {
   if (plant_count <= records_.size()) return {};
   COPPICE_TRY(records, enlarged_copy(records_, allocator_, plant_count));
   COPPICE_TRY(mesh_commands, enlarged_copy(mesh_commands_, allocator_, std::size_t{plant_count} * kMeshCommands));
-  COPPICE_CHECK(allocate_into(wanted_, allocator_, plant_count));
+  COPPICE_CHECK(allocate_into(needed_, allocator_, plant_count));
   records_ = std::move(records);
   mesh_commands_ = std::move(mesh_commands);
   return {};
@@ -77,60 +77,60 @@ void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
   record = plant != nullptr ? plant->record : Plant{};
   if (plant == nullptr) return;
   record.instance_count = input.instances.plant_count(index);
-  if (record.instance_count == 0) return;  // also one that is closing, of which chunks have gone
+  if (record.instance_count == 0) return;  // true also for a closing plant, some of whose chunks are gone
   record.resident_leaf_count = plant->has_cuts ? std::clamp(input.residency[index].leaf_count, 1u, kMaxDrawnLeaves) : 0;
   fill_meshes(index, input);
 }
 
-std::uint64_t DrawLists::wanted_commands(const Device& device, std::uint32_t plant) const {
+std::uint64_t DrawLists::needed_commands(const Device& device, std::uint32_t plant) const {
   const Plant& record = records_[plant];
   if (record.resident_leaf_count == 0) return 0;
   return std::min<std::uint64_t>(record.instance_count * cluster_count_of(record.resident_leaf_count), device.max_draw_count);
 }
 
-std::uint64_t DrawLists::wanted_parts(std::uint32_t plant) const {
+std::uint64_t DrawLists::needed_parts(std::uint32_t plant) const {
   const Plant& record = records_[plant];
   return record.instance_count > 0 ? (record.wood_lod_count + record.leaf_mesh_count) * std::uint64_t{kPartCommands} : 0;
 }
 
-/// An instance has a command for a cut of one cluster in any case. What finds none for its clusters is drawn coarser, or rasterised.
-/// most_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
-void DrawLists::place(std::uint64_t most_clusters, bool parts) {
+/// An instance always has a command for a cut of one cluster. If it finds none for its clusters, it is drawn coarser, or rasterised.
+/// max_clusters: commands that a plant has for clusters. parts: it has commands for parts of meshes
+void DrawLists::place(std::uint64_t max_clusters, bool parts) {
   std::uint64_t command_count = 0, list_count = 0;
   for (std::uint32_t i = 0; i < count_; ++i) {
     Plant& record = records_[i];
     const std::uint64_t count = record.instance_count;
     record.leaf_command_base = static_cast<std::uint32_t>(command_count);
-    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(record.leaf_command_capacity, most_clusters));
+    record.leaf_command_capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(record.leaf_command_capacity, max_clusters));
     command_count += count + record.leaf_command_capacity;
     record.part_base = static_cast<std::uint32_t>(command_count);
     record.part_capacity = parts ? kPartCommands : 0;
-    if (parts) command_count += wanted_parts(i);
+    if (parts) command_count += needed_parts(i);
     record.wood_list_base = static_cast<std::uint32_t>(list_count);
     record.leaf_mesh_list_base = static_cast<std::uint32_t>(list_count + count * record.wood_lod_count);
     list_count += count * (record.wood_lod_count + (record.leaf_mesh_count > 0 ? 1 : 0));
   }
 }
 
-DrawLists::Wanted DrawLists::add_up(const Device& device) {
-  Wanted wanted;
+DrawLists::Needed DrawLists::add_up(const Device& device) {
+  Needed needed;
   for (std::uint32_t i = 0; i < count_; ++i) {
     Plant& record = records_[i];
-    record.leaf_command_capacity = static_cast<std::uint32_t>(wanted_commands(device, i));
+    record.leaf_command_capacity = static_cast<std::uint32_t>(needed_commands(device, i));
     if (record.instance_count == 0) continue;
-    wanted_[wanted.plants++] = record.leaf_command_capacity;
-    wanted.single_bytes += record.instance_count * sizeof(DrawCommand);
-    wanted.part_bytes += wanted_parts(i) * sizeof(DrawCommand);
-    wanted.cluster_bytes += record.leaf_command_capacity * sizeof(DrawCommand);
+    needed_[needed.plants++] = record.leaf_command_capacity;
+    needed.single_bytes += record.instance_count * sizeof(DrawCommand);
+    needed.part_bytes += needed_parts(i) * sizeof(DrawCommand);
+    needed.cluster_bytes += record.leaf_command_capacity * sizeof(DrawCommand);
   }
-  return wanted;
+  return needed;
 }
 
-/// Takes the place of a smaller one where there is room. True: it did
-bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands) {
-  if (wanted_bytes <= commands.size_bytes || !fits_buffer(device, wanted_bytes)) return false;
-  const std::uint64_t roomy = std::min(wanted_bytes + wanted_bytes / 4, std::max(wanted_bytes, device.max_storage_bytes));
-  const std::uint64_t bytes = roomy <= device.memory.ledger->free() / 2 ? roomy : wanted_bytes;
+/// Replaces a smaller buffer if memory is free. True if it did
+bool DrawLists::grow(Device& device, DeferredDeletion& deletion, std::uint64_t needed_bytes, Buffer& commands) {
+  if (needed_bytes <= commands.size_bytes || !fits_buffer(device, needed_bytes)) return false;
+  const std::uint64_t roomy = std::min(needed_bytes + needed_bytes / 4, std::max(needed_bytes, device.max_storage_bytes));
+  const std::uint64_t bytes = roomy <= device.memory.ledger->free() / 2 ? roomy : needed_bytes;
   constexpr VkBufferUsageFlags kUsage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   auto made = create_buffer(device, {kLeafCommandsName, bytes, kUsage, MemoryKind::alone});
@@ -138,28 +138,28 @@ bool DrawLists::grow(Device& device, Garbage& garbage, std::uint64_t wanted_byte
     go_on_without(device, made.error(), "some plants are drawn coarser or by the rasteriser");
     return false;
   }
-  garbage.retire(commands);
+  deletion.defer(commands);
   commands = *made;
   return true;
 }
 
-// There are commands for single clusters for all slots; for clusters and parts as far as the share of the budget goes and there is room.
-bool DrawLists::fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands) {
+// All slots have commands for single clusters. Commands for clusters and parts are limited by their share of the budget and by free memory.
+bool DrawLists::fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands) {
   count_ = input.plants.count();
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
-  const Wanted wanted = add_up(device);
-  const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - wanted.single_bytes);
-  const std::uint64_t wanted_bytes = wanted.single_bytes + std::min(wanted.part_bytes + wanted.cluster_bytes, most_bytes);
+  const Needed needed = add_up(device);
+  const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - needed.single_bytes);
+  const std::uint64_t needed_bytes = needed.single_bytes + std::min(needed.part_bytes + needed.cluster_bytes, most_bytes);
   bool grown = false;
-  std::uint64_t bytes = wanted_bytes;
+  std::uint64_t bytes = needed_bytes;
   for (Buffer* of_view : commands) {
-    if (grow(device, garbage, wanted_bytes, *of_view)) grown = true;
+    if (grow(device, deletion, needed_bytes, *of_view)) grown = true;
     bytes = std::min(bytes, of_view->size_bytes);
   }
-  std::uint64_t room = bytes - std::min(bytes, wanted.single_bytes);
-  const bool parts = wanted.part_bytes + std::min(wanted.cluster_bytes, room / 2) <= room;
-  if (parts) room -= wanted.part_bytes;
-  place(fair_share(wanted_.span().first(wanted.plants), room / sizeof(DrawCommand)), parts);
+  std::uint64_t room = bytes - std::min(bytes, needed.single_bytes);
+  const bool parts = needed.part_bytes + std::min(needed.cluster_bytes, room / 2) <= room;
+  if (parts) room -= needed.part_bytes;
+  place(fair_share(needed_.span().first(needed.plants), room / sizeof(DrawCommand)), parts);
   return grown;
 }
 

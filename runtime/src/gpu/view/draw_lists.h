@@ -1,6 +1,6 @@
 #pragma once
 
-// The plants of a frame as culling and draws see them: a record each, their share of the draw commands, and the meshes' draws.
+// The plants of a frame for culling and draws: a record for each, their share of the draw commands, and the meshes' draws.
 
 #include <cstdint>
 #include <span>
@@ -17,28 +17,28 @@ struct DrawListInput {
   const PlantStore& plants;
   const InstanceTable& instances;
   std::span<const PlantResidency> residency;  ///< [plants]
-  std::span<const DrawPipelines> pipelines;   ///< leaf meshes are drawn once all have theirs
+  std::span<const DrawPipelines> pipelines;   ///< leaf meshes are drawn once all have their pipelines
   bool raster = false;                        ///< the compute rasteriser draws small leaves
   std::uint64_t memory_budget_bytes = 0;
 };
 
-/// Of the buffers that DrawLists::fill fills.
+/// Name of the buffers that DrawLists::fill fills.
 inline constexpr const char* kLeafCommandsName = "coppice leaf commands";
 
 class DrawLists {
  public:
   explicit DrawLists(const coppice_allocator& allocator) : allocator_(allocator) {}
 
-  /// Room for so many plants. errors  out_of_memory; nothing has changed
+  /// Reserves memory for this many plants. errors  out_of_memory; nothing has changed
   Result<void> reserve(std::uint32_t plant_count);
-  /// For this frame. commands: of each view, for single clusters of all slots at least; a larger one takes the place of each where there is
-  /// room for more draws. True: some did
-  bool fill(Device& device, Garbage& garbage, const DrawListInput& input, std::span<Buffer* const> commands);
+  /// Fills the lists for this frame. True if a command buffer was replaced by a larger one. commands: one for each view, with space for
+  /// single clusters of all slots at least; larger ones replace them if memory is free for more draws.
+  bool fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands);
 
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::span<const Plant> records() const { return records_.span().first(count_); }
   [[nodiscard]] std::uint32_t instance_count(std::uint32_t plant) const { return records_[plant].instance_count; }
-  /// kMeshCommands a plant, without instances.
+  /// kMeshCommands a plant, with no instances.
   [[nodiscard]] std::span<const DrawCommand> mesh_commands() const {
     return mesh_commands_.span().first(std::size_t{count_} * kMeshCommands);
   }
@@ -46,22 +46,22 @@ class DrawLists {
  private:
   void fill_record(std::uint32_t plant, const DrawListInput& input);
   void fill_meshes(std::uint32_t plant, const DrawListInput& input);
-  /// Of all plants.
-  struct Wanted {
-    std::size_t plants = 0;  ///< with instances
+  /// Sums over all plants.
+  struct Needed {
+    std::size_t plants = 0;  ///< plants with instances
     std::uint64_t single_bytes = 0, cluster_bytes = 0, part_bytes = 0;
   };
-  Wanted add_up(const Device& device);
-  static bool grow(Device& device, Garbage& garbage, std::uint64_t wanted_bytes, Buffer& commands);
-  [[nodiscard]] std::uint64_t wanted_commands(const Device& device, std::uint32_t plant) const;
-  [[nodiscard]] std::uint64_t wanted_parts(std::uint32_t plant) const;
-  void place(std::uint64_t most_clusters, bool parts);
+  Needed add_up(const Device& device);
+  static bool grow(Device& device, DeferredDeletion& deletion, std::uint64_t needed_bytes, Buffer& commands);
+  [[nodiscard]] std::uint64_t needed_commands(const Device& device, std::uint32_t plant) const;
+  [[nodiscard]] std::uint64_t needed_parts(std::uint32_t plant) const;
+  void place(std::uint64_t max_clusters, bool parts);
 
   coppice_allocator allocator_;
   HookArray<Plant> records_;
   HookArray<DrawCommand> mesh_commands_;
-  HookArray<std::uint64_t> wanted_;  ///< scratch
-  std::uint32_t count_ = 0;          ///< of plants
+  HookArray<std::uint64_t> needed_;  ///< scratch
+  std::uint32_t count_ = 0;          ///< number of plants
 };
 
 }  // namespace coppice::gpu

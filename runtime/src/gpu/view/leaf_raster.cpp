@@ -1,9 +1,10 @@
-// A frame in rounds, large instances first; what the engine has drawn before them hides as much as a round does. In each round:
+// A frame has several culling passes, large instances first. Depth that the engine has drawn before hides as much as a pass does. Each pass
+// runs:
 //
 //     blocks of instances -> instances: cut, path -> clusters of their lists -> leaves to pixels -> leaves of many pixels
 //
-// and then the smallest depth of every 8, 32 and 128 px tile, by which the next round drops what cannot be seen. All counts stay on the
-// device: every pass but the first is dispatched indirectly.
+// and then computes the smallest depth of every 8, 32 and 128 px tile, with which the next pass drops hidden instances and clusters. All
+// counts stay on the device: every dispatch but the first is indirect.
 
 #include "leaf_raster.h"
 
@@ -49,14 +50,14 @@ constexpr std::array<Binding, kStorageCount + kTexelCount> kRasterSet = [] {
     bindings[kStorageCount + i] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
   return bindings;
 }();
-/// Instances whose leaves are larger on average, px, are drawn by the hardware: there the texture shows, and a leaf costs no more.
+/// The hardware draws instances whose leaves are larger on average, px, because their texture is visible and a leaf costs no more there.
 constexpr float kSplit_px = 12.0f;
 
-/// Leaves no longer than this are drawn as splats.
+/// Leaves up to this length are drawn as splats.
 constexpr float kSplat_px = 4.0f;
 
-/// Slots that the lists of clusters are made for at least.
-constexpr std::uint32_t kLeastWorkSlots = 1u << 17;
+/// Minimum number of slots in the size of cluster lists.
+constexpr std::uint32_t kMinWorkSlots = 1u << 17;
 
 /// Constants 0 to 7 of the rasteriser's shaders.
 struct Constants {
@@ -70,8 +71,8 @@ struct Constants {
   std::uint32_t contents = 0;
 };
 
-/// A software driver pays for each group, and for each load of an invocation: few groups, and what is shared loaded once. Where hundreds
-/// of invocations hide each other's loads, work is spread as far as it goes. DECISIONS.md, "Drawing", has what that changed on a GPU.
+/// A software driver pays for each group, and for each load of an invocation: it gets few groups, and shared data is loaded once. On a GPU
+/// hundreds of invocations hide each other's loads, so work is spread as far as it goes. DECISIONS.md, "Drawing", has the figures.
 constexpr RasterShape kFewLanes{.expand_together = false,
                                 .leaf_lanes = 8,
                                 .leaf_clusters = 4,
@@ -100,8 +101,8 @@ std::uint64_t tile_count(std::uint32_t width_px, std::uint32_t height_px) {
   return count;
 }
 
-/// What depth attachments round at most, in both directions of depth: normalised formats to their next number; 1 - key to what is left of
-/// it near 1, with some for the interpolation of triangles.
+/// Maximum rounding of depth attachments, in both directions of depth. Normalised formats round to their next number; 1 - key is rounded
+/// near 1, plus some for the interpolation of triangles.
 float depth_step(const AttachmentDesc& attachments) {
   float step = is_reversed(attachments.depth_compare) ? 0.0f : 0x1p-20f;
   const VkFormat format = attachments.depth_format;
@@ -110,9 +111,9 @@ float depth_step(const AttachmentDesc& attachments) {
   return step;
 }
 
-/// Most of it does not depend on the slots: few steps, as each takes all of it twice for some frames.
+/// Most of it does not depend on the slots. It grows in few steps, because each step takes all of it twice for some frames.
 std::uint64_t work_capacity(std::uint32_t slots) {
-  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kLeastWorkSlots));
+  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kMinWorkSlots));
 }
 
 BufferSize work_size(Buffer& work, std::uint32_t slots) {
@@ -120,7 +121,7 @@ BufferSize work_size(Buffer& work, std::uint32_t slots) {
           false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
-/// As many of motion, for a view that wants it.
+/// As many elements of motion, for a view with velocity.
 BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
   return {&motion,
           "coppice cluster motion",
@@ -130,17 +131,18 @@ BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
           VK_FORMAT_R32G32B32A32_UINT};
 }
 
-/// Whether the rasteriser draws such a view.
+/// True if the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
   return view.lod == COPPICE_LOD_CUT;
 }
 
 }  // namespace
 
-LeafRaster::LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc)
-    : device_(device), garbage_(garbage), pipeline_set_(pipelines), desc_(desc) {}
+LeafRaster::LeafRaster(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const RasterDesc& desc)
+    : device_(device), deletion_(deletion), pipeline_set_(pipelines), desc_(desc) {}
 
-Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc) {
+Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines,
+                                                       const RasterDesc& desc) {
   VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &subgroup};
   device.vk.vkGetPhysicalDeviceProperties2(device.physical_device, &properties);
@@ -152,7 +154,7 @@ Result<std::unique_ptr<LeafRaster>> LeafRaster::create(Device& device, Garbage& 
   constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
   if ((subgroup.supportedOperations & kNeeded) != kNeeded || !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
     return Error{Status::unsupported, "no subgroup ballots for the compute rasteriser"};
-  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, garbage, pipelines, desc));
+  std::unique_ptr<LeafRaster> raster(new (std::nothrow) LeafRaster(device, deletion, pipelines, desc));
   if (!raster) return Error{Status::out_of_memory, "compute rasteriser"};
   raster->lanes_ = std::clamp(subgroup.subgroupSize, 8u, 64u);
   raster->shape_ = desc.many_lanes.value_or(properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU) ? kManyLanes : kFewLanes;
@@ -228,36 +230,36 @@ std::span<const LeafRaster::RasterPass> LeafRaster::passes(coppice_debug_view de
   return std::span(kDrawn).first(desc_.int64_atomics ? 1 : 2);
 }
 
-bool LeafRaster::want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve) {
+bool LeafRaster::request(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve) {
   bool ready = true;
-  const auto want = [&](Pipeline* pipeline) { ready = pipeline_set_.want(*pipeline) && ready; };
-  want(pipelines_.blocks.of(eye_count));
-  want(pipelines_.cull.of(debug_view, eye_count));
-  want(pipelines_.expand.of(eye_count));
+  const auto request = [&](Pipeline* pipeline) { ready = pipeline_set_.request(*pipeline) && ready; };
+  request(pipelines_.blocks.of(eye_count));
+  request(pipelines_.cull.of(debug_view, eye_count));
+  request(pipelines_.expand.of(eye_count));
   for (const RasterPass pass : passes(debug_view)) {
-    want(pipelines_.splats[pass]);
-    want(pipelines_.leaves[pass]);
-    want(pipelines_.big[pass]);
+    request(pipelines_.splats[pass]);
+    request(pipelines_.leaves[pass]);
+    request(pipelines_.big[pass]);
   }
-  want(pipelines_.finest_tiles);
-  want(pipelines_.other_tiles);
-  want(pipelines_.draws.of(eye_count));
-  if (wants_content(resolve.recipe.attachments, COPPICE_CONTENT_VELOCITY)) want(pipelines_.motion);
-  want(&resolve);
+  request(pipelines_.finest_tiles);
+  request(pipelines_.other_tiles);
+  request(pipelines_.draws.of(eye_count));
+  if (has_content(resolve.recipe.attachments, COPPICE_CONTENT_VELOCITY)) request(pipelines_.motion);
+  request(&resolve);
   return ready;
 }
 
 Result<void> LeafRaster::create_view(const AttachmentDesc& attachments, RasterView& view) {
   view.depth_alone = is_depth_alone(attachments);
-  view.wants_velocity = wants_content(attachments, COPPICE_CONTENT_VELOCITY);
+  view.has_velocity = has_content(attachments, COPPICE_CONTENT_VELOCITY);
   view.reversed_depth = is_reversed(attachments.depth_compare);
   view.depth_step = depth_step(attachments);
-  return move_into(view.rounds, create_buffer(device_, {"coppice rounds", kRasterRounds * sizeof(RasterRound),
-                                                        kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
+  return move_into(view.culling_passes, create_buffer(device_, {"coppice culling passes", kCullingPasses * sizeof(CullingPass),
+                                                                kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}));
 }
 
 void LeafRaster::destroy_view(RasterView& view) {
-  for (Buffer* buffer : {&view.rounds, &view.work, &view.motion, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
+  for (Buffer* buffer : {&view.culling_passes, &view.work, &view.motion, &view.picture, &view.tiles}) destroy_buffer(device_, *buffer);
   destroy_set(device_, view.set);
 }
 
@@ -266,7 +268,7 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
   const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
   sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
   sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
-  // Leaves and wood of each, by the rasteriser or the hardware.
+  // Leaves and wood of each instance, drawn by the rasteriser or the hardware.
   sizes.add({&buffers_.items, "coppice items", std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
   sizes.add({&buffers_.big, "coppice big leaves", std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
   if (depth_views) sizes.add(work_size(buffers_.work, slots));
@@ -275,7 +277,7 @@ void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& s
 void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
   if (slots == 0 || view.depth_alone) return;
   sizes.add(work_size(view.work, slots));
-  if (view.wants_velocity) sizes.add(motion_size(view.motion, slots));
+  if (view.has_velocity) sizes.add(motion_size(view.motion, slots));
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -293,7 +295,7 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
   const Buffer& work = work_of(view);
   const std::array<Bound, kStorageCount + kTexelCount> bound{{{&view.picture},
                                                               {&buffers_.blocks},
-                                                              {&view.rounds},
+                                                              {&view.culling_passes},
                                                               {&buffers_.visible_blocks},
                                                               {&buffers_.items},
                                                               {&work},
@@ -301,23 +303,23 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
                                                               {&view.tiles},
                                                               {&view.picture},
                                                               {&work},
-                                                              {view.wants_velocity ? &view.motion : &work}}};
+                                                              {view.has_velocity ? &view.motion : &work}}};
   COPPICE_TRY(made, create_set(device_, set_layout_, bound));
-  garbage_.retire(view.set);
+  deletion_.defer(view.set);
   view.set = made;
   view.set_stale = false;
   return {};
 }
 
-Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& wanted) {
-  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", wanted.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& needed) {
+  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", needed.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
                                                MemoryKind::alone}));
-  auto tiles = create_buffer(device_, {"coppice tiles", wanted.tiles, kStorage, MemoryKind::alone});
+  auto tiles = create_buffer(device_, {"coppice tiles", needed.tiles, kStorage, MemoryKind::alone});
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
   }
-  for (Buffer* old : {&view.picture, &view.tiles}) garbage_.retire(*old);
+  for (Buffer* old : {&view.picture, &view.tiles}) deletion_.defer(*old);
   view.picture = picture;
   view.tiles = *tiles;
   view.set_stale = true;
@@ -326,16 +328,16 @@ Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& want
 
 bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count) {
   if (!is_drawn(camera)) return false;
-  // What is larger already stays.
+  // A picture that is larger already stays.
   const std::uint64_t picture_bytes = std::uint64_t{eye_count} * camera.width_px * camera.height_px * 2 * sizeof(std::uint32_t);
   const std::uint64_t tile_bytes = eye_count * tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
-  const ViewBytes wanted{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
+  const ViewBytes needed{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
   Result<void> reserved;
-  if (wanted.picture > view.picture.size_bytes || wanted.tiles > view.tiles.size_bytes) {
-    if (!fits_buffer(device_, wanted.picture + wanted.tiles)) return false;
-    reserved = reserve_picture(view, wanted);
+  if (needed.picture > view.picture.size_bytes || needed.tiles > view.tiles.size_bytes) {
+    if (!fits_buffer(device_, needed.picture + needed.tiles)) return false;
+    reserved = reserve_picture(view, needed);
   }
-  // Also after a picture whose set could not be made in an earlier frame.
+  // It also retries after an earlier frame in which the picture's set could not be made.
   if (reserved && view.set_stale) reserved = rebuild_set(view);
   if (!reserved) {
     go_on_without(device_, reserved.error(), "what the compute shaders would draw is drawn by the hardware");
@@ -345,7 +347,7 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
   const auto capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
   view.debug_view = camera.debug_view;
   view.eye_count = eye_count;
-  view.push = {.round = 0,
+  view.push = {.culling_pass = 0,
                .width_px = camera.width_px,
                .height_px = camera.height_px,
                .splat_px = kSplat_px,
@@ -364,15 +366,16 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
 }
 
 void LeafRaster::record_start(VkCommandBuffer cmd, const RasterView& view) const {
-  std::array<RasterRound, kRasterRounds> rounds{};
-  for (RasterRound& round : rounds) {
-    for (RasterStage* stage : {&round.blocks, &round.items, &round.big, &round.draws}) stage->groups[1] = stage->groups[2] = 1;
-    for (RasterStage* stage : {&round.work, &round.splats, &round.finest_tiles, &round.other_tiles}) {
+  std::array<CullingPass, kCullingPasses> culling_passes{};
+  for (CullingPass& culling_pass : culling_passes) {
+    for (RasterStage* stage : {&culling_pass.blocks, &culling_pass.items, &culling_pass.big, &culling_pass.draws})
+      stage->groups[1] = stage->groups[2] = 1;
+    for (RasterStage* stage : {&culling_pass.work, &culling_pass.splats, &culling_pass.finest_tiles, &culling_pass.other_tiles}) {
       stage->groups[1] = view.eye_count;
       stage->groups[2] = 1;
     }
   }
-  device_.vk.vkCmdUpdateBuffer(cmd, view.rounds.buffer, 0, sizeof rounds, rounds.data());
+  device_.vk.vkCmdUpdateBuffer(cmd, view.culling_passes.buffer, 0, sizeof culling_passes, culling_passes.data());
   device_.vk.vkCmdFillBuffer(cmd, view.picture.buffer, 0,
                              std::uint64_t{view.eye_count} * view.push.width_px * view.push.height_px * 2 * sizeof(std::uint32_t), 0);
   device_.vk.vkCmdFillBuffer(cmd, view.tiles.buffer, 0, VK_WHOLE_SIZE, 0);
@@ -389,28 +392,28 @@ void LeafRaster::barrier(VkCommandBuffer cmd) const {
                      VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
-void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const {
+void LeafRaster::dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewPass& of, std::uint64_t stage_offset) const {
   bind(cmd, pipeline);
-  device_.vk.vkCmdDispatchIndirect(cmd, of.view.rounds.buffer, of.round * sizeof(RasterRound) + stage_offset);
+  device_.vk.vkCmdDispatchIndirect(cmd, of.view.culling_passes.buffer, of.culling_pass * sizeof(CullingPass) + stage_offset);
 }
 
-void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const {
+void LeafRaster::record_leaves(VkCommandBuffer cmd, const ViewPass& of, GpuTimer* timer) const {
   const std::span<const RasterPass> drawn = passes(of.view.debug_view);
   for (const RasterPass pass : drawn) {
     if (pass != drawn.front()) barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(RasterRound, splats));
+    dispatch_stage(cmd, *pipelines_.splats[pass], of, offsetof(CullingPass, splats));
     if (timer != nullptr) timer->mark(device_, cmd, Pass::splats);
-    dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(RasterRound, work));
+    dispatch_stage(cmd, *pipelines_.leaves[pass], of, offsetof(CullingPass, work));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(RasterRound, big));
+    dispatch_stage(cmd, *pipelines_.big[pass], of, offsetof(CullingPass, big));
     if (timer != nullptr && pass != drawn.back()) timer->mark(device_, cmd, Pass::leaves);
   }
 }
 
-void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewRound& of) const {
-  dispatch_stage(cmd, *pipelines_.finest_tiles, of, offsetof(RasterRound, finest_tiles));
+void LeafRaster::record_tiles(VkCommandBuffer cmd, const ViewPass& of) const {
+  dispatch_stage(cmd, *pipelines_.finest_tiles, of, offsetof(CullingPass, finest_tiles));
   barrier(cmd);
-  dispatch_stage(cmd, *pipelines_.other_tiles, of, offsetof(RasterRound, other_tiles));
+  dispatch_stage(cmd, *pipelines_.other_tiles, of, offsetof(CullingPass, other_tiles));
   barrier(cmd);
 }
 
@@ -449,30 +452,30 @@ void LeafRaster::record(VkCommandBuffer cmd, const RasterView& view, const Cull&
     record_occluder(cmd, view, constants);
     mark(Pass::tiles);
   }
-  for (std::uint32_t round = 0; round < kRasterRounds; ++round) {
-    const ViewRound of{view, round};
-    constants.round = round;
+  for (std::uint32_t culling_pass = 0; culling_pass < kCullingPasses; ++culling_pass) {
+    const ViewPass of{view, culling_pass};
+    constants.culling_pass = culling_pass;
     push(cmd, constants);
     bind(cmd, *pipelines_.blocks.of(view.eye_count));
     vk.vkCmdDispatch(cmd, (block_count + kCullGroupSize - 1) / kCullGroupSize, 1, 1);
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view, view.eye_count), of, offsetof(RasterRound, blocks));
+    dispatch_stage(cmd, *pipelines_.cull.of(view.debug_view, view.eye_count), of, offsetof(CullingPass, blocks));
     barrier(cmd);
-    dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(RasterRound, items));
+    dispatch_stage(cmd, *pipelines_.expand.of(view.eye_count), of, offsetof(CullingPass, items));
     barrier(cmd);
     mark(Pass::cull);
     record_leaves(cmd, of, cull.timer);
     barrier(cmd);
     mark(Pass::leaves);
-    if (round + 1 == kRasterRounds) break;
+    if (culling_pass + 1 == kCullingPasses) break;
     record_tiles(cmd, of);
     mark(Pass::tiles);
   }
-  if (view.wants_velocity) {
+  if (view.has_velocity) {
     bind(cmd, *pipelines_.motion);
     vk.vkCmdDispatch(cmd, kMotionGroups, 1, 1);
   }
-  dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(RasterRound, draws));
+  dispatch_stage(cmd, *pipelines_.draws.of(view.eye_count), {view, 0}, offsetof(CullingPass, draws));
 }
 
 void LeafRaster::record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const {

@@ -1,7 +1,7 @@
 #pragma once
 
-// The compute rasteriser: draws small leaves, and the wood between them, into a buffer of its own with atomics, and then that buffer into
-// the engine's attachments. What a frame records is in leaf_raster.cpp.
+// The compute rasteriser. It draws small leaves, and the wood between them, into a buffer of its own with atomics, and then that buffer
+// into the engine's attachments. leaf_raster.cpp lists what a frame records.
 
 #include <array>
 #include <cstdint>
@@ -24,94 +24,96 @@ struct RasterDesc {
   VkDescriptorSetLayout frame_set = VK_NULL_HANDLE;  ///< its layout
   std::uint32_t max_instances = 0;
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
-  std::optional<bool> many_lanes;  ///< work is spread over many invocations; without a value: unless a processor runs them
+  std::optional<bool> many_lanes;  ///< spreads work over many invocations; default: unless a processor runs them
 };
 
 /// How leaves and splats are spread over invocations.
 struct RasterShape {
   bool expand_together = false;     ///< kTogether of leaf_expand.comp
-  std::uint32_t leaf_lanes = 0;     ///< of a group that goes through clusters of leaves
-  std::uint32_t leaf_clusters = 0;  ///< that it takes one after the other
-  std::uint32_t big_pixels = 0;     ///< a leaf whose rectangle holds more is a whole group's
-  std::uint32_t big_lanes = 0;      ///< of that group
-  std::uint32_t row_lanes = 0;      ///< of them, so many share a row of pixels
-  std::uint32_t splat_lanes = 0;    ///< of a group that goes through clusters of splats
-  std::uint32_t cluster_lanes = 0;  ///< of them, so many share a cluster
+  std::uint32_t leaf_lanes = 0;     ///< lanes of a group that processes clusters of leaves
+  std::uint32_t leaf_clusters = 0;  ///< clusters that such a group processes one after the other
+  std::uint32_t big_pixels = 0;     ///< a leaf whose rectangle holds more pixels gets a whole group
+  std::uint32_t big_lanes = 0;      ///< lanes of that group
+  std::uint32_t row_lanes = 0;      ///< lanes of that group that share a row of pixels
+  std::uint32_t splat_lanes = 0;    ///< lanes of a group that processes clusters of splats
+  std::uint32_t cluster_lanes = 0;  ///< lanes of that group that share a cluster
 };
 
 InstanceBlock gpu_block(const InstanceBounds& bounds);
 
-/// What the rasteriser keeps of a view.
+/// The rasteriser's state of a view.
 struct RasterView {
-  Buffer rounds;  ///< RasterRound[kRasterRounds]
-  Buffer work;    ///< WorkItem[]: work_items of raster.glsl, by instance slot, which pixels of the picture name; not with depth alone
-  Buffer motion;  ///< ClusterMotion[]: of each; where velocity is wanted
-  Buffer picture, tiles;  ///< of its eyes, one behind the other; as large as the view has been
+  Buffer culling_passes;  ///< CullingPass[kCullingPasses]
+  Buffer work;    ///< WorkItem[]: work_items of raster.glsl, by instance slot. Pixels of the picture name them. Not for views of only depth
+  Buffer motion;  ///< ClusterMotion[], one for each work item; only with velocity
+  Buffer picture, tiles;  ///< for all its eyes, one after the other; as large as the view's maximum so far
   DescriptorSet set;
-  bool set_stale = false;  ///< a buffer of it has been replaced
+  bool set_stale = false;  ///< one of its buffers has been replaced
   bool depth_alone = false;
-  bool wants_velocity = false;
+  bool has_velocity = false;
   bool reversed_depth = false;
-  float depth_step = 0.0f;                             ///< of what attachments hold: no two depths are nearer, or this is what they round
-  std::uint32_t eye_count = 1;                         ///< of the frame
-  RasterPush push{};                                   ///< likewise
-  coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< likewise
+  float depth_step = 0.0f;                             ///< precision of the attachments' depth: the smallest step, or the rounding
+  std::uint32_t eye_count = 1;                         ///< in this frame
+  RasterPush push{};                                   ///< in this frame
+  coppice_debug_view debug_view = COPPICE_DEBUG_NONE;  ///< in this frame
 };
 
-/// What all views share; lists that only culling reads too, since one view's passes follow another's on the queue.
+/// The state that all views share, and lists that only culling reads: they are shared because views run one after another on the queue.
 class LeafRaster {
  public:
-  /// device, garbage, pipelines: outlive this object; pipelines are closed before it goes. None is wanted yet
+  /// device, deletion, pipelines: outlive this object; pipelines are closed before it is destroyed. It requests no pipeline yet.
   /// errors  out_of_memory; unsupported: more than kMaxSlots, or too few storage buffers in a stage
-  static Result<std::unique_ptr<LeafRaster>> create(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
+  static Result<std::unique_ptr<LeafRaster>> create(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines,
+                                                    const RasterDesc& desc);
   /// The GPU must be done with everything.
   ~LeafRaster();
   LeafRaster(const LeafRaster&) = delete;
   LeafRaster& operator=(const LeafRaster&) = delete;
 
-  /// Its buffers by instance slot, for so many, and what goes with them; none for no slot. The caller creates them and says so.
-  /// depth_views: whether there are views of depth alone
+  /// Adds its buffers for this many instance slots, and those that go with them; none for no slot. The caller creates them and reports
+  /// changes.
+  /// depth_views: there are views of only depth
   void add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes);
-  /// Likewise of a view.
+  /// Does the same for a view's buffers.
   static void add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes);
 
-  /// InstanceBlock[]: those of the instance table.
+  /// InstanceBlock[]: the blocks of the instance table.
   [[nodiscard]] const Buffer& block_buffer() const { return buffers_.blocks; }
 
   /// errors  out_of_memory, device_lost
   Result<void> create_view(const AttachmentDesc& attachments, RasterView& view);
   /// The GPU must be done with it.
   void destroy_view(RasterView& view);
-  /// That draws pictures to such attachments; not wanted yet.
+  /// Adds a pipeline that draws pictures to such attachments; it is not requested yet.
   Pipeline* add_resolve(const AttachmentDesc& attachments);
 
-  /// Wants the pipelines that such a frame of a view needs; whether all are there. Else it may not be prepared.
-  bool want(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
-  /// Makes room for a frame of a view. False: there is no memory for it, or it is not a view the rasteriser draws: record nothing of it.
+  /// Requests the pipelines of such a frame of a view. True if all are built; else it may not be prepared.
+  bool request(coppice_debug_view debug_view, std::uint32_t eye_count, Pipeline& resolve);
+  /// Reserves memory for a frame of a view. False if there is none, or if the rasteriser does not draw the view: then record nothing of it.
   bool prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count);
-  /// What the view's buffers start with; the caller's barrier makes it visible to compute shaders. before: prepare
+  /// Records the initial values of the view's buffers; the caller's barrier makes them visible to compute shaders. before: prepare
   void record_start(VkCommandBuffer cmd, const RasterView& view) const;
-  /// Wants what an engine's occluder needs; whether that is there.
-  bool want_occluder() { return pipeline_set_.want(*pipelines_.occluder); }
+  /// Requests the pipeline for an engine's occluder; true if it is built.
+  bool request_occluder() { return pipeline_set_.request(*pipelines_.occluder); }
   [[nodiscard]] bool has_occluder_pass() const { return pipelines_.occluder->handle() != VK_NULL_HANDLE; }
   struct Cull {
     VkDescriptorSet frame_set = VK_NULL_HANDLE;
     std::uint32_t slot_count = 0;
-    const coppice_occluder* occluder = nullptr;  ///< its images are in frame_set; null: none. has_occluder_pass()
+    const coppice_occluder* occluder = nullptr;  ///< its images are in frame_set; may be null. before: has_occluder_pass()
     GpuTimer* timer = nullptr;                   ///< may be null
   };
-  /// before: record_start, buffers for slot_count, and all that culling reads. after: the picture, written by compute shaders.
+  /// before: record_start, buffers for slot_count, and all inputs of culling. after: compute shaders have written the picture
   void record(VkCommandBuffer cmd, const RasterView& view, const Cull& cull) const;
-  /// Where a picture goes: by which pipeline of add_resolve, and whose it is.
+  /// The destination of a picture: the pipeline from add_resolve, and the eye.
   struct Resolve {
     const Pipeline& pipeline;
     std::uint32_t eye = 0;
   };
-  /// Inside dynamic rendering: an eye's picture into its attachments.
+  /// Inside dynamic rendering: copies an eye's picture into its attachments.
   void record_resolve(VkCommandBuffer cmd, const RasterView& view, VkDescriptorSet frame_set, const Resolve& resolve) const;
 
  private:
-  /// kPass of write_pixel.glsl. With 64-bit atomics the first writes names too, and the second is never needed.
+  /// kPass of write_pixel.glsl. With 64-bit atomics the first pass writes names too, and the second is not needed.
   enum RasterPass : std::uint32_t { kDepth, kName, kCount, kPassCount };
   struct Pipelines {
     CullPipelines cull;
@@ -121,13 +123,13 @@ class LeafRaster {
   };
   struct Buffers {
     Buffer blocks, visible_blocks, items, big;
-    Buffer work;  ///< as RasterView's, of all views of depth alone: nothing names a place of it once it is drawn
+    Buffer work;  ///< as RasterView::work, shared by all views of only depth: nothing names its items after drawing
   };
 
-  LeafRaster(Device& device, Garbage& garbage, PipelineSet& pipelines, const RasterDesc& desc);
+  LeafRaster(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const RasterDesc& desc);
   Result<void> create_layouts();
   void add_pipelines();
-  /// Which of the passes over leaves a view takes: those of Pipelines.
+  /// The passes over leaves for a view: those of Pipelines.
   [[nodiscard]] std::span<const RasterPass> passes(coppice_debug_view debug_view) const;
   struct ViewBytes {
     std::uint64_t picture = 0, tiles = 0;
@@ -136,20 +138,20 @@ class LeafRaster {
   [[nodiscard]] const Buffer& work_of(const RasterView& view) const { return view.depth_alone ? buffers_.work : view.work; }
   Result<void> rebuild_set(RasterView& view);
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;
-  /// A round of a view.
-  struct ViewRound {
+  /// A culling pass of a view.
+  struct ViewPass {
     const RasterView& view;
-    std::uint32_t round = 0;
+    std::uint32_t culling_pass = 0;
   };
-  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewRound& of, std::uint64_t stage_offset) const;
-  void record_leaves(VkCommandBuffer cmd, const ViewRound& of, GpuTimer* timer) const;
-  void record_tiles(VkCommandBuffer cmd, const ViewRound& of) const;
+  void dispatch_stage(VkCommandBuffer cmd, const Pipeline& pipeline, const ViewPass& of, std::uint64_t stage_offset) const;
+  void record_leaves(VkCommandBuffer cmd, const ViewPass& of, GpuTimer* timer) const;
+  void record_tiles(VkCommandBuffer cmd, const ViewPass& of) const;
   void push(VkCommandBuffer cmd, const RasterPush& constants) const;
   void record_occluder(VkCommandBuffer cmd, const RasterView& view, const RasterPush& constants) const;
   void barrier(VkCommandBuffer cmd) const;
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   PipelineSet& pipeline_set_;
   RasterDesc desc_;
   std::uint32_t lanes_ = 8;

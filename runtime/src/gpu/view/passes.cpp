@@ -22,8 +22,8 @@ namespace {
 
 constexpr VkShaderStageFlags kAllStages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// The view is a uniform buffer, instances and tables are texels, all else storage buffers. From leaf commands on only the passes that cull
-/// see them: few devices promise ten storage buffers to each stage.
+/// The view is a uniform buffer, instances and tables are texels, all others are storage buffers. Only the culling shaders see the buffers
+/// from leaf commands on, because few devices guarantee ten storage buffers for each stage.
 constexpr std::uint32_t kMaps = kFrameBuffers, kOccluders = kMaps + 1, kWind = kOccluders + 1, kMoved = kWind + 1,
                         kFrameBindings = kMoved + 1;
 constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
@@ -35,7 +35,7 @@ constexpr std::array<Binding, kFrameBindings> kFrameSet = [] {
   bindings[static_cast<std::uint32_t>(FrameBinding::tables)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[static_cast<std::uint32_t>(FrameBinding::instances)].type = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   bindings[kMaps] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kAllStages, kMaxShadowMaps};
-  bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMostEyes};
+  bindings[kOccluders] = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_COMPUTE_BIT, kMaxEyes};
   bindings[kWind] = bindings[kMoved] = {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kAllStages};
   return bindings;
 }();
@@ -85,21 +85,21 @@ Result<void> create_passes(Device& device, const TextureSets& textures, Pipeline
 
 DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines) {
   DrawPipelines draws{.attachments = attachments};
-  const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t gaps) {
+  const auto add = [&](DrawKind kind, const Drawn& drawn, std::uint32_t textured, std::uint32_t transparency) {
     draws.kinds[static_cast<std::size_t>(kind)] =
         &pipelines.add({.name = drawn.name,
                         .layout = passes.layout,
                         .first = drawn.vertex,
                         .fragment = drawn.fragment,
-                        .constants = {textured, drawn.leaf, gaps, 0, 0, 0, 0, packed_contents(attachments)},
+                        .constants = {textured, drawn.leaf, transparency, 0, 0, 0, 0, packed_contents(attachments)},
                         .attachments = attachments});
   };
   const bool depth = is_depth_alone(attachments);
   const Drawn leaf = depth ? Drawn{"leaf.vert of shadow views", leaf_vert_spirv, leaf_depth_frag_spirv, 1}
                            : Drawn{"leaf.vert", leaf_vert_spirv, leaf_frag_spirv, 1};
   add(DrawKind::leaf_plain, leaf, 0, 0);
-  add(DrawKind::leaf_textured, leaf, 1, 1);  // a texture's holes are discarded in any case
-  add(DrawKind::leaf_plain_with_gaps, leaf, 0, 1);
+  add(DrawKind::leaf_textured, leaf, 1, 1);  // holes of a texture are discarded in any case
+  add(DrawKind::leaf_plain_transparent, leaf, 0, 1);
   const Drawn wood = depth ? Drawn{"wood.vert of shadow views", wood_vert_spirv, plant_depth_frag_spirv, 0}
                            : Drawn{"wood.vert", wood_vert_spirv, plant_frag_spirv, 0};
   add(DrawKind::wood_plain, wood, 0, 0);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What draws plants by the hardware: the set that every shader reads, and the pipelines.
+// Drawing by the hardware: the set that every shader reads, and the pipelines.
 
 #include <array>
 #include <cstdint>
@@ -14,12 +14,12 @@
 
 namespace coppice::gpu {
 
-/// What is drawn: each has a pipeline for each kind of attachments. Plain is of one colour, textured has a base colour texture, relief a
-/// normal map too. A plain surface is drawn with early depth tests unless some of its leaves have gaps.
+/// Kinds of draws; each has a pipeline for each kind of attachments. A plain surface has one colour, a textured one a base colour texture,
+/// relief also a normal map. A plain surface is drawn with early depth tests unless some of its leaves are transparent.
 enum class DrawKind : std::uint8_t {
   leaf_plain,
   leaf_textured,
-  leaf_plain_with_gaps,
+  leaf_plain_transparent,
   wood_plain,
   wood_textured,
   wood_relief_plain,
@@ -32,40 +32,40 @@ enum class DrawKind : std::uint8_t {
 };
 inline constexpr std::size_t kDrawKinds = static_cast<std::size_t>(DrawKind::count);
 
-constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_gaps) {
+constexpr DrawKind leaf_kind(std::uint32_t texture, bool has_transparency) {
   if (texture != kNoTexture) return DrawKind::leaf_textured;
-  return has_gaps ? DrawKind::leaf_plain_with_gaps : DrawKind::leaf_plain;
+  return has_transparency ? DrawKind::leaf_plain_transparent : DrawKind::leaf_plain;
 }
 
-/// mesh: a wood LoD, or from kMaxWoodLods on a chunk of leaf meshes
+/// mesh: a wood LoD, or kMaxWoodLods + a chunk of leaf meshes
 constexpr DrawKind mesh_kind(std::uint32_t mesh, bool textured, bool relief) {
   const DrawKind first = mesh < kMaxWoodLods ? DrawKind::wood_plain : DrawKind::mesh_plain;
   return static_cast<DrawKind>(static_cast<std::uint32_t>(first) + (relief ? 2u : 0u) + (textured ? 1u : 0u));
 }
 
-/// What draws views on one kind of attachments. Null where there is none: depth alone has neither relief nor leaf meshes.
+/// The pipelines for one kind of attachments. Null if there is none: views of only depth have neither relief nor leaf meshes.
 struct DrawPipelines {
   AttachmentDesc attachments;
   std::array<Pipeline*, kDrawKinds> kinds{};
-  Pipeline* resolve = nullptr;  ///< of the rasteriser's picture; null without one
+  Pipeline* resolve = nullptr;  ///< for the rasteriser's picture; null without a rasteriser
 
   [[nodiscard]] Pipeline* of(DrawKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
-  /// Draws `kind`. Until that is built it is the one for textures: a surface without one finds the placeholder, which is white, and looks
-  /// the same. Null: neither is there.
+  /// Returns the pipeline of `kind`. Until that is built it returns the one for textures, which looks the same: a surface without a texture
+  /// reads the placeholder, which is white. Null if neither is built.
   [[nodiscard]] VkPipeline drawing(DrawKind kind, DrawKind textured) const {
     const VkPipeline own = of(kind)->handle();
     return own != VK_NULL_HANDLE ? own : of(textured)->handle();
   }
 };
 
-/// A pass over instances, for views of one eye and of two.
+/// Pipelines of a pass over instances, for views of one eye and of two.
 struct EyePipelines {
-  std::array<Pipeline*, kMostEyes> by_eyes{};
+  std::array<Pipeline*, kMaxEyes> by_eyes{};
 
   [[nodiscard]] Pipeline* of(std::uint32_t eye_count) const { return by_eyes[eye_count - 1]; }
 };
 
-/// One that also colours instances for a debug view, where there is one.
+/// The pass, and a variant that also colours instances for a debug view, if there is one.
 struct CullPipelines {
   EyePipelines plain, debug;
 
@@ -78,12 +78,11 @@ struct CullPipelines {
 template <class Add>
 EyePipelines for_each_eye_count(const Add& add) {
   EyePipelines added;
-  for (std::uint32_t eyes = 1; eyes <= kMostEyes; ++eyes) added.by_eyes[eyes - 1] = add(eyes);
+  for (std::uint32_t eyes = 1; eyes <= kMaxEyes; ++eyes) added.by_eyes[eyes - 1] = add(eyes);
   return added;
 }
 
-/// Buffers of set 0, in binding order (bindings.glsl); the shadow maps, the occluders, the wind's maps and what has
-/// moved come after them.
+/// Buffers of set 0, in binding order (bindings.glsl). Shadow maps, occluders, the wind's maps and moved instances come after them.
 enum class FrameBinding : std::uint32_t {
   view,
   instances,
@@ -99,35 +98,35 @@ enum class FrameBinding : std::uint32_t {
 inline constexpr std::uint32_t kFrameBuffers = 10;
 inline constexpr std::uint32_t kFrameStorageBuffers = kFrameBuffers - 3;  ///< all but the view, instances and tables
 
-/// That DrawPush is for.
+/// The stages that DrawPush is for.
 inline constexpr VkShaderStageFlags kDrawStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// What all views share.
+/// Objects that all views share.
 struct Passes {
   SetLayout frame_set;
-  VkSampler map_sampler = VK_NULL_HANDLE;    ///< texels of depth as they are
-  VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the frame's set, those of a texture and of a normal map, and DrawPush
+  VkSampler map_sampler = VK_NULL_HANDLE;    ///< reads texels of depth unfiltered
+  VkPipelineLayout layout = VK_NULL_HANDLE;  ///< the frame's set, the sets of a texture and of a normal map, and DrawPush
   CullPipelines cull;
 };
 
-/// None of the pipelines is wanted yet. errors  out_of_memory, device_lost; unsupported: a stage sees too few storage buffers. What was
-/// created so far is in `passes`, to be destroyed in any case
+/// None of the pipelines is requested yet. On errors `passes` holds what was created so far; it must be destroyed in any case. errors
+/// out_of_memory, device_lost; unsupported: a stage sees too few storage buffers
 Result<void> create_passes(Device& device, const TextureSets& textures, PipelineSet& pipelines, Passes& passes);
-/// The pipelines are closed.
+/// Before: the pipelines are closed.
 void destroy_passes(Device& device, Passes& passes);
 
-/// Without `resolve`; none is wanted yet.
+/// Adds all pipelines but `resolve`; none is requested yet.
 DrawPipelines add_draw_pipelines(const Passes& passes, const AttachmentDesc& attachments, PipelineSet& pipelines);
 
 struct FrameBindings {
   std::array<const Buffer*, kFrameBuffers> buffers{};  ///< by FrameBinding
   std::array<VkImageView, kMaxShadowMaps> maps{};
-  std::array<VkImageView, kMostEyes> occluders{};
+  std::array<VkImageView, kMaxEyes> occluders{};
   const Buffer* wind_maps = nullptr;
   const Buffer* moved = nullptr;
 };
 Result<DescriptorSet> create_frame_set(Device& device, const Passes& passes, const FrameBindings& bindings);
-/// set: of create_frame_set; the GPU must be done with it
+/// set: from create_frame_set; the GPU must be done with it
 void write_frame_set(Device& device, const Passes& passes, const DescriptorSet& set, const FrameBindings& bindings);
 
 }  // namespace coppice::gpu

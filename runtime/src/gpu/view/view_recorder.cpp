@@ -13,7 +13,7 @@
 namespace coppice::gpu {
 namespace {
 
-/// Whether x and y of the picture and the way to the viewer are left-handed: +x right and +y up, where Vulkan's is down.
+/// True if x and y of the picture and the direction to the viewer are left-handed: +x right and +y up, while Vulkan's y points down.
 bool is_mirrored(const LodView& lod) {
   const mat4 rows = transpose(lod.eyes[0].clip_from_world);
   return dot(rows.column[0].xyz(), cross(rows.column[1].xyz(), lod.toward_viewer)) > 0.0f;
@@ -38,16 +38,16 @@ static_assert(kDebugLod == COPPICE_DEBUG_LOD && kDebugPath == COPPICE_DEBUG_PATH
 static_assert(kDebugOcclusion == COPPICE_DEBUG_OCCLUSION && kDebugError == COPPICE_DEBUG_ERROR);
 static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
 
-/// What the view's attachments and the scene say.
+/// Properties of the view's attachments and of the scene.
 struct ViewKind {
   std::uint32_t instance_slot_count = 0;
-  bool reversed = false;  ///< depth is larger where it is nearer
+  bool reversed = false;  ///< depth is larger for nearer places
   bool depth_alone = false;
 };
 
-static_assert(kMostEyes == coppice::kMostEyes);
+static_assert(kMaxEyes == coppice::kMaxEyes);
 
-/// Of (x, y, depth key, 1), x and y of clip space by w. By Gauss and Jordan, with the rows in the order that pivots ask for.
+/// Maps (x, y, depth key, 1), x and y of clip space times w, to the world. Gauss-Jordan elimination with pivoting of rows.
 mat4 world_from_key(const LodEye& eye) {
   const mat4 rows = transpose(eye.clip_from_world);
   const std::array<vec4, 4> from{rows.column[0], rows.column[1], eye.key_row, rows.column[3]};
@@ -75,7 +75,7 @@ mat4 world_from_key(const LodEye& eye) {
   return inverse;
 }
 
-/// The matrix of places relative to another eye, m further on.
+/// Moves the matrix to places relative to another eye, by_m further on.
 mat4 moved(const mat4& clip, const vec3& by_m) {
   mat4 from = clip;
   from.column[3] = clip * vec4(by_m, 1.0f);
@@ -195,14 +195,14 @@ FrameBindings ViewRecorder::bindings() const {
 
 Result<void> ViewRecorder::rebuild_set() {
   COPPICE_TRY(set, create_frame_set(shared_.device, shared_.passes, bindings()));
-  shared_.garbage.retire(frame_set_);
+  shared_.deletion.defer(frame_set_);
   frame_set_ = set;
   set_stale_ = commands_zeroed_ = false;
   return {};
 }
 
-// Set 0 with the light's images; without them where memory is short. Written anew each time: a handle may have come to stand for another
-// image since the GPU finished with the last one.
+// Returns set 0 with the light's images, or without them if memory is short. It is written anew each time, because a handle may name
+// another image since the GPU finished with the last one.
 ViewRecorder::FrameSet ViewRecorder::set_of(const coppice_light& light) {
   if (light.shadow_map_count == 0 && light.occluder == nullptr) return {frame_set_.set, false};
   FrameBindings with = bindings();
@@ -260,14 +260,14 @@ void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t complet
 Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   slot_count_ = slot_count;
   if (!shown_) return {};
-  // Also what a growth left behind that failed half way in an earlier frame.
+  // It also completes a growth that failed half way in an earlier frame.
   if (set_stale_) COPPICE_CHECK(rebuild_set());
-  // Until what shows its colours is built a debug view is shown as any other.
+  // Until the pipeline that shows its colours is built, a debug view is drawn as a normal one.
   coppice_camera& camera = shown_->camera;
   const coppice_debug_view debug_view = std::exchange(camera.debug_view, COPPICE_DEBUG_NONE);
-  const Ready ready = want(COPPICE_DEBUG_NONE);
-  if (has_occluder_ && shared_.raster != nullptr) shared_.raster->want_occluder();
-  if (debug_view != COPPICE_DEBUG_NONE && want(debug_view) == ready) camera.debug_view = debug_view;
+  const Ready ready = request(COPPICE_DEBUG_NONE);
+  if (has_occluder_ && shared_.raster != nullptr) shared_.raster->request_occluder();
+  if (debug_view != COPPICE_DEBUG_NONE && request(debug_view) == ready) camera.debug_view = debug_view;
   by_ = ready.cull ? CulledBy::hardware : CulledBy::nobody;
   if (slot_count_ == 0)
     by_ = CulledBy::nobody;
@@ -276,9 +276,9 @@ Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
   return {};
 }
 
-ViewRecorder::Ready ViewRecorder::want(coppice_debug_view debug_view) {
-  return {shared_.pipelines.want(*shared_.passes.cull.of(debug_view, eye_count())),
-          shared_.raster != nullptr && shared_.raster->want(debug_view, eye_count(), *pipelines_.resolve)};
+ViewRecorder::Ready ViewRecorder::request(coppice_debug_view debug_view) {
+  return {shared_.pipelines.request(*shared_.passes.cull.of(debug_view, eye_count())),
+          shared_.raster != nullptr && shared_.raster->request(debug_view, eye_count(), *pipelines_.resolve)};
 }
 
 void ViewRecorder::record_cull(VkCommandBuffer cmd, const coppice_light& light) {
@@ -319,7 +319,7 @@ void ViewRecorder::leave_out() {
   by_ = CulledBy::nobody;
 }
 
-/// What the passes over instances start with.
+/// Records what precedes the passes over instances.
 void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps) {
   const Functions& vk = shared_.device.vk;
   View constants = gpu_view(*shown_, before_ && before_->eye_count == shown_->lod.eye_count ? *before_ : shown_->lod, light,
@@ -336,7 +336,7 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light,
   const std::uint64_t count_bytes = std::max(shared_.lists.count(), 1u) * kDrawCounts * sizeof(std::uint32_t);
   vk.vkCmdFillBuffer(cmd, buffers_.draw_counts.buffer, 0, count_bytes, 0);
   vk.vkCmdFillBuffer(cmd, buffers_.counters.buffer, 0, VK_WHOLE_SIZE, 0);
-  // What a draw behind a wrong count would find draws nothing; without counts that is all behind the last command.
+  // Commands beyond a wrong count must draw nothing; without counts those are all behind the last command.
   if (!std::exchange(commands_zeroed_, true) || !shared_.device.draw_counts)
     vk.vkCmdFillBuffer(cmd, buffers_.leaf_commands.buffer, 0, VK_WHOLE_SIZE, 0);
   if (by_ == CulledBy::raster) shared_.raster->record_start(cmd, raster_);
@@ -373,7 +373,7 @@ void ViewRecorder::record_draw(VkCommandBuffer cmd, std::uint32_t eye) const {
   vk.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, shared_.passes.layout, 0, 1, &culled_.set, 0, nullptr);
   const EyeDraws draws{cmd, eye};
   const std::span<const Plant> records = shared_.lists.records();
-  // Trunks first: they hide leaves behind them, and the depth test is cheaper than a leaf.
+  // Trunks come first: they hide leaves behind them, and a depth test is cheaper than a leaf.
   for (std::uint32_t plant = 0; plant < records.size(); ++plant)
     for (std::uint32_t lod = 0; records[plant].instance_count > 0 && lod < kMaxWoodLods; ++lod)
       if (records[plant].wood_resident_mask >> lod & 1u) draw_wood(draws, plant, lod);
@@ -384,7 +384,7 @@ void ViewRecorder::record_draw(VkCommandBuffer cmd, std::uint32_t eye) const {
     if (records[plant].instance_count > 0) draw_leaves(draws, plant);
 }
 
-/// False: the pipeline is not there.
+/// False if the pipeline is not built.
 bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, VkPipeline pipeline) const {
   if (pipeline == VK_NULL_HANDLE) return false;
   const StoredTexture& texture = shared_.plants.shown_texture(push.plant, push.texture);
@@ -395,17 +395,17 @@ bool ViewRecorder::bind_draw(VkCommandBuffer cmd, const DrawPush& push, VkPipeli
   return true;
 }
 
-/// The commands from `first` on, as many as `count` of the plant's draw_counts says, `most` at most.
+/// Draws the commands from `first` on; element `count` of the plant's draw_counts gives their number, at most `most`.
 void ViewRecorder::draw_indirect(VkCommandBuffer cmd, const Buffer& commands, std::uint32_t plant, const IndirectDraws& draws) const {
-  if (draws.most == 0) return;
+  if (draws.maximum == 0) return;
   const Functions& vk = shared_.device.vk;
   const VkDeviceSize first = VkDeviceSize{draws.first} * sizeof(DrawCommand);
-  // With counts for single commands too: after draws with a count, lavapipe of Mesa 22.3 reads their count for those without.
+  // Single commands use counts too, because after draws with a count lavapipe of Mesa 22.3 uses that count for draws without.
   if (shared_.device.draw_counts)
     vk.vkCmdDrawIndexedIndirectCount(cmd, commands.buffer, first, buffers_.draw_counts.buffer,
-                                     (kDrawCounts * plant + draws.count) * sizeof(std::uint32_t), draws.most, sizeof(DrawCommand));
+                                     (kDrawCounts * plant + draws.count) * sizeof(std::uint32_t), draws.maximum, sizeof(DrawCommand));
   else
-    vk.vkCmdDrawIndexedIndirect(cmd, commands.buffer, first, draws.most, sizeof(DrawCommand));
+    vk.vkCmdDrawIndexedIndirect(cmd, commands.buffer, first, draws.maximum, sizeof(DrawCommand));
 }
 
 void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const {
@@ -413,8 +413,8 @@ void ViewRecorder::draw_leaves(const EyeDraws& draws, std::uint32_t plant) const
   const StoredPlant& stored = *shared_.plants.plant(plant);
   for (const std::uint32_t texture : stored.leaf_textures.span()) {
     const DrawPush push{.plant = plant, .texture = texture, .eye = draws.eye};
-    if (!bind_draw(draws.cmd, push, pipelines_.drawing(leaf_kind(texture, stored.has_gaps), DrawKind::leaf_textured))) continue;
-    // Instances of one cluster each, which the rasteriser leaves to nobody; then clusters.
+    if (!bind_draw(draws.cmd, push, pipelines_.drawing(leaf_kind(texture, stored.has_transparency), DrawKind::leaf_textured))) continue;
+    // First instances of one cluster each, which the rasteriser never leaves to the hardware; then clusters.
     if (by_ == CulledBy::hardware)
       draw_indirect(draws.cmd, buffers_.leaf_commands, plant, {record.leaf_command_base, kSingleCount, record.instance_count});
     draw_indirect(draws.cmd, buffers_.leaf_commands, plant,
@@ -446,7 +446,7 @@ void ViewRecorder::draw_mesh(const EyeDraws& draws, std::uint32_t index, const M
   shared_.device.vk.vkCmdBindIndexBuffer(draws.cmd, mesh.buffer.buffer, 0, VK_INDEX_TYPE_UINT32);
   for (const SurfaceTextures& textures : mesh.textures.span()) {
     const bool has_texture = textures.color != kNoTexture;
-    // What has its normal map or its pipeline on the way is drawn without for as long; shadow views have none.
+    // While its normal map or pipeline is missing it is drawn without; shadow views have none.
     const Pipeline* in_relief = pipelines_.of(mesh_kind(draw.mesh, has_texture, true));
     const bool relief = in_relief != nullptr && in_relief->handle() != VK_NULL_HANDLE && textures.normal_map != kNoTexture &&
                         plant.textures[textures.normal_map].visible;

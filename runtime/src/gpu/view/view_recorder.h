@@ -1,6 +1,6 @@
 #pragma once
 
-// One view: the buffers that culling fills, and the draws from them.
+// A view: the buffers that culling fills, and the draws that read them.
 
 #include <array>
 #include <cstdint>
@@ -19,31 +19,31 @@
 
 namespace coppice::gpu {
 
-/// What all views read.
+/// Inputs that all views read.
 struct SceneBuffers {
   Buffer instances;       ///< Instance[], by slot
   Buffer moved;           ///< Instance[]: InstanceTable::moved
   Buffer plants, tables;  ///< Plant[] and the words of packed tables, by plant
-  Buffer quad_indices;    ///< uint16, of as many leaf quads as a cluster has
-  Buffer wind_maps;       ///< vec2[kWindMaps][kMostMapPlaces], or one place before the first map
+  Buffer quad_indices;    ///< uint16, for as many leaf quads as a cluster has
+  Buffer wind_maps;       ///< vec2[kWindMaps][kMaxMapPlaces], or one place before the first map
 };
 
-/// How much there is room for.
+/// Numbers of objects that buffers have space for.
 struct Capacity {
-  std::uint32_t slots = 0;  ///< of instances; none before the first is reserved
+  std::uint32_t slots = 0;  ///< instance slots; 0 before the first is reserved
   std::uint32_t plants = 0;
 };
 
-/// What views share; all of it outlives them.
+/// Objects that views share; all of them outlive the views.
 struct ViewShared {
   Device& device;
-  Garbage& garbage;
+  DeferredDeletion& deletion;
   PipelineSet& pipelines;
   const SceneBuffers& scene;
   const PlantStore& plants;
   const Passes& passes;
   const DrawLists& lists;
-  LeafRaster* raster;  ///< null: everything is drawn by the hardware
+  LeafRaster* raster;  ///< null: the hardware draws everything
 };
 
 struct ViewOptions {
@@ -54,16 +54,16 @@ struct ViewOptions {
 /// What a view shows in a frame.
 struct ShownView {
   coppice_camera camera;
-  LodView lod;  ///< selection's view of it
+  LodView lod;  ///< the view for selection
   FrameWind wind{};
 };
 
-/// A frame: begin_frame, show, prepare; then record_cull, then record_draw, any number of times.
-/// Thread: externally serialised, but what is recorded of different views may overlap.
+/// Calls in a frame: begin_frame, show, prepare; then record_cull, then record_draw, any number of times.
+/// Thread: externally serialised, but the recording of different views may overlap.
 class ViewRecorder {
  public:
   ViewRecorder(const ViewShared& shared, const DrawPipelines& pipelines) : shared_(shared), pipelines_(pipelines) {}
-  /// Its buffers, for so many slots and plants. errors  out_of_memory, device_lost
+  /// Creates its buffers for this many slots and plants. errors  out_of_memory, device_lost
   Result<void> create(const ViewOptions& options, const Capacity& capacity);
   /// The GPU must be done with it.
   ~ViewRecorder();
@@ -72,80 +72,80 @@ class ViewRecorder {
 
   void add_sizes(const Capacity& capacity, BufferSizes& sizes);
   void buffers_changed();
-  /// DrawLists::fill's.
+  /// The one that DrawLists::fill fills.
   [[nodiscard]] Buffer& command_buffer() { return buffers_.leaf_commands; }
 
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
-  /// In this frame; a view that shows nothing is neither culled nor drawn.
+  /// Sets what it shows in this frame. A view without it is neither culled nor drawn.
   void show(const ShownView& shown) { shown_ = shown; }
   [[nodiscard]] bool is_shown() const { return shown_.has_value(); }
-  /// The draw lists are filled. Takes all memory that the frame needs. errors  out_of_memory: it may not be culled
+  /// Reserves all memory that the frame needs. before: the draw lists are filled. errors  out_of_memory: it may not be culled
   Result<void> prepare(std::uint32_t slot_count);
 
-  /// Before / after: as coppice_record_cull. is_shown(); prepared
+  /// Before and after: as coppice_record_cull; is_shown(); prepared
   void record_cull(VkCommandBuffer cmd, const coppice_light& light);
-  /// In place of that where the frame's upload has failed: there is nothing to draw.
+  /// Call this instead if the frame's upload has failed: there is nothing to draw.
   void leave_out();
-  /// Whether one of them has been called in this frame.
+  /// True if record_cull or leave_out has been called in this frame.
   [[nodiscard]] bool is_culled() const { return culled_.recorded; }
-  /// is_culled(). eye: < eye_count()
+  /// before: is_culled(). eye: < eye_count()
   void record_draw(VkCommandBuffer cmd, std::uint32_t eye) const;
-  /// is_shown()
+  /// before: is_shown()
   [[nodiscard]] std::uint32_t eye_count() const { return shown_->lod.eye_count; }
 
   [[nodiscard]] const AttachmentDesc& attachments() const { return pipelines_.attachments; }
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
-  /// All zero without ViewOptions::pass_times.
+  /// Its times are all zero without ViewOptions::pass_times.
   [[nodiscard]] const GpuTimer& timer() const { return timer_; }
-  /// float[instance slots]: the cut of each, after record_cull. TRANSFER_SRC; for tests.
+  /// float[instance slots]: the cut of each, after record_cull. Has TRANSFER_SRC, for tests.
   [[nodiscard]] VkBuffer cut_buffer() const { return buffers_.cuts.buffer; }
 
  private:
   struct Buffers {
     Buffer view, counters;
-    Buffer cuts, debug_colors, wood_list, leaf_commands;  ///< by slot; leaf_commands also grow with what is drawn
+    Buffer cuts, debug_colors, wood_list, leaf_commands;  ///< by slot; leaf_commands also grows with what is drawn
     Buffer draw_counts, wood_commands;                    ///< by plant
   };
-  /// What is to be drawn by: all by the hardware, or what the rasteriser has left.
+  /// Who draws what was culled: the hardware alone, or the hardware for what the rasteriser leaves.
   enum class CulledBy : std::uint8_t { nobody, hardware, raster };
   struct Culled {
     bool recorded = false;
     VkDescriptorSet set = VK_NULL_HANDLE;
   };
-  /// What of a view is there: what has to be built for it is wanted from here on.
+  /// The parts of a view that are built; asking for them starts building.
   struct Ready {
     bool cull = false, raster = false;
 
     bool operator==(const Ready&) const = default;
   };
-  /// What is recorded for an eye.
+  /// Draws for one eye.
   struct EyeDraws {
     VkCommandBuffer cmd = VK_NULL_HANDLE;
     std::uint32_t eye = 0;
   };
-  /// Where a mesh finds its instances, the commands of its parts, and their count.
+  /// Places of a mesh's instances, of the commands of its parts, and of their count.
   struct MeshDraw {
     std::uint32_t mesh = 0, list_first = 0, part_first = 0, part_count = 0;
   };
-  /// Commands from `first` on: as many as this one of the plant's draw_counts says.
+  /// Commands from `first` on; this element of the plant's draw_counts gives their number.
   struct IndirectDraws {
-    std::uint32_t first = 0, count = 0, most = 0;
+    std::uint32_t first = 0, count = 0, maximum = 0;
   };
 
   Result<void> rebuild_set();
   [[nodiscard]] FrameBindings bindings() const;
-  /// The frame's set with images of a light.
+  /// The frame's set with the images of a light.
   struct LitSet {
     DescriptorSet set;
     std::uint64_t last_frame = 0;
   };
   struct FrameSet {
     VkDescriptorSet set = VK_NULL_HANDLE;
-    bool has_images = false;  ///< the light's; else there are none, or there was no memory for them
+    bool has_images = false;  ///< has the light's images; else the light has none, or memory was short
   };
   FrameSet set_of(const coppice_light& light);
   [[nodiscard]] const coppice_occluder* occluder_of(const coppice_light& light, const FrameSet& set);
-  Ready want(coppice_debug_view debug_view);
+  Ready request(coppice_debug_view debug_view);
   void record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps);
   void record_readback(VkCommandBuffer cmd);
   void draw_leaves(const EyeDraws& draws, std::uint32_t plant) const;
@@ -161,13 +161,13 @@ class ViewRecorder {
   Buffers buffers_;
   RasterView raster_;  ///< empty without ViewShared::raster
   DescriptorSet frame_set_;
-  std::vector<LitSet> lit_sets_;  ///< one for each cull with such a light that the GPU may be at, and one
-  bool has_occluder_ = false;     ///< a cull was given one: from the next frame on what that needs is wanted
+  std::vector<LitSet> lit_sets_;  ///< one for each cull with such a light that the GPU may still be running, and one more
+  bool has_occluder_ = false;     ///< a cull has had an occluder: its pipeline is requested from the next frame on
   bool set_stale_ = true;         ///< a buffer of the sets has been replaced
-  bool commands_zeroed_ = false;  ///< leaf_commands, since they are these
+  bool commands_zeroed_ = false;  ///< leaf_commands have been cleared since they were replaced
   std::optional<ShownView> shown_;
-  std::optional<LodView> before_;   ///< in the frame before, where it showed something
-  CulledBy by_ = CulledBy::nobody;  ///< of the frame
+  std::optional<LodView> before_;   ///< the view in the frame before, if it was shown
+  CulledBy by_ = CulledBy::nobody;  ///< for this frame
   Culled culled_;
   std::uint32_t slot_count_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;

@@ -6,9 +6,9 @@
 
 namespace coppice::gpu {
 
-Views::Views(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
+Views::Views(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
              const coppice_allocator& allocator)
-    : device_(device), garbage_(garbage), pipelines_(pipelines), scene_(scene), plants_(plants), lists_(allocator) {}
+    : device_(device), deletion_(deletion), pipelines_(pipelines), scene_(scene), plants_(plants), lists_(allocator) {}
 
 Result<void> Views::create(const ViewsDesc& desc, const TextureSets& textures) {
   desc_ = desc;
@@ -18,7 +18,7 @@ Result<void> Views::create(const ViewsDesc& desc, const TextureSets& textures) {
 
 Result<void> Views::create_raster() {
   if (!desc_.compute_raster) return {};
-  auto raster = LeafRaster::create(device_, garbage_, pipelines_,
+  auto raster = LeafRaster::create(device_, deletion_, pipelines_,
                                    {.frame_set = passes_.frame_set.layout,
                                     .max_instances = desc_.max_instances,
                                     .int64_atomics = desc_.int64_atomics,
@@ -42,7 +42,7 @@ Views::~Views() {
 Result<std::uint32_t> Views::add(const AttachmentDesc& attachments, const Capacity& capacity) {
   const std::size_t draws = pipelines_for(attachments);
   std::unique_ptr<ViewRecorder> view(
-      new (std::nothrow) ViewRecorder({device_, garbage_, pipelines_, scene_, plants_, passes_, lists_, raster_.get()}, draws_[draws]));
+      new (std::nothrow) ViewRecorder({device_, deletion_, pipelines_, scene_, plants_, passes_, lists_, raster_.get()}, draws_[draws]));
   if (!view) return Error{Status::out_of_memory, "view"};
   COPPICE_CHECK(view->create({.max_instances = desc_.max_instances, .pass_times = desc_.pass_times}, capacity));
   const auto free = std::ranges::find_if(views_, [](const auto& known) { return known == nullptr; });
@@ -61,42 +61,42 @@ std::size_t Views::pipelines_for(const AttachmentDesc& attachments) {
   if (known != draws_.end()) return static_cast<std::size_t>(known - draws_.begin());
   DrawPipelines& added = draws_.emplace_back(add_draw_pipelines(passes_, attachments, pipelines_));
   if (raster_) added.resolve = raster_->add_resolve(attachments);
-  want_first(added);
+  request_first(added);
   return draws_.size() - 1;
 }
 
-// What nearly every plant needs, and what the plants that are there do; the rest when it is first met.
-void Views::want_first(const DrawPipelines& pipelines) {
-  pipelines_.want(*passes_.cull.plain.of(1));
-  pipelines_.want(*pipelines.of(DrawKind::leaf_textured));
-  pipelines_.want(*pipelines.of(DrawKind::wood_textured));
-  if (raster_) raster_->want(COPPICE_DEBUG_NONE, 1, *pipelines.resolve);
+// Requests the pipelines that nearly every plant needs, and those of resident plants; others when they are first needed.
+void Views::request_first(const DrawPipelines& pipelines) {
+  pipelines_.request(*passes_.cull.plain.of(1));
+  pipelines_.request(*pipelines.of(DrawKind::leaf_textured));
+  pipelines_.request(*pipelines.of(DrawKind::wood_textured));
+  if (raster_) raster_->request(COPPICE_DEBUG_NONE, 1, *pipelines.resolve);
   for (std::size_t kind = 0; kind < kDrawKinds; ++kind)
-    if (needed_[kind] && pipelines.kinds[kind] != nullptr) pipelines_.want(*pipelines.kinds[kind]);
+    if (needed_[kind] && pipelines.kinds[kind] != nullptr) pipelines_.request(*pipelines.kinds[kind]);
 }
 
-void Views::want(DrawKind kind) {
+void Views::request(DrawKind kind) {
   needed_[static_cast<std::size_t>(kind)] = true;
   for (const DrawPipelines& pipelines : draws_)
-    if (Pipeline* pipeline = pipelines.of(kind); pipeline != nullptr) pipelines_.want(*pipeline);
+    if (Pipeline* pipeline = pipelines.of(kind); pipeline != nullptr) pipelines_.request(*pipeline);
 }
 
-void Views::want_mesh(std::uint32_t plant, std::uint32_t mesh) {
+void Views::request_mesh(std::uint32_t plant, std::uint32_t mesh) {
   for (const SurfaceTextures& textures : plants_.plant(plant)->meshes[mesh].textures.span()) {
-    want(mesh_kind(mesh, textures.color != kNoTexture, false));
-    if (textures.normal_map != kNoTexture) want(mesh_kind(mesh, textures.color != kNoTexture, true));
+    request(mesh_kind(mesh, textures.color != kNoTexture, false));
+    if (textures.normal_map != kNoTexture) request(mesh_kind(mesh, textures.color != kNoTexture, true));
   }
 }
 
-void Views::want_leaves(std::uint32_t plant) {
+void Views::request_leaves(std::uint32_t plant) {
   const StoredPlant& stored = *plants_.plant(plant);
-  for (const std::uint32_t texture : stored.leaf_textures.span()) want(leaf_kind(texture, stored.has_gaps));
+  for (const std::uint32_t texture : stored.leaf_textures.span()) request(leaf_kind(texture, stored.has_transparency));
 }
 
 void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   for (const auto& view : views_)
     if (view) view->add_sizes(capacity, sizes);
-  // The rasteriser's lists are large: before the first instance nothing needs them.
+  // The rasteriser's lists are large, and nothing needs them before the first instance.
   const bool depth_views = std::ranges::any_of(views_, [](const auto& view) { return view && is_depth_alone(view->attachments()); });
   if (raster_) raster_->add_sizes(capacity.slots, depth_views, sizes);
 }
@@ -118,7 +118,7 @@ Result<void> Views::prepare(const InstanceTable& instances, std::span<const Plan
   for (const auto& view : views_)
     if (view) commands_.push_back(&view->command_buffer());
   const DrawListInput input{plants_, instances, residency, draws_, has_raster(), memory_budget_bytes};
-  if (lists_.fill(device_, garbage_, input, commands_)) buffers_changed();
+  if (lists_.fill(device_, deletion_, input, commands_)) buffers_changed();
   for (const auto& view : views_)
     if (view) COPPICE_CHECK(view->prepare(static_cast<std::uint32_t>(instances.slots().size())));
   return {};

@@ -1,6 +1,6 @@
 #pragma once
 
-// The views of a context, and what all of them share: layouts, pipelines, draw lists, the rasteriser.
+// The views of a context, and the objects that all of them share: layouts, pipelines, draw lists, the rasteriser.
 
 #include <cstdint>
 #include <memory>
@@ -18,18 +18,18 @@ namespace coppice::gpu {
 
 struct ViewsDesc {
   std::uint32_t max_instances = 0;
-  bool compute_raster = false;     ///< small leaves by compute shaders, where the device does
+  bool compute_raster = false;     ///< compute shaders draw small leaves, if the device can
   bool int64_atomics = false;      ///< shaderInt64 and shaderBufferInt64Atomics are enabled
-  std::optional<bool> many_lanes;  ///< RasterDesc's
+  std::optional<bool> many_lanes;  ///< as in RasterDesc
   bool pass_times = false;
 };
 
-/// A frame: begin_frame, ViewRecorder::show for those that are drawn, prepare; then these are culled and drawn in any order.
-/// Thread: externally serialised; const functions may overlap, and what is recorded of different views.
+/// Calls in a frame: begin_frame, ViewRecorder::show for those that are drawn, prepare; then these are culled and drawn in any order.
+/// Thread: externally serialised; const functions may overlap, and so may the recording of different views.
 class Views {
  public:
-  /// Everything that is passed by reference outlives this object; pipelines are closed before it goes.
-  Views(Device& device, Garbage& garbage, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
+  /// All references outlive this object; pipelines are closed before it is destroyed.
+  Views(Device& device, DeferredDeletion& deletion, PipelineSet& pipelines, const SceneBuffers& scene, const PlantStore& plants,
         const coppice_allocator& allocator);
   /// errors  out_of_memory, device_lost, internal
   Result<void> create(const ViewsDesc& desc, const TextureSets& textures);
@@ -38,56 +38,56 @@ class Views {
   Views(const Views&) = delete;
   Views& operator=(const Views&) = delete;
 
-  /// attachments: checked. capacity: what add_sizes was last told. Returns its index, the lowest that is free. errors  out_of_memory,
-  /// device_lost
+  /// Returns the new view's index, the lowest that is free. attachments: checked. capacity: as in the last add_sizes. errors
+  /// out_of_memory, device_lost
   Result<std::uint32_t> add(const AttachmentDesc& attachments, const Capacity& capacity);
-  /// Its memory goes once the GPU is done with it. view: of add, here and below
+  /// Removes a view; its memory is freed once the GPU is done with it. view: from add, here and below
   void remove(std::uint32_t view);
   [[nodiscard]] ViewRecorder& view(std::uint32_t view) { return *views_[view]; }
   [[nodiscard]] const ViewRecorder& view(std::uint32_t view) const { return *views_[view]; }
 
-  /// Their buffers by slot and by plant.
+  /// Adds their buffers by slot and by plant.
   void add_sizes(const Capacity& capacity, BufferSizes& sizes);
-  /// Room for so many. errors  out_of_memory; nothing has changed
+  /// Reserves memory for this many plants. errors  out_of_memory; nothing has changed
   Result<void> reserve_plants(std::uint32_t count) { return lists_.reserve(count); }
-  /// One of those, or of the scene's, has been replaced.
+  /// Call this if one of those buffers, or of the scene's, has been replaced.
   void buffers_changed();
 
-  /// Has the pipelines built that a plant's leaves need, or a mesh of it.
-  void want_leaves(std::uint32_t plant);
-  void want_mesh(std::uint32_t plant, std::uint32_t mesh);
+  /// Requests the pipelines that a plant's leaves, or one of its meshes, need.
+  void request_leaves(std::uint32_t plant);
+  void request_mesh(std::uint32_t plant, std::uint32_t mesh);
 
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
   /// residency: [plants]. errors  out_of_memory: nothing may be culled
   Result<void> prepare(const InstanceTable& instances, std::span<const PlantResidency> residency, std::uint64_t memory_budget_bytes);
-  /// Of the frame, for SceneBuffers::plants.
+  /// The frame's records, for SceneBuffers::plants.
   [[nodiscard]] std::span<const Plant> plant_records() const { return lists_.records(); }
   /// InstanceBlock[]; none without the rasteriser.
   [[nodiscard]] const Buffer* block_buffer() const { return raster_ ? &raster_->block_buffer() : nullptr; }
   [[nodiscard]] bool has_raster() const { return raster_ != nullptr; }
 
  private:
-  /// A view that is gone, and the last frame that may have drawn it.
+  /// A removed view, and the last frame that may have drawn it.
   struct Removed {
     std::uint64_t last_frame = 0;
     std::unique_ptr<ViewRecorder> view;
   };
   Result<void> create_raster();
   std::size_t pipelines_for(const AttachmentDesc& attachments);
-  void want(DrawKind kind);
-  void want_first(const DrawPipelines& pipelines);
+  void request(DrawKind kind);
+  void request_first(const DrawPipelines& pipelines);
 
   Device& device_;
-  Garbage& garbage_;
+  DeferredDeletion& deletion_;
   PipelineSet& pipelines_;
   const SceneBuffers& scene_;
   const PlantStore& plants_;
   ViewsDesc desc_;
   Passes passes_;
   std::vector<DrawPipelines> draws_;       ///< one for each kind of attachments that a view has had
-  std::array<bool, kDrawKinds> needed_{};  ///< by a plant that is there or was
+  std::array<bool, kDrawKinds> needed_{};  ///< needed by a plant that is or was resident
   DrawLists lists_;
-  std::unique_ptr<LeafRaster> raster_;                ///< null: everything is drawn by the hardware
+  std::unique_ptr<LeafRaster> raster_;                ///< null: the hardware draws everything
   std::vector<std::unique_ptr<ViewRecorder>> views_;  ///< by index; null: free
   std::vector<Removed> removed_;
   std::vector<Buffer*> commands_;  ///< scratch

@@ -1,0 +1,137 @@
+#include "bake_cache.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <limits>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "checksum.h"
+#include "text_bytes.h"
+
+namespace coppice::bake {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string checksum_of(std::span<const std::uint8_t> bytes, const Json& record) {
+  Checksum checksum;
+  checksum.add(bytes);
+  checksum.add(text_of(record));
+  return checksum.text();
+}
+
+Json record_of(const CachedBake& entry) {
+  Json parts = Json::array();
+  for (const KeyPart& part : entry.parts) parts.push_back({part.kind, part.name, part.value});
+  return {{"source_leaves", entry.source_leaves},
+          {"foliage_bytes", entry.foliage_bytes},
+          {"warnings", entry.warnings},
+          {"parts", std::move(parts)}};
+}
+
+bool are_strings(const Json& array) {
+  return array.is_array() && std::ranges::all_of(array, [](const Json& text) { return text.is_string(); });
+}
+
+bool are_parts(const Json& parts) {
+  return parts.is_array() && std::ranges::all_of(parts, [](const Json& part) { return are_strings(part) && part.size() == 3; });
+}
+
+std::vector<KeyPart> parts_of(const Json& parts) {
+  std::vector<KeyPart> all;
+  for (const Json& part : parts) all.push_back({part[0].get<std::string>(), part[1].get<std::string>(), part[2].get<std::string>()});
+  return all;
+}
+
+/// Nothing where the text is no object of JSON.
+Json parsed_record(std::span<const std::uint8_t> text) {
+  return text.size() > kMaxRecordBytes ? Json(Json::value_t::discarded) : Json::parse(text.begin(), text.end(), nullptr, false);
+}
+
+/// Whether the text is the record of these bytes under that key; fills in what it says of them.
+bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_t> bytes, const std::string& key, CachedBake& entry) {
+  Json record = parsed_record(text);
+  if (!record.is_object() || !record.contains("checksum") || !record["checksum"].is_string()) return false;
+  const std::string expected = record["checksum"];
+  record.erase("checksum");
+  // Its form first: writing it out for the checksum recurses, which a record of ours does not.
+  for (const char* name : {"source_leaves", "foliage_bytes", "warnings", "parts"})
+    if (!record.contains(name) || record.size() != 4) return false;
+  const Json &leaves = record["source_leaves"], &foliage = record["foliage_bytes"];
+  if (!leaves.is_number_unsigned() || leaves.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) return false;
+  if (!foliage.is_number_unsigned() || !are_strings(record["warnings"]) || !are_parts(record["parts"])) return false;
+  entry.parts = parts_of(record["parts"]);
+  if (key_of(entry.parts) != key || checksum_of(bytes, record) != expected) return false;
+  entry.source_leaves = leaves.get<std::uint32_t>();
+  entry.foliage_bytes = foliage.get<std::uint64_t>();
+  entry.warnings = record["warnings"].get<std::vector<std::string>>();
+  return true;
+}
+
+}  // namespace
+
+std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".coppice");
+}
+
+std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".record");
+}
+
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
+  COPPICE_TRY(record, read_file(record_file(folder, key), kMaxRecordBytes + 1));
+  COPPICE_TRY(bytes, read_file(cached_file(folder, key)));
+  Result<CachedBake> entry = read_entry(record, std::move(bytes), key);
+  if (entry) return entry;
+  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
+}
+
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged) {
+  Result<CachedBake> entry = peek_cached(folder, key);
+  const std::filesystem::path record = record_file(folder, key);
+  std::error_code ignored;
+  // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
+  const bool is_damaged = !entry && entry.error().status == Status::bad_file;
+  if (is_damaged && damaged == DamagedEntry::is_removed) std::filesystem::remove(record, ignored);
+  // What prune goes by. Whoever may not write there uses it all the same.
+  if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, 0));
+  return entry;
+}
+
+Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry) {
+  COPPICE_CHECK(write_file_atomically(cached_file(folder, key), entry.bytes));
+  Result<void> recorded = write_file_atomically(record_file(folder, key), bytes_of(record_text(entry)));
+  std::error_code ignored;
+  // Where there is no room for the record, the file is in the way of others.
+  if (!recorded && !std::filesystem::exists(record_file(folder, key), ignored)) std::filesystem::remove(cached_file(folder, key), ignored);
+  return recorded;
+}
+
+std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record) {
+  const Json json = parsed_record(record);
+  return json.is_object() && json.contains("parts") && are_parts(json["parts"]) ? parts_of(json["parts"]) : std::vector<KeyPart>();
+}
+
+std::string record_text(const CachedBake& entry) {
+  Json record = record_of(entry);
+  record["checksum"] = checksum_of(entry.bytes, record_of(entry));
+  return text_of(record);
+}
+
+Result<CachedBake> read_entry(std::span<const std::uint8_t> record, std::vector<std::uint8_t> bytes, const std::string& key) {
+  CachedBake entry;
+  entry.bytes = std::move(bytes);
+  if (read_record(record, entry.bytes, key, entry)) return entry;
+  return Error{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, key};
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,40 @@
+#pragma once
+
+// The place of a shared cache, and the credentials for it.
+
+#include <filesystem>
+#include <string>
+
+#include "result.h"
+
+namespace coppice::bake {
+
+/// The cache of an output folder, in it.
+inline constexpr const char* kOwnCache = ".coppice-cache";
+
+enum class CacheMode { read, read_write };
+
+/// A folder or an address, one of the two.
+struct CacheLocation {
+  std::filesystem::path folder;
+  std::string url;  ///< http or https, without user, query, fragment and a slash at its end: it may be printed
+};
+
+/// Tells an address from a folder by "://".
+/// errors  invalid_argument: empty; an address of another protocol, one that is none, or one with a user, a password, a query or a
+///         fragment. The message has none of these.
+Result<CacheLocation> parse_cache_location(const std::string& text);
+
+/// The environment variable that has credentials: "USER:PASSWORD", or "Bearer TOKEN".
+inline constexpr const char* kCredentialsVariable = "COPPICE_CACHE_CREDENTIALS";
+
+/// Not to be printed. All empty: those of ~/.netrc for the host, if there are any.
+struct CacheCredentials {
+  std::string user, password, token;
+};
+
+/// Those of the environment.
+/// errors  invalid_argument: the variable is set and of neither form; the message has nothing of it
+Result<CacheCredentials> credentials_of_environment();
+
+}  // namespace coppice::bake

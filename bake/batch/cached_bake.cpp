@@ -1,0 +1,162 @@
+#include "cached_bake.h"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "atomic_file.h"
+#include "bake_cache.h"
+#include "bake_key.h"
+#include "why_baked.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Makes the output's folder, and sees before the bake whether it can be written.
+Result<void> prepare_output(const fs::path& output) {
+  COPPICE_CHECK(make_folder_of(output));
+  return try_writing(output);
+}
+
+Result<void> keep(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
+  if (cache.folder.empty()) return {};
+  const Result<void> stored =
+      cache.keeps ? store_cached(cache.folder, key, entry) : Error{Status::io, "the cache's folder took none of the results before"};
+  if (!stored && cache.needed) return stored.error();
+  if (!stored) result.cache_failure = stored.error().message();
+  return {};
+}
+
+/// Sends what was baked to the server.
+void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
+  if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
+  if (const auto sent = cache.server->put(key, entry); !sent) result.cache_failure = sent.error().message();
+}
+
+void warn_of_damage(const Error& error, BatchResult& result) {
+  if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
+}
+
+/// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
+std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+  if (cache.folder.empty()) return {};
+  Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
+  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
+  if (entry || cache.read_only.empty()) return entry ? std::optional(*std::move(entry)) : std::nullopt;
+  entry = peek_cached(cache.read_only, key);
+  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
+  return entry ? std::optional(*std::move(entry)) : std::nullopt;
+}
+
+/// Nothing where the server lacks it or is of no use.
+Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, BatchResult& result) {
+  // A bake would take twice as much memory as this.
+  const std::uint64_t max_bytes = std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
+  auto entry = cache.server->get(key, max_bytes);
+  if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
+  if (!entry) {
+    warn_of_damage(entry.error(), result);
+    if (entry.error().status != Status::bad_file) result.cache_failure = entry.error().message();
+    return std::optional<CachedBake>();
+  }
+  if (*entry) {
+    COPPICE_CHECK(keep(cache, key, **entry, result));
+  }
+  return *std::move(entry);
+}
+
+Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, const std::vector<KeyPart>& parts,
+                             const StageProgress& progress, BatchResult& result) {
+  BakeReport report;
+  COPPICE_TRY(bytes, bake(plant.input, plant.options, progress, report));
+  COPPICE_TRY(key_after, bake_key(plant.input, plant.options));
+  if (key_after != result.key) return Error{Status::io, "the plant was changed while it was baked"};
+  CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings), parts};
+  COPPICE_CHECK(keep(cache, result.key, entry, result));
+  send(cache, result.key, entry, result);
+  return entry;
+}
+
+/// Publishes it, and says what is known of it.
+Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
+  if (!plant.output.empty()) {
+    COPPICE_CHECK(publish_bake(plant.output, entry.bytes));
+  }
+  result.source_leaves = entry.source_leaves;
+  result.file_bytes = entry.bytes.size();
+  result.foliage_bytes = entry.foliage_bytes;
+  result.warnings.insert(result.warnings.end(), entry.warnings.begin(), entry.warnings.end());
+  return {};
+}
+
+Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress, BatchResult& result) {
+  if (!plant.output.empty()) {
+    COPPICE_CHECK(prepare_output(plant.output));
+  }
+  COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
+  result.key = key_of(parts);
+  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::is_removed, result);
+  result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
+  if (!entry) {
+    if (cache.known != nullptr) result.because = why_baked(parts, *cache.known);
+    COPPICE_TRY(baked, bake_into(plant, cache, parts, progress, result));
+    entry = std::move(baked);
+  }
+  return take_entry(plant, *entry, result);
+}
+
+Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
+  COPPICE_TRY(key, bake_key(plant.input, plant.options));
+  result.key = std::move(key);
+  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  if (!entry && cache.server != nullptr) {
+    COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
+  }
+  if (!entry) return Error{Status::io, "no cache has it", Error::kNoOffset, result.key};
+  result.outcome = BatchOutcome::cached;
+  COPPICE_CHECK(make_folder_of(plant.output));
+  return take_entry(plant, *entry, result);
+}
+
+/// What became of a plant by `work`, which fills it in.
+BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(BatchResult&)>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  BatchResult result;
+  if (!plant.failure.empty()) {
+    result.error = plant.failure;
+    return result;
+  }
+  if (const auto done = work(result); !done) {
+    result.outcome = BatchOutcome::failed;
+    const Error& error = done.error();
+    result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace
+
+Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(output, error)) {
+    const auto there = read_file(output);
+    if (there && *there == bytes) return {};
+  }
+  return write_file_atomically(output, bytes);
+}
+
+BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
+  return result_of(plant, [&](BatchResult& result) { return bake_or_load(plant, cache, progress, result); });
+}
+
+BatchResult load_one(const BatchPlant& plant, const JobCache& cache) {
+  return result_of(plant, [&](BatchResult& result) { return load(plant, cache, result); });
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,46 @@
+#pragma once
+
+// What bake-all says of a batch that has ended, wherever it was baked.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "bake_batch.h"
+
+namespace coppice::bake {
+
+/// Everything about a batch that has ended.
+struct Batch {
+  std::filesystem::path output_folder;
+  std::vector<BatchPlant> plants;
+  std::vector<BatchResult> results;
+  std::uint32_t job_count = 0;  ///< plants at a time; 0: on a cluster
+  double seconds = 0.0;
+  CacheReport cache;
+};
+
+std::size_t count_of(const Batch& batch, BatchOutcome outcome);
+
+/// What --report writes: bake/README.md has the keys.
+nlohmann::ordered_json batch_record(const Batch& batch);
+std::string batch_json(const Batch& batch);
+
+/// "oaks/large" of OUT/oaks/large.coppice
+std::string plant_label(const Batch& batch, std::size_t plant);
+
+/// A line for each plant, and one of all.
+void print_batch(const Batch& batch);
+
+/// With --explain, a line for each plant that was baked.
+void print_reasons(const Batch& batch);
+
+/// Why plants were not baked, to stderr. A plant's path, which most errors name too, is there once, as seen from the input's folder.
+/// input  of the command: a folder, or a file in one; empty: plants have their whole paths
+void print_failures(const Batch& batch, const std::filesystem::path& input);
+
+}  // namespace coppice::bake

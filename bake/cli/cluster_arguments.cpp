@@ -1,0 +1,112 @@
+#include "cluster_arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <system_error>
+
+#include "batch_manifest.h"
+#include "printable.h"
+#include "progress_bar.h"
+#include "slurm.h"
+#include "temporary_file.h"
+
+namespace coppice::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A script's comments and JSON hold no newline and nothing but UTF-8.
+Result<void> check_words(const ClusterBatch& batch) {
+  std::vector<std::string> words{batch.output_folder.string(), batch.coppice.string()};
+  words.insert(words.end(), batch.task_options.begin(), batch.task_options.end());
+  words.insert(words.end(), batch.sbatch_options.begin(), batch.sbatch_options.end());
+  for (const std::string& word : words)
+    if (!is_printable(word)) return Error{Status::invalid_argument, "tasks' scripts cannot hold this", Error::kNoOffset, printable(word)};
+  return {};
+}
+
+volatile std::sig_atomic_t interrupted = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): a signal handler's
+
+/// While it lives, Ctrl-C is a wish to leave.
+class LeaveOnInterrupt {
+ public:
+  LeaveOnInterrupt() {
+    interrupted = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &action, &before_);
+  }
+  LeaveOnInterrupt(const LeaveOnInterrupt&) = delete;
+  LeaveOnInterrupt& operator=(const LeaveOnInterrupt&) = delete;
+  ~LeaveOnInterrupt() { ::sigaction(SIGINT, &before_, nullptr); }
+
+ private:
+  struct sigaction before_ {};
+};
+
+std::string status_text(const ClusterStatus& status) {
+  std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + std::to_string(status.running) +
+                     (status.running == 1 ? " task runs, " : " tasks run, ") + std::to_string(status.pending) + " wait";
+  return status.running > 0 || status.reason.empty() ? text : text + ": " + status.reason;
+}
+
+}  // namespace
+
+void add_cluster_options(CLI::App& command, ClusterArguments& arguments) {
+  command.add_flag("--slurm", arguments.slurm,
+                   "Bake on the nodes of a Slurm cluster. OUT and the inputs must be in folders that all nodes share. What follows -- are "
+                   "options of sbatch. The same command again takes up where this one was stopped");
+  command.add_flag("--print", arguments.print,
+                   "With --slurm: print the script of the tasks instead of submitting it, for other schedulers");
+  command
+      .add_option("--coppice", arguments.coppice, "With --slurm: where the nodes have this program; by default where this machine has it")
+      ->type_name("PATH");
+  command.add_option("sbatch", arguments.sbatch_options, "With --slurm, after --: options of sbatch, as in -- -p long --mem 8G")
+      ->type_name("-- OPTION ...");
+}
+
+std::string sbatch_hint(const std::vector<std::string>& words) {
+  const auto has = [&words](const char* word) { return std::ranges::find(words, word) != words.end(); };
+  return has("--slurm") && !has("--") ? "Options of sbatch follow --, as in --slurm -- -p long\n" : "";
+}
+
+void check_cluster_arguments(const ClusterArguments& arguments) {
+  if (const std::string_view word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
+    throw CLI::ValidationError(std::string(word), "not with bake-all, which submits, finds and waits for the tasks itself");
+  if (arguments.slurm) return;
+  if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
+  if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");
+  if (!arguments.sbatch_options.empty())
+    throw CLI::ValidationError(arguments.sbatch_options.front(), "one input too many; options of sbatch need --slurm");
+}
+
+Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBatch& batch) {
+  batch.sbatch_options = arguments.sbatch_options;
+  batch.coppice = arguments.coppice;
+  std::error_code error;
+  if (batch.coppice.empty()) batch.coppice = fs::read_symlink("/proc/self/exe", error);
+  if (error) return system_error("cannot tell where this program is", "/proc/self/exe", error.value());
+  for (const BatchPlant& plant : batch.plants) {
+    COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder));
+    batch.entries.push_back(std::move(entry));
+  }
+  return check_words(batch);
+}
+
+Result<std::optional<std::vector<BatchResult>>> follow_on_cluster(ClusterBatch& batch, bool quiet) {
+  ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
+  batch.progress = [&bar](const ClusterStatus& status) { bar.show("bake-all", status.fraction, status_text(status)); };
+  batch.say = [&bar](const std::string& line) {
+    bar.clear();
+    std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
+  };
+  batch.is_stopped = [] { return interrupted != 0; };
+  const LeaveOnInterrupt leave;
+  auto results = bake_on_cluster(batch);
+  bar.clear();
+  return results;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "result.h"
+#include "temporary_file.h"
+
+namespace coppice::bake {
+
+/// Writes a temporary file beside `path`, flushes it to disk and renames it over `path`: a reader, or a killed process, never meets half a
+/// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed, not replaced.
+/// errors  io: names the path and the operating system's reason; `path` is empty, a folder, a device or a pipe
+/// thread  any; two writers of one path each write a whole file, the last one stays
+Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+
+/// The first half of write_file_atomically: writes the temporary file beside `path` to disk. publish() is the second half. Files that
+/// belong together are all staged before the first is published.
+/// errors  those of write_file_atomically
+Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+
+/// Creates the folder that will hold `path`, and its missing parents. errors  io
+Result<void> make_folder_of(const std::filesystem::path& path);
+
+/// Checks that write_file_atomically can write to `path`: makes the temporary file, removes it, and removes abandoned ones beside it
+/// (temporary_file.h). What is at `path` stays.
+/// errors  those of write_file_atomically that show before the bytes are written
+Result<void> try_writing(const std::filesystem::path& path);
+
+/// Size of a file in bytes; 0 if there is none.
+std::uint64_t bytes_of_file(const std::filesystem::path& path);
+
+inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
+
+/// Reads a regular file, or its first `max_bytes`. It refuses pipes, devices and folders, and reads no more than the file's size at
+/// opening, so that no read waits or goes on without end.
+/// errors  io: names the path and the operating system's reason, or that it is not a plain file; out_of_memory
+Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes = kWholeFile);
+
+}  // namespace coppice::bake

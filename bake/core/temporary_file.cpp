@@ -1,0 +1,225 @@
+#include "temporary_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <climits>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io_result.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Holds a path for the signal handler. A process has few temporary files at a time; one too many is not in the table.
+struct Slot {
+  std::atomic<pid_t> owner{0};  ///< 0: free; kFilling; else the process that made the file
+  std::array<char, PATH_MAX> path{};
+};
+
+constexpr pid_t kFilling = -1;
+constexpr std::size_t kNoSlot = ~std::size_t{0};
+
+// Signal handlers read it, so no destructor may run on it.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+constinit std::array<Slot, 16> slots{};
+static_assert(std::atomic<pid_t>::is_always_lock_free, "signal handlers read it");
+
+std::size_t take_slot(const std::string& path) {
+  if (path.size() >= PATH_MAX) return kNoSlot;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    pid_t free = 0;
+    if (!slots[i].owner.compare_exchange_strong(free, kFilling)) continue;
+    std::memcpy(slots[i].path.data(), path.c_str(), path.size() + 1);
+    slots[i].owner.store(::getpid());
+    return i;
+  }
+  return kNoSlot;
+}
+
+void free_slot(std::size_t slot) {
+  if (slot != kNoSlot) slots[slot].owner.store(0);
+}
+
+// No other program's files start with this. The target's name is not part of it: together they could be too long for a file's name.
+constexpr std::string_view kStart = ".coppice-";
+constexpr std::string_view kEnd = ".tmp";
+
+/// Eight hexadecimal digits of a hash of this machine's name.
+const std::string& machine_digits() {
+  static const std::string digits = [] {
+    std::array<char, 256> host{};
+    static_cast<void>(::gethostname(host.data(), host.size() - 1));
+    std::uint32_t hash = 2166136261u;  // FNV-1a
+    for (const char* c = host.data(); *c != '\0'; ++c) hash = (hash ^ static_cast<unsigned char>(*c)) * 16777619u;
+    std::array<char, 9> text{};
+    static_cast<void>(std::snprintf(text.data(), text.size(), "%08x", hash));
+    return std::string(text.data());
+  }();
+  return digits;
+}
+
+/// Returns ".coppice-PROCESS-NUMBER-MACHINE.tmp", unique among the files that this and other processes write now. O_EXCL catches what a
+/// killed process left.
+std::filesystem::path temporary_path(const std::filesystem::path& target) {
+  static std::atomic<unsigned> counter{0};
+  std::string name(kStart);
+  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append("-").append(machine_digits()).append(kEnd);
+  return target.parent_path() / name;
+}
+
+/// Says who made a temporary file, by the file's name. Process 0: it is no temporary file.
+struct Maker {
+  pid_t process = 0;
+  bool is_here = true;  ///< it was made on this machine, or its name says none
+};
+
+Maker maker_of(std::string_view name) {
+  if (!name.starts_with(kStart) || !name.ends_with(kEnd)) return {};
+  const char* const last = name.data() + name.size() - kEnd.size();
+  pid_t process = 0;
+  unsigned number = 0;
+  const auto [dash, bad_process] = std::from_chars(name.data() + kStart.size(), last, process);
+  if (bad_process != std::errc() || process <= 0 || dash == last || *dash != '-') return {};
+  const auto [end, bad_number] = std::from_chars(dash + 1, last, number);
+  if (bad_number != std::errc()) return {};
+  if (end == last) return {process, true};
+  const std::string_view machine(end + 1, static_cast<std::size_t>(last - end - 1));
+  return *end == '-' && machine.size() == machine_digits().size() ? Maker{process, machine == machine_digits()} : Maker{};
+}
+
+/// No write takes this long.
+bool is_old(const std::filesystem::path& path) {
+  std::error_code gone;
+  const auto written = std::filesystem::last_write_time(path, gone);
+  return !gone && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(1);
+}
+
+/// Whether the file's process is gone: it does not run here, and no other container or machine that sees this folder holds the file's lock.
+/// Some network file systems do not share locks between machines, so a file of another machine must be old too.
+bool is_abandoned(const std::filesystem::path& path) {
+  const Maker maker = maker_of(path.filename().native());
+  if (maker.process == 0) return false;
+  if (maker.is_here && (::kill(maker.process, 0) == 0 || errno != ESRCH)) return false;
+  if (!maker.is_here && !is_old(path)) return false;
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (file < 0) return false;
+  const bool unheld = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+  ::close(file);
+  return unheld;
+}
+
+/// A rename survives a power cut only once the folder is on disk. Some file systems cannot sync folders; the file is whole either way.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+Error system_error(const char* what, const std::filesystem::path& path, int reason) {
+  return Error{status_of(reason), what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
+}
+
+Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return system_error("cannot write", name, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return {};
+}
+
+TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)
+    : target_(std::move(target)), folder_(folder_of(target_)), path_(std::move(path)), slot_(slot) {}
+
+TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
+    : target_(std::move(other.target_)),
+      folder_(std::move(other.folder_)),
+      path_(std::move(other.path_)),
+      slot_(std::exchange(other.slot_, kNoSlot)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {
+  other.path_.clear();
+}
+
+TemporaryFile::~TemporaryFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!path_.empty()) ::unlink(path_.c_str());
+  free_slot(slot_);
+}
+
+Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& target) {
+  while (true) {
+    std::filesystem::path path = temporary_path(target);
+    const std::size_t slot = take_slot(path.native());  // comes before the file, as a signal may come between
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0) {
+      TemporaryFile file(target, std::move(path), slot);
+      file.descriptor_ = descriptor;
+      ::flock(descriptor, LOCK_EX | LOCK_NB);  // is_abandoned tests this lock; without locks the process's number has to do
+      return file;
+    }
+    const int reason = errno;
+    free_slot(slot);
+    if (reason != EEXIST) return system_error("cannot write", target, reason);
+  }
+}
+
+Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
+  COPPICE_CHECK(write_all(descriptor_, bytes, target_));
+  if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
+  // The second descriptor keeps the lock until the file has its name. Without it another machine would take the file for abandoned.
+  const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+  // Network file systems report a full disk only here.
+  if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_, errno);
+  return {};
+}
+
+Result<void> TemporaryFile::publish() {
+  if (::rename(path_.c_str(), target_.c_str()) != 0) return system_error("cannot write", target_, errno);
+  path_.clear();
+  sync_folder(folder_);
+  return {};
+}
+
+void remove_own_temporaries() noexcept {
+  const pid_t self = ::getpid();
+  for (const Slot& slot : slots)
+    if (slot.owner.load() == self) ::unlink(slot.path.data());
+}
+
+void end_by_signal(int signal) noexcept {
+  remove_own_temporaries();
+  static_cast<void>(::signal(signal, SIG_DFL));
+  static_cast<void>(::raise(signal));
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+void remove_abandoned_temporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> abandoned;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (is_abandoned(entry->path())) abandoned.push_back(entry->path());
+  for (const std::filesystem::path& file : abandoned) std::filesystem::remove(file, error);
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,163 @@
+#include "gltf_accessor.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+#include <tiny_gltf.h>
+
+namespace coppice::bake {
+namespace {
+
+Error bad(const char* what, int accessor) {
+  return Error{Status::bad_file, what, Error::kNoOffset, accessor_place(accessor)};
+}
+
+std::size_t component_bytes(int component_type) {
+  return static_cast<std::size_t>(std::max(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type)), 0));
+}
+
+template <class T>
+T load(const unsigned char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+/// Converts a normalised integer (glTF 2.0, 3.11): c / 255, max(c / 127, -1), and so on.
+template <class T>
+float to_float(T value, bool normalized) {
+  if (!normalized) return static_cast<float>(value);
+  const auto unit = static_cast<float>(value) / static_cast<float>(std::numeric_limits<T>::max());
+  return std::max(unit, -1.0f);
+}
+
+float load_float(const unsigned char* bytes, int component_type, bool normalized) {
+  switch (component_type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return to_float(load<std::int8_t>(bytes), normalized);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return to_float(load<std::uint8_t>(bytes), normalized);
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return to_float(load<std::int16_t>(bytes), normalized);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return to_float(load<std::uint16_t>(bytes), normalized);
+    default:
+      return load<float>(bytes);
+  }
+}
+
+std::uint32_t load_index(const unsigned char* bytes, int component_type) {
+  switch (component_type) {
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return load<std::uint8_t>(bytes);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return load<std::uint16_t>(bytes);
+    default:
+      return load<std::uint32_t>(bytes);
+  }
+}
+
+/// Calls store(element, bytes) for every element the accessor defines: first those of its buffer view, then the sparse ones over them.
+template <class Store>
+Result<void> visit_elements(const tinygltf::Model& model, int accessor_index, std::size_t element_bytes, const Store& store) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  if (accessor.bufferView >= 0) {
+    const std::size_t declared_stride = model.bufferViews.at(static_cast<std::size_t>(accessor.bufferView)).byteStride;
+    const std::size_t stride = declared_stride != 0 ? declared_stride : element_bytes;
+    const auto bytes = view_bytes(model, accessor.bufferView, accessor.byteOffset);
+    for (std::size_t i = 0; i < accessor.count; ++i) store(i, bytes.data() + i * stride);
+  }
+  if (!accessor.sparse.isSparse) return {};
+  const auto& sparse = accessor.sparse;
+  const auto indices = view_bytes(model, sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset));
+  const auto values = view_bytes(model, sparse.values.bufferView, static_cast<std::size_t>(sparse.values.byteOffset));
+  const std::size_t index_bytes = component_bytes(sparse.indices.componentType);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
+    const std::uint32_t element = load_index(indices.data() + i * index_bytes, sparse.indices.componentType);
+    if (element >= accessor.count) return bad("sparse index beyond the accessor", accessor_index);
+    store(element, values.data() + i * element_bytes);
+  }
+  return {};
+}
+
+template <class Vector>
+Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index, int type) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  if (accessor.type != type)
+    return bad(type == TINYGLTF_TYPE_VEC2 ? "not a VEC2" : type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC4", accessor_index);
+  if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+    return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
+  const std::size_t scalar_bytes = component_bytes(accessor.componentType);
+  std::vector<Vector> values(accessor.count, Vector(0.0f));
+  COPPICE_CHECK(visit_elements(
+      model, accessor_index, scalar_bytes * static_cast<std::size_t>(Vector::length()), [&](std::size_t i, const unsigned char* bytes) {
+        for (int c = 0; c < Vector::length(); ++c)
+          values[i][c] = load_float(bytes + static_cast<std::size_t>(c) * scalar_bytes, accessor.componentType, accessor.normalized);
+      }));
+  return values;
+}
+
+}  // namespace
+
+std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view_index, std::size_t offset) {
+  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
+  const std::span<const std::uint8_t> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
+  return buffer.subspan(view.byteOffset, view.byteLength).subspan(offset);
+}
+
+Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor) {
+  return read_vectors<glm::vec3>(model, accessor, TINYGLTF_TYPE_VEC3);
+}
+
+Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor) {
+  return read_vectors<glm::vec2>(model, accessor, TINYGLTF_TYPE_VEC2);
+}
+
+Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor) {
+  return read_vectors<glm::vec4>(model, accessor, TINYGLTF_TYPE_VEC4);
+}
+
+Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor) {
+  if (model.accessors.at(static_cast<std::size_t>(accessor)).type == TINYGLTF_TYPE_VEC4) return read_vec4(model, accessor);
+  COPPICE_TRY(rgb, read_vec3(model, accessor));
+  std::vector<glm::vec4> colors(rgb.size());
+  for (std::size_t i = 0; i < rgb.size(); ++i) colors[i] = glm::vec4(rgb[i], 1.0f);
+  return colors;
+}
+
+Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor_index) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  const bool is_vector = accessor.type >= TINYGLTF_TYPE_VEC2 && accessor.type <= TINYGLTF_TYPE_VEC4;
+  if (accessor.type != TINYGLTF_TYPE_SCALAR && !is_vector) return bad("neither a SCALAR nor a vector", accessor_index);
+  const int type = accessor.componentType;
+  if (type != TINYGLTF_COMPONENT_TYPE_FLOAT && (type < TINYGLTF_COMPONENT_TYPE_BYTE || type > TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT))
+    return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
+  const std::size_t components = is_vector ? static_cast<std::size_t>(accessor.type) : 1;
+  std::vector<float> values(accessor.count, 0.0f);
+  COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type) * components, [&](std::size_t i, const unsigned char* bytes) {
+    values[i] = load_float(bytes, type, accessor.normalized);
+  }));
+  return values;
+}
+
+Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor_index) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  if (accessor.type != TINYGLTF_TYPE_SCALAR) return bad("indices are not a SCALAR", accessor_index);
+  const int type = accessor.componentType;
+  if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
+      type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+    return bad("indices are not unsigned integers", accessor_index);
+  std::vector<std::uint32_t> indices(accessor.count, 0);
+  COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type),
+                               [&](std::size_t i, const unsigned char* bytes) { indices[i] = load_index(bytes, type); }));
+  return indices;
+}
+
+std::string accessor_place(int accessor) {
+  return "accessors[" + std::to_string(accessor) + "]";
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "result.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace coppice::bake {
+
+// Reads accessors of a model from load_gltf as plain arrays: resolves strides, component types, normalised integers and sparse values.
+// `accessor` is an index in range.
+// errors  bad_file: another shape than asked for, or a sparse index beyond the accessor; unsupported: a component type that glTF does not
+//         allow for what is read
+
+Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor);
+Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor);
+Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
+/// Reads colours: a VEC4, or a VEC3 with 1 as its fourth component.
+Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
+/// Reads the first component of each element, of whatever shape. errors  unsupported also: 64-bit numbers
+Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor);
+/// Reads vertex indices, widened to 32 bits.
+Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
+
+/// The bytes of a buffer view from `offset` on. The offset is in range.
+std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
+
+/// Names an accessor in messages: "accessors[3]".
+std::string accessor_place(int accessor);
+
+}  // namespace coppice::bake

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "gltf_references.h"
+#include "result.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace coppice::bake {
+
+struct DeleteModel {
+  void operator()(tinygltf::Model* model) const;
+};
+using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
+
+/// Says how to make a glTF of a file in another format, known by its name: Blender's command line. Empty if Blender does not read it.
+std::string conversion_advice(const std::filesystem::path& path);
+
+/// Reads a .gltf with the files beside it, or a .glb. In the result every index is in range, every accessor lies within its buffer
+/// (gltf_screen.h), and nothing is compressed any more (gltf_draco.h, gltf_meshopt.h). Images that are data URIs hold their bytes, not
+/// decoded; other images have a view or a file, which is in the folder unless `outside` allows others.
+/// errors  io: the file, or a buffer's, cannot be read; bad_file, unsupported: `detail` names the place; invalid_argument: see
+///         resolve_reference
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside = OutsideFiles::refused);
+
+/// Does the same for bytes in memory. folder  holds the files that they refer to
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder,
+                                     OutsideFiles outside = OutsideFiles::refused);
+
+}  // namespace coppice::bake

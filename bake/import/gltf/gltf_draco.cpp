@@ -1,0 +1,276 @@
+// Draco sizes its arrays by counts at the start of a stream, before it has read the data that fills them. BoundedDecoder looks at those
+// counts first, at the two places where Draco lets a derived class in, and stops decoding if so few bytes cannot hold so much.
+
+#include "gltf_draco.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <memory>
+#include <new>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <draco/compression/config/decoder_options.h>
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/mesh/mesh.h>
+#include <tiny_gltf.h>
+
+namespace coppice::bake {
+namespace {
+
+// Plants take 2 to 20 bytes a triangle, a regular grid a few bits.
+constexpr std::uint64_t kMaxFacesPerByte = 16;
+constexpr std::uint64_t kMaxPointsPerByte = 16;
+// Limit for the decoded bytes of all attributes together.
+constexpr std::uint64_t kMaxAttributeBytesPerByte = 512;
+constexpr std::uint16_t kBitstreamVersion = DRACO_BITSTREAM_VERSION(2, 2);
+
+Error failed(Status status, const char* what, std::string place) {
+  return Error{status, what, Error::kNoOffset, std::move(place)};
+}
+
+/// Thrown to stop a decoder.
+struct Refusal {
+  Status status = Status::ok;
+  const char* what = "";
+  std::string detail;
+};
+
+template <class Decoder>
+class BoundedDecoder final : public Decoder {
+ public:
+  BoundedDecoder(std::uint64_t coded_bytes, Refusal& refusal) : coded_bytes_(coded_bytes), refusal_(refusal) {}
+
+ protected:
+  bool DecodeConnectivity() override {
+    if (this->bitstream_version() != kBitstreamVersion) return refuse(Status::unsupported, "Draco bitstream other than 2.2", {});
+    draco::DecoderBuffer ahead = *this->buffer();
+    std::uint32_t first = 0, second = 0;
+    if (!draco::DecodeVarint(&first, &ahead) || !draco::DecodeVarint(&second, &ahead)) return false;
+    constexpr bool kFacesFirst = std::is_same_v<Decoder, draco::MeshSequentialDecoder>;
+    const std::uint32_t faces = kFacesFirst ? first : second, points = kFacesFirst ? second : first;
+    if (faces > kMaxFacesPerByte * coded_bytes_ || points > kMaxPointsPerByte * coded_bytes_)
+      return refuse(
+          Status::bad_file, "Draco counts too large for its bytes",
+          std::to_string(faces) + " triangles and " + std::to_string(points) + " vertices in " + std::to_string(coded_bytes_) + " bytes");
+    return Decoder::DecodeConnectivity();
+  }
+
+  bool DecodeAllAttributes() override {
+    const draco::PointCloud& cloud = *this->point_cloud();
+    std::uint64_t point_bytes = 0;
+    for (std::int32_t i = 0; i < cloud.num_attributes(); ++i) {
+      const draco::PointAttribute& attribute = *cloud.attribute(i);
+      // Draco decodes integers in 32 bits each before it narrows them.
+      const int component_bytes = std::max(4, draco::DataTypeLength(attribute.data_type()));
+      point_bytes += static_cast<std::uint64_t>(attribute.num_components()) * static_cast<std::uint64_t>(component_bytes);
+    }
+    if (point_bytes * cloud.num_points() > kMaxAttributeBytesPerByte * coded_bytes_)
+      return refuse(Status::bad_file, "Draco attributes too large for their bytes",
+                    std::to_string(point_bytes) + " bytes for each of " + std::to_string(cloud.num_points()) + " vertices");
+    return Decoder::DecodeAllAttributes();
+  }
+
+ private:
+  bool refuse(Status status, const char* what, std::string detail) {
+    refusal_ = Refusal{status, what, std::move(detail)};
+    return false;
+  }
+
+  std::uint64_t coded_bytes_;
+  Refusal& refusal_;
+};
+
+using DracoMesh = std::unique_ptr<draco::Mesh>;
+
+/// Throws whatever Draco throws, and bad_alloc.
+Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std::string& place) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(coded.data()), coded.size());
+  draco::DecoderBuffer ahead = buffer;
+  draco::DracoHeader header;
+  if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok()) return failed(Status::bad_file, "not Draco data", place);
+  if (header.encoder_type != draco::TRIANGULAR_MESH) return failed(Status::unsupported, "Draco data that is not a mesh", place);
+
+  Refusal refusal;
+  std::unique_ptr<draco::MeshDecoder> decoder;
+  if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
+    decoder = std::make_unique<BoundedDecoder<draco::MeshSequentialDecoder>>(coded.size(), refusal);
+  else if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING)
+    decoder = std::make_unique<BoundedDecoder<draco::MeshEdgebreakerDecoder>>(coded.size(), refusal);
+  else
+    return failed(Status::bad_file, "unknown Draco method", place);
+  auto mesh = std::make_unique<draco::Mesh>();
+  const draco::Status status = decoder->Decode(draco::DecoderOptions(), &buffer, mesh.get());
+  if (refusal.status != Status::ok)
+    return failed(refusal.status, refusal.what, refusal.detail.empty() ? place : place + ": " + refusal.detail);
+  if (!status.ok()) return failed(Status::bad_file, "damaged Draco data", place);
+  return mesh;
+}
+
+Result<DracoMesh> decode_view(const tinygltf::Model& model, int view_index, const std::string& place) {
+  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
+  const std::span<const unsigned char> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
+  try {
+    return decode_stream(buffer.subspan(view.byteOffset, view.byteLength), place);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception&) {
+    return failed(Status::bad_file, "damaged Draco data", place);
+  }
+}
+
+/// Returns glTF's componentType; 0 if glTF has none.
+int component_type(draco::DataType type) {
+  switch (type) {
+    case draco::DT_INT8:
+      return TINYGLTF_COMPONENT_TYPE_BYTE;
+    case draco::DT_UINT8:
+      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+    case draco::DT_INT16:
+      return TINYGLTF_COMPONENT_TYPE_SHORT;
+    case draco::DT_UINT16:
+      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+    case draco::DT_UINT32:
+      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    case draco::DT_FLOAT32:
+      return TINYGLTF_COMPONENT_TYPE_FLOAT;
+    default:
+      return 0;
+  }
+}
+
+/// Appends an accessor with a buffer and a view of its own; returns its index.
+int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes) {
+  tinygltf::BufferView view;
+  view.buffer = static_cast<int>(model.buffers.size());
+  view.byteLength = bytes.size();
+  model.buffers.emplace_back().data = std::move(bytes);
+  accessor.bufferView = static_cast<int>(model.bufferViews.size());
+  model.bufferViews.push_back(std::move(view));
+  model.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model.accessors.size()) - 1;
+}
+
+Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const std::string& place) {
+  std::vector<unsigned char> bytes(std::size_t{mesh.num_faces()} * 12);
+  std::size_t at = 0;
+  for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
+    for (const draco::PointIndex& corner : mesh.face(face)) {
+      const std::uint32_t index = corner.value();
+      if (index >= mesh.num_points())
+        return failed(Status::bad_file, "Draco index beyond the vertices",
+                      place + ": triangle " + std::to_string(face.value()) + " has " + std::to_string(index) + " of " +
+                          std::to_string(mesh.num_points()));
+      std::memcpy(bytes.data() + at, &index, sizeof index);
+      at += sizeof index;
+    }
+  tinygltf::Accessor accessor;
+  accessor.type = TINYGLTF_TYPE_SCALAR;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  accessor.count = std::size_t{mesh.num_faces()} * 3;
+  return add_accessor(model, std::move(accessor), std::move(bytes));
+}
+
+/// declared  the file's description of the attribute: Draco does not know whether it is normalised
+Result<int> add_attribute(tinygltf::Model& model, const draco::Mesh& mesh, std::uint32_t id, int declared, const std::string& place) {
+  const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id);
+  if (attribute == nullptr) return failed(Status::bad_file, "Draco attribute id not in the data", place + " is " + std::to_string(id));
+  tinygltf::Accessor accessor;
+  accessor.componentType = component_type(attribute->data_type());
+  const int components = attribute->num_components();
+  if (accessor.componentType == 0 || components < 1 || components > 4)
+    return failed(Status::unsupported, "Draco attribute of a type that glTF does not have", place);
+  constexpr std::array<int, 5> kTypes{0, TINYGLTF_TYPE_SCALAR, TINYGLTF_TYPE_VEC2, TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4};
+  accessor.type = kTypes[static_cast<std::size_t>(components)];
+  accessor.count = mesh.num_points();
+  accessor.normalized = model.accessors.at(static_cast<std::size_t>(declared)).normalized;
+  const auto value_bytes = static_cast<std::size_t>(draco::DataTypeLength(attribute->data_type())) * static_cast<std::size_t>(components);
+  std::vector<unsigned char> bytes(accessor.count * value_bytes);
+  for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
+    const draco::AttributeValueIndex value = attribute->mapped_index(point);
+    if (value >= static_cast<std::uint32_t>(attribute->size())) return failed(Status::bad_file, "damaged Draco data", place);
+    std::memcpy(bytes.data() + point.value() * value_bytes, attribute->GetAddress(value), value_bytes);
+  }
+  return add_accessor(model, std::move(accessor), std::move(bytes));
+}
+
+/// A decoded buffer view and the accessors made of it.
+struct DecodedView {
+  DracoMesh mesh;
+  int indices = -1;
+  std::map<std::uint32_t, int> attributes;  ///< by Draco's unique id
+};
+
+class Decoding {
+ public:
+  explicit Decoding(tinygltf::Model& model) : model_(model) {
+    for (const tinygltf::Buffer& buffer : model.buffers) bytes_left_ += buffer.data.size();
+  }
+
+  Result<void> replace(tinygltf::Primitive& primitive, const std::string& place) {
+    const auto extension = primitive.extensions.find(kDracoExtension);
+    if (extension == primitive.extensions.end()) return {};
+    const std::string where = place + ".extensions." + kDracoExtension;
+    COPPICE_TRY(view, decoded(extension->second.Get("bufferView").GetNumberAsInt(), where));
+    if (view->indices < 0) {
+      COPPICE_TRY(indices, add_indices(model_, *view->mesh, where));
+      view->indices = indices;
+    }
+    const tinygltf::Value& ids = extension->second.Get("attributes");
+    for (const std::string& name : ids.Keys()) {
+      const auto id = static_cast<std::uint32_t>(ids.Get(name).GetNumberAsInt());
+      int& declared = primitive.attributes.at(name);
+      const auto [accessor, is_new] = view->attributes.try_emplace(id, -1);
+      if (is_new) {
+        COPPICE_TRY(added, add_attribute(model_, *view->mesh, id, declared, where + ".attributes." + name.substr(0, 64)));
+        accessor->second = added;
+      }
+      declared = accessor->second;
+    }
+    primitive.indices = view->indices;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    return {};
+  }
+
+ private:
+  /// Decodes a view once, however many primitives share it. Overlapping views must not make more of the file than there is.
+  Result<DecodedView*> decoded(int view_index, const std::string& place) {
+    const auto [found, is_new] = views_.try_emplace(view_index);
+    if (is_new) {
+      const std::size_t bytes = model_.bufferViews.at(static_cast<std::size_t>(view_index)).byteLength;
+      if (bytes > bytes_left_) return failed(Status::bad_file, "compressed views share their bytes", place);
+      bytes_left_ -= bytes;
+      COPPICE_TRY(mesh, decode_view(model_, view_index, place));
+      found->second.mesh = std::move(mesh);
+    }
+    return &found->second;
+  }
+
+  tinygltf::Model& model_;
+  std::size_t bytes_left_ = 0;
+  std::map<int, DecodedView> views_;
+};
+
+}  // namespace
+
+Result<void> decode_draco_primitives(tinygltf::Model& model) {
+  Decoding decoding(model);
+  for (std::size_t m = 0; m < model.meshes.size(); ++m)
+    for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p)
+      COPPICE_CHECK(
+          decoding.replace(model.meshes[m].primitives[p], "meshes[" + std::to_string(m) + "].primitives[" + std::to_string(p) + "]"));
+  return {};
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,169 @@
+#include "gltf_instances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <tiny_gltf.h>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "gltf_accessor.h"
+
+namespace coppice::bake {
+namespace {
+
+// A small file can place one list of instances under any number of nodes.
+constexpr std::size_t kMaxInstances = std::size_t{1} << 22;
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+
+glm::dvec3 vector_or(const std::vector<double>& values, double fallback) {
+  return values.size() == 3 ? glm::dvec3(values[0], values[1], values[2]) : glm::dvec3(fallback);
+}
+
+glm::dmat4 from_parts(const glm::dvec3& translation, const glm::dquat& rotation, const glm::dvec3& scale) {
+  // Exporters round; a quaternion of length zero means no rotation.
+  glm::dmat4 transform = glm::dot(rotation, rotation) > 0.0 ? glm::mat4_cast(glm::normalize(rotation)) : glm::dmat4(1.0);
+  for (int axis = 0; axis < 3; ++axis) transform[axis] *= scale[axis];
+  transform[3] = glm::dvec4(translation, 1.0);
+  return transform;
+}
+
+glm::dmat4 local_transform(const tinygltf::Node& node) {
+  if (node.matrix.size() == 16) return glm::make_mat4(node.matrix.data());
+  glm::dquat rotation(0.0, 0.0, 0.0, 0.0);
+  if (node.rotation.size() == 4) rotation = glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+  return from_parts(vector_or(node.translation, 0.0), rotation, vector_or(node.scale, 1.0));
+}
+
+std::vector<int> root_nodes(const tinygltf::Model& model) {
+  if (!model.scenes.empty()) return model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes;
+  std::vector<bool> is_child(model.nodes.size(), false);
+  for (const tinygltf::Node& node : model.nodes)
+    for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
+  std::vector<int> roots;
+  for (std::size_t i = 0; i < model.nodes.size(); ++i)
+    if (!is_child[i]) roots.push_back(static_cast<int>(i));
+  return roots;
+}
+
+bool is_finite(const glm::dmat4& transform) {
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row)
+      if (!std::isfinite(transform[column][row])) return false;
+  return true;
+}
+
+std::string instancing_place(int node) {
+  return "nodes[" + std::to_string(node) + "].extensions." + kInstancing;
+}
+
+/// How often a node places its mesh. gltf_screen.h has checked that its instances' attributes have equal lengths.
+std::size_t instance_count(const tinygltf::Model& model, const tinygltf::Node& node) {
+  const auto extension = node.extensions.find(kInstancing);
+  if (extension == node.extensions.end()) return 1;
+  const tinygltf::Value& attributes = extension->second.Get("attributes");
+  const int any = attributes.Get(attributes.Keys().front()).GetNumberAsInt();
+  return model.accessors.at(static_cast<std::size_t>(any)).count;
+}
+
+/// Reads EXT_mesh_gpu_instancing of a node: one transform an instance.
+Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension, std::size_t count) {
+  const tinygltf::Value& attributes = extension.Get("attributes");
+  const auto accessor = [&](const std::string& name) { return attributes.Has(name) ? attributes.Get(name).GetNumberAsInt() : -1; };
+  std::vector<glm::vec3> translations(count, glm::vec3(0.0f)), scales(count, glm::vec3(1.0f));
+  std::vector<glm::vec4> rotations(count, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
+  const auto read = [&](const std::string& name, const auto& read_values, auto& values) -> Result<void> {
+    if (accessor(name) < 0) return {};
+    COPPICE_TRY(found, read_values(model, accessor(name)));
+    values = std::move(found);
+    return {};
+  };
+  COPPICE_CHECK(read("TRANSLATION", read_vec3, translations));
+  COPPICE_CHECK(read("ROTATION", read_vec4, rotations));
+  COPPICE_CHECK(read("SCALE", read_vec3, scales));
+  std::vector<glm::dmat4> transforms;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::dvec4 r(rotations[i]);
+    transforms.push_back(from_parts(glm::dvec3(translations[i]), glm::dquat(r.w, r.x, r.y, r.z), glm::dvec3(scales[i])));
+  }
+  return transforms;
+}
+
+/// Appends a node's mesh, once or for each of its instances.
+Result<void> append_node(const tinygltf::Model& model, int node_index, const glm::dmat4& scene_from_node,
+                         std::vector<MeshInstance>& instances) {
+  const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(node_index));
+  if (node.mesh < 0) return {};
+  std::vector<glm::dmat4> transforms{glm::dmat4(1.0)};
+  if (const auto extension = node.extensions.find(kInstancing); extension != node.extensions.end()) {
+    Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second, instance_count(model, node));
+    if (!read) {
+      Error error = read.error();
+      error.detail = error.detail.empty() ? instancing_place(node_index) : instancing_place(node_index) + ": " + error.detail;
+      return error;
+    }
+    transforms = *std::move(read);
+  }
+  for (std::size_t i = 0; i < transforms.size(); ++i) {
+    const glm::dmat4 scene_from_mesh = scene_from_node * transforms[i];
+    if (!is_finite(scene_from_mesh))
+      return Error{Status::bad_file, "instance transform is not finite", Error::kNoOffset,
+                   instancing_place(node_index) + " instance " + std::to_string(i)};
+    instances.push_back({static_cast<std::uint32_t>(node_index), static_cast<std::uint32_t>(node.mesh), scene_from_mesh});
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<SceneNode> scene_nodes(const tinygltf::Model& model) {
+  std::vector<SceneNode> nodes, stack;
+  const std::vector<int> roots = root_nodes(model);
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({static_cast<std::uint32_t>(*root)});
+  while (!stack.empty()) {
+    const auto position = static_cast<std::uint32_t>(nodes.size());
+    nodes.push_back(stack.back());
+    stack.pop_back();
+    const std::vector<int>& children = model.nodes.at(nodes.back().node).children;
+    for (auto child = children.rbegin(); child != children.rend(); ++child) stack.push_back({static_cast<std::uint32_t>(*child), position});
+  }
+  return nodes;
+}
+
+Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
+  std::vector<std::uint64_t> counts(model.meshes.size(), 0);
+  std::uint64_t total = 0;
+  for (std::vector<int> stack = root_nodes(model); !stack.empty();) {
+    const int index = stack.back();
+    stack.pop_back();
+    const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(index));
+    stack.insert(stack.end(), node.children.begin(), node.children.end());
+    if (node.mesh < 0) continue;
+    const std::uint64_t count = instance_count(model, node);
+    if (count > kMaxInstances - total)
+      return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(index) + "]"};
+    total += count;
+    counts.at(static_cast<std::size_t>(node.mesh)) += count;
+  }
+  return counts;
+}
+
+Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file) {
+  COPPICE_CHECK(mesh_instance_counts(model));
+  const std::vector<SceneNode> nodes = scene_nodes(model);
+  std::vector<glm::dmat4> scene_from_node;
+  scene_from_node.reserve(nodes.size());
+  std::vector<MeshInstance> instances;
+  for (const SceneNode& each : nodes) {
+    const glm::dmat4& scene_from_parent = each.parent < scene_from_node.size() ? scene_from_node[each.parent] : scene_from_file;
+    scene_from_node.push_back(scene_from_parent * local_transform(model.nodes.at(each.node)));
+    if (!is_finite(scene_from_node.back()))
+      return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
+    COPPICE_CHECK(append_node(model, static_cast<int>(each.node), scene_from_node.back(), instances));
+  }
+  return instances;
+}
+
+}  // namespace coppice::bake

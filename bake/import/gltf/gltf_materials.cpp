@@ -1,0 +1,228 @@
+#include "gltf_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <tiny_gltf.h>
+
+#include "atomic_file.h"
+#include "gltf_accessor.h"
+#include "image_decode.h"
+#include "image_limits.h"
+#include "normal_map.h"
+
+namespace coppice::bake {
+namespace {
+
+// Replaces BLEND: half covered counts as covered.
+constexpr float kBlendCutoff = 0.5f;
+
+float clamped(double value, float fallback) {
+  if (!std::isfinite(value)) return fallback;
+  return static_cast<float>(std::clamp(value, 0.0, 1.0));
+}
+
+float alpha_cutoff(const tinygltf::Material& source, std::vector<std::string>& warnings) {
+  if (source.alphaMode == "MASK") return clamped(source.alphaCutoff, kBlendCutoff);
+  if (source.alphaMode != "BLEND") return 0.0f;
+  warnings.push_back("material '" + source.name.substr(0, 64) + "' blends; it is drawn with an alpha mask at 0.5 instead");
+  return kBlendCutoff;
+}
+
+/// With an image the mask compares base_color.a * texel with the cutoff. This moves the factor into the cutoff, so that readers of the
+/// texel alone see the same holes.
+void fold_alpha(Material& material, std::vector<std::string>& warnings) {
+  if (material.image == kNone || material.alpha_cutoff == 0.0f) return;
+  if (material.base_color.a < material.alpha_cutoff)
+    warnings.push_back("material '" + material.name.substr(0, 64) + "' is wholly transparent: its base colour's alpha is below the cutoff");
+  material.alpha_cutoff = material.base_color.a > 0.0f ? std::min(1.0f, material.alpha_cutoff / material.base_color.a) : 1.0f;
+  material.base_color.a = 1.0f;
+}
+
+/// Finds the model's image of a texture; kNone if there is none.
+std::uint32_t image_of(const tinygltf::Model& model, int texture) {
+  if (texture < 0) return kNone;
+  const tinygltf::Texture& found = model.textures.at(static_cast<std::size_t>(texture));
+  if (const auto webp = found.extensions.find("EXT_texture_webp"); webp != found.extensions.end() && webp->second.Has("source"))
+    return static_cast<std::uint32_t>(webp->second.Get("source").GetNumberAsInt());
+  return found.source < 0 ? kNone : static_cast<std::uint32_t>(found.source);
+}
+
+/// Warns of a texture whose only image is in a form that is not read.
+void warn_of_texture(const tinygltf::Model& model, int texture, std::vector<std::string>& warnings) {
+  if (texture < 0 || image_of(model, texture) != kNone) return;
+  std::string line = "textures[" + std::to_string(texture) + "] left out: it has no image";
+  for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
+    line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
+  warnings.push_back(line);
+}
+
+double number_or(const tinygltf::Value& object, const std::string& name, double fallback) {
+  return object.Has(name) ? object.Get(name).GetNumberAsDouble() : fallback;
+}
+
+glm::dvec2 pair_or(const tinygltf::Value& object, const std::string& name, double fallback) {
+  if (!object.Has(name)) return glm::dvec2(fallback);
+  const tinygltf::Value& pair = object.Get(name);
+  return {pair.Get(0).GetNumberAsDouble(), pair.Get(1).GetNumberAsDouble()};
+}
+
+/// Reads the mapping of a tinygltf::TextureInfo or NormalTextureInfo.
+template <class Info>
+TextureUvs uvs_of(const Info& info) {
+  TextureUvs uvs;
+  uvs.set = static_cast<std::uint32_t>(std::max(info.texCoord, 0));
+  const auto transform = info.extensions.find("KHR_texture_transform");
+  if (transform == info.extensions.end()) return uvs;
+  const tinygltf::Value& members = transform->second;
+  if (members.Has("texCoord")) uvs.set = static_cast<std::uint32_t>(members.Get("texCoord").GetNumberAsInt());
+  const double angle_rad = number_or(members, "rotation", 0.0);
+  const glm::dvec2 scale = pair_or(members, "scale", 1.0);
+  uvs.is_transformed = true;
+  uvs.offset = pair_or(members, "offset", 0.0);
+  // The angle is counter-clockwise as one looks at the image, with v pointing down.
+  uvs.linear = glm::dmat2(scale.x * std::cos(angle_rad), -scale.x * std::sin(angle_rad), scale.y * std::sin(angle_rad),
+                          scale.y * std::cos(angle_rad));
+  return uvs;
+}
+
+Result<std::vector<std::uint8_t>> read_image_file(const std::string& uri, const std::string& place, const ImageFolder& folder) {
+  COPPICE_TRY(file, resolve_reference(folder.path, uri, place, folder.outside));
+  std::error_code error;
+  if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > kMaxImageFileBytes)
+    return Error{Status::unsupported, "image file over 1 GiB", Error::kNoOffset, place + ": " + uri.substr(0, 256)};
+  return read_file(file);
+}
+
+/// What a material uses an image for.
+struct ImageUse {
+  enum Kind : std::uint8_t { masked_color, color, normals } kind = color;
+  float normal_scale = 0.0f;  ///< only for normal maps
+  auto operator<=>(const ImageUse&) const = default;
+};
+
+/// Reads and decodes an image; nothing, with a warning, if its form is not read.
+Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, ImageUse use, const ImageFolder& folder,
+                                        std::vector<std::string>& warnings) {
+  const tinygltf::Image& source = model.images.at(index);
+  const std::string place = "images[" + std::to_string(index) + "]";
+  std::vector<std::uint8_t> file;
+  std::span<const std::uint8_t> bytes = source.image;
+  if (source.bufferView >= 0) {
+    bytes = view_bytes(model, source.bufferView, 0);
+  } else if (!source.uri.empty() && !source.uri.starts_with("data:")) {
+    COPPICE_TRY(read, read_image_file(source.uri, place + ".uri", folder));
+    file = std::move(read);
+    bytes = file;
+  }
+  Result<Image> image = decode_image(bytes, use.kind == ImageUse::normals ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px,
+                                     use.kind == ImageUse::masked_color ? ImageAlpha::mask : ImageAlpha::ignored);
+  if (image) return std::optional<Image>(*std::move(image));
+  const std::string name = source.uri.empty() ? source.name : source.uri;
+  const std::string named = name.empty() ? place : place + " '" + name.substr(0, 64) + "'";
+  const Error& error = image.error();
+  if (error.status != Status::unsupported)
+    return Error{error.status, error.what, Error::kNoOffset, error.detail.empty() ? named : named + ": " + error.detail};
+  warnings.push_back(named + " left out: " + error.message());
+  return std::optional<Image>();
+}
+
+/// Computes normalize((texel * 2 - 1) * (scale, scale, 1)), as glTF says. Large maps are reduced here, since a decoder would mix texels as
+/// if they were colours.
+Image normal_map_from(Image image, float scale) {
+  image.is_normal_map = true;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    const auto texel = std::span<std::uint8_t, 4>(image.rgba.data() + i, 4);
+    write_normal(normal_of(texel) * glm::vec3(scale, scale, 1.0f), texel);
+  }
+  return normal_map_within(std::move(image), kMaxImageSide_px);
+}
+
+/// Adds an image and returns its number. An equal image is shared: most images that are taken with and without a mask have no holes.
+std::uint32_t add_image(Image image, std::vector<Image>& images) {
+  const auto equal = std::ranges::find_if(images, [&](const Image& other) {
+    return other.width == image.width && other.is_normal_map == image.is_normal_map && other.rgba == image.rgba;
+  });
+  const auto number = static_cast<std::uint32_t>(equal - images.begin());
+  if (equal == images.end()) images.push_back(std::move(image));
+  return number;
+}
+
+/// The normal map's scale; 1 if the file's is not above 0.
+float normal_scale_of(const tinygltf::Material& source) {
+  const auto scale = static_cast<float>(source.normalTexture.scale);
+  return std::isfinite(scale) && scale > 0.0f ? scale : 1.0f;
+}
+
+/// Returns kNone, with a warning, for a normal map that would need texture coordinates of its own.
+std::uint32_t normal_map_of(const tinygltf::Model& model, const tinygltf::Material& source, std::vector<std::string>& warnings) {
+  const tinygltf::NormalTextureInfo& info = source.normalTexture;
+  const tinygltf::TextureInfo& color = source.pbrMetallicRoughness.baseColorTexture;
+  warn_of_texture(model, info.index, warnings);
+  const std::uint32_t image = image_of(model, info.index);
+  if (image == kNone || color.index < 0 || uvs_of(info) == uvs_of(color)) return image;
+  warnings.push_back("material '" + source.name.substr(0, 64) +
+                     "': its normal map is left out, since its texture coordinates differ from the base colour's");
+  return kNone;
+}
+
+}  // namespace
+
+Material convert_material(const tinygltf::Model& model, std::uint32_t index, std::vector<std::string>& warnings) {
+  Material material;
+  if (index == kNone) {
+    material.name = "default";
+    material.double_sided = false;
+    return material;
+  }
+  const tinygltf::Material& source = model.materials.at(index);
+  const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+  material.name = source.name;
+  for (int c = 0; c < 4 && pbr.baseColorFactor.size() == 4; ++c)
+    material.base_color[c] = clamped(pbr.baseColorFactor[static_cast<std::size_t>(c)], 1.0f);
+  material.image = image_of(model, pbr.baseColorTexture.index);
+  material.alpha_cutoff = alpha_cutoff(source, warnings);
+  fold_alpha(material, warnings);
+  material.roughness = clamped(pbr.roughnessFactor, 1.0f);
+  material.double_sided = source.doubleSided;
+  material.normal_map = normal_map_of(model, source, warnings);
+  warn_of_texture(model, pbr.baseColorTexture.index, warnings);
+  return material;
+}
+
+TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
+  if (index == kNone) return {};
+  const tinygltf::Material& material = model.materials.at(index);
+  const tinygltf::TextureInfo& color = material.pbrMetallicRoughness.baseColorTexture;
+  return color.index < 0 ? uvs_of(material.normalTexture) : uvs_of(color);
+}
+
+Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
+                                       std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings) {
+  std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;
+  std::vector<Image> images;
+  const auto take = [&](std::uint32_t& index, ImageUse use) -> Result<void> {
+    if (index == kNone) return {};
+    const auto [found, is_new] = taken.try_emplace({index, use}, kNone);
+    if (is_new) {
+      COPPICE_TRY(image, read_image(model, index, use, folder, warnings));
+      if (image)
+        found->second =
+            add_image(use.kind == ImageUse::normals ? normal_map_from(*std::move(image), use.normal_scale) : *std::move(image), images);
+    }
+    index = found->second;
+    return {};
+  };
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    COPPICE_CHECK(take(materials[i].image, {materials[i].alpha_cutoff > 0.0f ? ImageUse::masked_color : ImageUse::color}));
+    if (materials[i].normal_map != kNone)
+      COPPICE_CHECK(take(materials[i].normal_map, {ImageUse::normals, normal_scale_of(model.materials.at(sources[i]))}));
+  }
+  return images;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,47 @@
+#pragma once
+
+// The files that a glTF names: its buffers and images. Whoever made the glTF chose the names, so they reach files outside its folder only
+// if that is allowed.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "asset_path.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// Maximum size of an image file. An image of as many pixels as are decoded takes less, in any form.
+inline constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 30;
+
+/// Turns "a%20b" into "a b".
+std::string percent_decoded(std::string_view uri);
+
+/// A buffer or image of a document, if it is a file.
+struct GltfReference {
+  bool is_buffer = false;
+  std::size_t index = 0;
+  std::string uri;
+  std::uint64_t used_bytes = 0;  ///< maximum of the file that is read: the buffer's byteLength, kMaxImageFileBytes
+
+  /// Names it in messages: "buffers[0].uri".
+  [[nodiscard]] std::string place() const;
+};
+
+/// Lists buffers, then images, in their order. Leaves out members of the wrong type.
+std::vector<GltfReference> find_references(const nlohmann::json& document);
+
+/// Finds the plain file that `uri` means in a glTF of `folder`; follows symbolic links.
+/// place   names the URI in messages: "buffers[0].uri"
+/// errors  `detail` is place and URI. invalid_argument: it is outside the folder, and that is refused; bad_file: no name of a file;
+///         io: no such file, not a plain one, or the system's reason
+Result<std::filesystem::path> resolve_reference(const std::filesystem::path& folder, std::string_view uri, const std::string& place,
+                                                OutsideFiles outside);
+
+}  // namespace coppice::bake

@@ -1,0 +1,332 @@
+#include "gltf_triangles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include <tiny_gltf.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "gltf_accessor.h"
+#include "gltf_materials.h"
+#include "wind_words.h"
+
+namespace coppice::bake {
+namespace {
+
+// Limits what a small file can make the importer allocate (about 4 GB): it can place one mesh any number of times.
+constexpr std::size_t kMaxVertices = std::size_t{1} << 26;
+constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
+// Limits coordinates so that squared areas still fit a float. No plant is this far from its origin in any unit.
+constexpr double kMaxCoordinate_m = 1e8;
+
+std::string primitive_place(std::size_t mesh, std::size_t primitive) {
+  return "meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + "]";
+}
+
+bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+bool is_finite(const glm::vec2& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y);
+}
+
+/// A primitive as the file holds it.
+struct RawPrimitive {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;  ///< empty when missing
+  std::vector<glm::vec2> uvs;
+  std::vector<glm::vec4> colors;         ///< linear
+  std::vector<std::uint32_t> triangles;  ///< 3 vertices each
+};
+
+/// Vertex numbers of the primitive's triangles (glTF 2.0, 3.7.2.1). Strips alternate their winding; triangles of a strip or fan that
+/// repeat a vertex are seams, not surface.
+std::vector<std::uint32_t> triangulate(int mode, const std::vector<std::uint32_t>& order) {
+  std::vector<std::uint32_t> triangles;
+  if (mode == TINYGLTF_MODE_TRIANGLES) {
+    triangles.assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(order.size() / 3 * 3));
+    return triangles;
+  }
+  for (std::size_t i = 0; i + 2 < order.size(); ++i) {
+    const bool strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    const std::uint32_t a = strip ? order[i] : order[0];
+    const std::uint32_t b = strip ? order[i + 1 + i % 2] : order[i + 1];
+    const std::uint32_t c = strip ? order[i + 2 - i % 2] : order[i + 2];
+    if (a != b && b != c && c != a) triangles.insert(triangles.end(), {a, b, c});
+  }
+  return triangles;
+}
+
+Result<std::vector<std::uint32_t>> vertex_order(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                                std::size_t vertex_count) {
+  if (primitive.indices < 0) {
+    std::vector<std::uint32_t> order(vertex_count);
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
+    return order;
+  }
+  COPPICE_TRY(order, read_indices(model, primitive.indices));
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (order[i] >= vertex_count)
+      return Error{Status::bad_file, "index beyond the vertices", Error::kNoOffset,
+                   accessor_place(primitive.indices) + " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " +
+                       std::to_string(vertex_count)};
+  return order;
+}
+
+int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& name) {
+  const auto found = primitive.attributes.find(name);
+  return found == primitive.attributes.end() ? -1 : found->second;
+}
+
+/// Reads an optional attribute; empty if it is absent. read  read_vec3 or the like
+template <class Values>
+Result<Values> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
+                              std::size_t vertex_count, Result<Values> (*read)(const tinygltf::Model&, int)) {
+  const int accessor = attribute_accessor(primitive, name);
+  if (accessor < 0) return Values{};
+  if (model.accessors.at(static_cast<std::size_t>(accessor)).count != vertex_count)
+    return Error{Status::bad_file, "attributes of unequal length", Error::kNoOffset,
+                 name + " has " + std::to_string(model.accessors.at(static_cast<std::size_t>(accessor)).count) + ", POSITION " +
+                     std::to_string(vertex_count)};
+  return read(model, accessor);
+}
+
+/// Finds for each vertex the first one that lies in the same place.
+std::vector<std::uint32_t> first_at_place(const std::vector<glm::vec3>& positions) {
+  const auto key = [&](std::uint32_t vertex) { return std::tuple(positions[vertex].x, positions[vertex].y, positions[vertex].z, vertex); };
+  std::vector<std::uint32_t> order(positions.size()), first(positions.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, {}, key);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    first[order[i]] = i > 0 && positions[order[i]] == positions[order[i - 1]] ? first[order[i - 1]] : order[i];
+  return first;
+}
+
+/// A triangle, named by the places of its corners.
+struct PlacedTriangle {
+  std::array<std::uint32_t, 3> places{};  ///< ascending
+  std::uint32_t triangle = 0;
+};
+
+/// Drops triangles whose corners lie where those of an earlier one do, in any order: some tools write each side of a surface as a triangle,
+/// but the renderer shows both sides of each. Triangles without area stay, since leaf detection counts them.
+void drop_repeated_triangles(RawPrimitive& raw) {
+  const std::vector<std::uint32_t> first = first_at_place(raw.positions);
+  std::vector<PlacedTriangle> placed(raw.triangles.size() / 3);
+  for (std::uint32_t t = 0; t < placed.size(); ++t) {
+    placed[t].triangle = t;
+    for (std::uint32_t k = 0; k < 3; ++k) placed[t].places[k] = first[raw.triangles[3 * t + k]];
+    std::ranges::sort(placed[t].places);
+  }
+  std::ranges::stable_sort(placed, {}, &PlacedTriangle::places);
+  std::vector<bool> is_kept(placed.size(), true);
+  for (std::size_t i = 1; i < placed.size(); ++i) {
+    const auto& [places, triangle] = placed[i];
+    const bool has_area = places[0] != places[1] && places[1] != places[2];
+    is_kept[triangle] = !has_area || places != placed[i - 1].places;
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < is_kept.size(); ++t)
+    if (is_kept[t]) std::copy_n(&raw.triangles[3 * t], 3, &raw.triangles[3 * kept++]);
+  raw.triangles.resize(3 * kept);
+}
+
+/// Reads how flexible vertices are, 0..1; empty if the primitive does not say it in a readable way.
+std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed,
+                                     const std::string& place, std::vector<std::string>& warnings) {
+  std::vector<std::string> names{"_WIND_WEIGHT", "_WIND"};
+  if (placed.wind_color_set) names.insert(names.begin(), "COLOR_" + std::to_string(*placed.wind_color_set));
+  const auto name = std::ranges::find_if(names, [&](const std::string& each) { return attribute_accessor(primitive, each) >= 0; });
+  if (name == names.end()) return {};
+  const auto count = model.accessors.at(static_cast<std::size_t>(attribute_accessor(primitive, "POSITION"))).count;
+  auto weights = read_attribute(model, primitive, *name, count, read_first_components);
+  if (!weights) {
+    warnings.push_back(place + ": " + *name + " is not used as wind weights: " + weights.error().message());
+    return {};
+  }
+  for (float& weight : *weights) weight = weight >= 0.0f ? std::min(weight, 1.0f) : 0.0f;  // also for NaN
+  return *std::move(weights);
+}
+
+Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed) {
+  RawPrimitive raw;
+  const int position_accessor = attribute_accessor(primitive, "POSITION");
+  COPPICE_TRY(positions, read_vec3(model, position_accessor));
+  raw.positions = std::move(positions);
+  for (std::size_t i = 0; i < raw.positions.size(); ++i)
+    if (!is_finite(raw.positions[i]))
+      return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
+                   accessor_place(position_accessor) + " element " + std::to_string(i)};
+  const std::size_t count = raw.positions.size();
+  const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
+  const TextureUvs texture = texture_uvs(model, material);
+  const std::string uv_name = "TEXCOORD_" + std::to_string(texture.set);
+  COPPICE_TRY(normals, read_attribute(model, primitive, "NORMAL", count, read_vec3));
+  COPPICE_TRY(uvs, read_attribute(model, primitive, uv_name, count, read_vec2));
+  if (placed.wind_color_set != 0u) {
+    COPPICE_TRY(colors, read_attribute(model, primitive, "COLOR_0", count, read_colors));
+    raw.colors = std::move(colors);
+  }
+  raw.normals = std::move(normals);
+  raw.uvs = std::move(uvs);
+  if (texture.is_transformed)
+    for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
+  COPPICE_TRY(order, vertex_order(model, primitive, count));
+  raw.triangles = triangulate(primitive.mode, order);
+  drop_repeated_triangles(raw);
+  return raw;
+}
+
+/// Area-weighted sums of the normals of the triangles round each vertex.
+std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
+  std::vector<glm::vec3> normals(raw.positions.size(), glm::vec3(0.0f));
+  for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
+    const glm::vec3& a = raw.positions[raw.triangles[i]];
+    const glm::vec3 normal = glm::cross(raw.positions[raw.triangles[i + 1]] - a, raw.positions[raw.triangles[i + 2]] - a);
+    for (std::size_t k = 0; k < 3; ++k) normals[raw.triangles[i + k]] += normal;
+  }
+  return normals;
+}
+
+/// A unit vector along v; the fallback if v has no direction.
+glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
+  const double length = glm::length(v);
+  return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
+}
+
+/// Returns a colour in 0..1; white for anything else, NaN too.
+glm::vec4 usable_color(const glm::vec4& color) {
+  glm::vec4 usable(1.0f);
+  for (int c = 0; c < 4; ++c)
+    if (color[c] >= 0.0f && color[c] <= 1.0f) usable[c] = color[c];
+  return usable;
+}
+
+Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
+  for (const glm::vec3& position : raw.positions) {
+    const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(position, 1.0));
+    // Written so that NaN fails too.
+    if (!(std::abs(placed.x) <= kMaxCoordinate_m && std::abs(placed.y) <= kMaxCoordinate_m && std::abs(placed.z) <= kMaxCoordinate_m))
+      return Error{Status::bad_file, "position beyond 1e8 m", Error::kNoOffset, "nodes[" + std::to_string(instance.node) + "].mesh"};
+    mesh.positions.push_back(glm::vec3(placed));
+  }
+  return {};
+}
+
+void append_normals(const RawPrimitive& raw, const glm::dmat3& scene_from_mesh, bool mirrored, Mesh& mesh) {
+  // The cofactors are the inverse transpose times the determinant. They exist even if the inverse does not.
+  glm::dmat3 scene_from_normal(glm::cross(scene_from_mesh[1], scene_from_mesh[2]), glm::cross(scene_from_mesh[2], scene_from_mesh[0]),
+                               glm::cross(scene_from_mesh[0], scene_from_mesh[1]));
+  if (mirrored) scene_from_normal = -scene_from_normal;
+  const std::vector<glm::vec3> computed = summed_normals(raw);
+  constexpr glm::vec3 kUp(0.0f, 1.0f, 0.0f);
+  for (std::size_t i = 0; i < raw.positions.size(); ++i) {
+    const bool usable = !raw.normals.empty() && is_finite(raw.normals[i]) && raw.normals[i] != glm::vec3(0.0f);
+    const glm::dvec3 normal(unit_or(usable ? raw.normals[i] : computed[i], kUp));
+    mesh.normals.push_back(unit_or(scene_from_normal * normal, kUp));
+  }
+}
+
+void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, std::vector<std::string>& warnings) {
+  std::size_t repaired_count = 0;
+  for (std::size_t i = 0; i < raw.positions.size(); ++i) {
+    glm::vec2 uv = raw.uvs.empty() ? glm::vec2(0.0f) : raw.uvs[i];
+    if (!is_finite(uv)) {
+      uv = glm::vec2(0.0f);
+      ++repaired_count;
+    }
+    mesh.uvs.push_back(uv);
+  }
+  if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
+}
+
+/// Vertices before the first primitive that has colours are white.
+void append_colors(const RawPrimitive& raw, TriangleSoup& soup) {
+  if (raw.colors.empty() && soup.vertex_colors.empty()) return;
+  soup.vertex_colors.resize(soup.mesh.positions.size() - raw.positions.size(), glm::vec4(1.0f));
+  for (const glm::vec4& color : raw.colors) soup.vertex_colors.push_back(usable_color(color));
+  soup.vertex_colors.resize(soup.mesh.positions.size(), glm::vec4(1.0f));
+}
+
+/// Vertices before the first primitive that has weights have none.
+void append_wind_weights(const std::vector<float>& weights, std::size_t vertex_count, Mesh& mesh) {
+  constexpr float kNoWeight = -1.0f;
+  if (weights.empty() && mesh.wind_weights.empty()) return;
+  mesh.wind_weights.resize(mesh.positions.size() - vertex_count, kNoWeight);
+  mesh.wind_weights.insert(mesh.wind_weights.end(), weights.begin(), weights.end());
+  mesh.wind_weights.resize(mesh.positions.size(), kNoWeight);
+}
+
+struct PrimitiveSize {
+  std::uint64_t vertices = 0, triangles = 0;
+};
+
+PrimitiveSize size_of(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
+  const std::uint64_t vertices = count(attribute_accessor(primitive, "POSITION"));
+  const std::uint64_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
+  // A strip makes one triangle of each index but two.
+  return {vertices, primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners};
+}
+
+}  // namespace
+
+Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts) {
+  std::uint64_t vertices = 0, triangles = 0;
+  for (std::size_t m = 0; m < instance_counts.size(); ++m)
+    for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+      const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
+      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
+      // gltf_screen.h and mesh_instance_counts keep both factors far below 2^32.
+      const PrimitiveSize size = size_of(model, primitive);
+      vertices += instance_counts[m] * size.vertices;
+      triangles += instance_counts[m] * size.triangles;
+      if (vertices <= kMaxVertices && triangles <= kMaxTriangles) continue;
+      return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset,
+                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(size.triangles) +
+                       " triangles, all together " + std::to_string(triangles)};
+    }
+  return {};
+}
+
+Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
+                              std::vector<std::string>& warnings) {
+  const MeshInstance& instance = placed.instance;
+  const std::uint32_t primitive_index = placed.primitive_index;
+  const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
+  if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
+  const std::string place = primitive_place(instance.mesh, primitive_index);
+  Mesh& mesh = soup.mesh;
+  Result<RawPrimitive> raw = read_primitive(model, primitive, placed);
+  if (!raw) {
+    Error error = raw.error();
+    error.detail = place + ": " + error.detail;
+    return error;
+  }
+  const glm::dmat3 linear(instance.scene_from_mesh);
+  const bool mirrored = glm::determinant(linear) < 0.0;
+  const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
+  COPPICE_CHECK(append_positions(*raw, instance, mesh));
+  append_normals(*raw, linear, mirrored, mesh);
+  append_uvs(*raw, place, mesh, warnings);
+  soup.vertex_instances.resize(mesh.positions.size(), placed.instance_index);
+  for (std::size_t i = 0; i < raw->triangles.size(); i += 3) {
+    const std::uint32_t a = raw->triangles[i], b = raw->triangles[i + 1], c = raw->triangles[i + 2];
+    for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
+    mesh.triangle_materials.push_back(placed.material);
+  }
+  append_colors(*raw, soup);
+  append_wind_weights(read_wind_weights(model, primitive, placed, place, warnings), raw->positions.size(), mesh);
+  if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(placed.material);
+  return {};
+}
+
+}  // namespace coppice::bake

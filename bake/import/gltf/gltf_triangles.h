@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gltf_instances.h"
+#include "result.h"
+#include "triangle_soup.h"
+
+namespace coppice::bake {
+
+/// Checks that the document asks for no more triangles and vertices than a plant may have. Reads and allocates nothing.
+/// instance_counts  [meshes] from mesh_instance_counts
+/// errors  unsupported: names the primitive that exceeds the limit
+Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts);
+
+/// A primitive of a mesh as an instance places it.
+struct PlacedPrimitive {
+  const MeshInstance& instance;
+  std::uint32_t instance_index = 0;
+  std::uint32_t primitive_index = 0;
+  std::uint32_t material = 0;                        ///< the number for triangle_materials
+  std::optional<std::uint32_t> wind_color_set = {};  ///< n: the red of COLOR_n says how flexible a vertex is, and is no colour
+};
+
+/// Appends a primitive where its instance places it: triangles, strips and fans; points and lines have nothing to append. A mirroring
+/// transform also reverses the winding, so that fronts stay fronts. Missing normals become the area-weighted mean of the triangles round a
+/// vertex, missing uvs (0, 0). Wind weights come from the vertex colours that `placed` names, else from the attribute _WIND_WEIGHT, else
+/// from _WIND: the first component of whatever shape, 0..1. Weights that cannot be read are left out, with a warning.
+/// errors  bad_file: a position that is not finite or beyond 1e8 m, an index beyond the vertices, attributes of unequal length;
+///         unsupported: more triangles than a plant may have
+Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
+                              std::vector<std::string>& warnings);
+
+}  // namespace coppice::bake

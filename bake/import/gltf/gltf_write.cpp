@@ -1,0 +1,280 @@
+#include "gltf_write.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include <stb_image_write.h>
+#include <tiny_gltf.h>
+#include <glm/geometric.hpp>
+
+#include "atomic_file.h"
+#include "check.h"
+#include "gltf_codes.h"
+
+namespace coppice::bake {
+namespace {
+
+// A .glb is one JSON chunk and one binary chunk. Attribute arrays go to the binary chunk once per mesh and are shared by its primitives,
+// one for each material in use; images follow as PNG files.
+
+/// Appends `bytes` to the binary chunk, four-byte aligned as accessors need; returns the buffer view's index.
+int add_view(tinygltf::Model& model, const void* bytes, std::size_t byte_count, int target) {
+  std::vector<unsigned char>& data = model.buffers.front().data;
+  data.resize((data.size() + 3) / 4 * 4);
+  tinygltf::BufferView view;
+  view.buffer = 0;
+  view.byteOffset = data.size();
+  view.byteLength = byte_count;
+  view.target = target;
+  const auto* first = static_cast<const unsigned char*>(bytes);
+  data.insert(data.end(), first, first + byte_count);
+  model.bufferViews.push_back(std::move(view));
+  return static_cast<int>(model.bufferViews.size() - 1);
+}
+
+int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor) {
+  model.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model.accessors.size() - 1);
+}
+
+/// Adds an accessor of glm vectors of floats, as they lie in memory.
+template <class Vector>
+tinygltf::Accessor float_accessor(tinygltf::Model& model, const std::vector<Vector>& values, int type) {
+  static_assert(sizeof(Vector) == sizeof(float) * static_cast<std::size_t>(Vector::length()));
+  tinygltf::Accessor accessor;
+  accessor.bufferView = add_view(model, values.data(), values.size() * sizeof(Vector), TINYGLTF_TARGET_ARRAY_BUFFER);
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.type = type;
+  accessor.count = values.size();
+  return accessor;
+}
+
+int add_positions(tinygltf::Model& model, const std::vector<glm::vec3>& positions) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
+  for (const glm::vec3& position : positions) {
+    low = glm::min(low, position);
+    high = glm::max(high, position);
+  }
+  tinygltf::Accessor accessor = float_accessor(model, positions, TINYGLTF_TYPE_VEC3);
+  accessor.minValues = {low.x, low.y, low.z};
+  accessor.maxValues = {high.x, high.y, high.z};
+  return add_accessor(model, std::move(accessor));
+}
+
+int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indices, std::size_t vertex_count) {
+  tinygltf::Accessor accessor;
+  accessor.type = TINYGLTF_TYPE_SCALAR;
+  accessor.count = indices.size();
+  if (vertex_count <= 0xffff) {  // 0xffff itself may not be an index: it restarts primitives
+    const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
+    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+    accessor.bufferView = add_view(model, narrow.data(), narrow.size() * sizeof(std::uint16_t), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+  } else {
+    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    accessor.bufferView = add_view(model, indices.data(), indices.size() * sizeof(std::uint32_t), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+  }
+  return add_accessor(model, std::move(accessor));
+}
+
+bool is_translucent(const Mesh& mesh, std::size_t triangle) {
+  return !mesh.vertex_fades.empty() && opacity_of(mesh.vertex_fades[mesh.indices[3 * triangle]]) < kOpaque;
+}
+
+/// Adds COLOR_0: grey of the brightness, which glTF limits to 1, with the opacity as alpha.
+int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
+  std::vector<std::uint8_t> colors;
+  colors.reserve(4 * fades.size());
+  for (const std::uint8_t fade : fades) {
+    const auto alpha = static_cast<std::uint8_t>((255u * opacity_of(fade) + kOpaque / 2) / kOpaque);
+    const auto gray = static_cast<std::uint8_t>(std::lround(255.0f * std::min(linear_brightness(fade), 1.0f)));
+    colors.insert(colors.end(), {gray, gray, gray, alpha});
+  }
+  tinygltf::Accessor accessor;
+  accessor.type = TINYGLTF_TYPE_VEC4;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+  accessor.normalized = true;
+  accessor.count = fades.size();
+  accessor.bufferView = add_view(model, colors.data(), colors.size(), TINYGLTF_TARGET_ARRAY_BUFFER);
+  return add_accessor(model, std::move(accessor));
+}
+
+/// blended  [material] index of its blended copy in the file; kNone if there is none
+void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<std::uint32_t>& blended) {
+  const Mesh& mesh = *part.mesh;
+  std::vector<std::vector<std::uint32_t>> by_material(model.materials.size());
+  for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle) {
+    const std::uint32_t material = mesh.triangle_materials[triangle];
+    const bool translucent = is_translucent(mesh, triangle);
+    auto& indices = by_material[translucent ? blended[material] : material];
+    indices.insert(indices.end(), &mesh.indices[3 * triangle], &mesh.indices[3 * triangle] + 3);
+  }
+
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.attributes["POSITION"] = add_positions(model, mesh.positions);
+  primitive.attributes["NORMAL"] = add_accessor(model, float_accessor(model, mesh.normals, TINYGLTF_TYPE_VEC3));
+  primitive.attributes["TEXCOORD_0"] = add_accessor(model, float_accessor(model, mesh.uvs, TINYGLTF_TYPE_VEC2));
+  const bool any_faded = std::ranges::any_of(mesh.vertex_fades, [](std::uint8_t fade) { return fade != kNoFade; });
+  if (any_faded) primitive.attributes["COLOR_0"] = add_fades(model, mesh.vertex_fades);
+
+  tinygltf::Mesh gltf_mesh;
+  gltf_mesh.name = part.name;
+  for (std::size_t material = 0; material < by_material.size(); ++material) {
+    if (by_material[material].empty()) continue;
+    primitive.indices = add_indices(model, by_material[material], mesh.positions.size());
+    primitive.material = static_cast<int>(material);
+    gltf_mesh.primitives.push_back(primitive);
+  }
+  model.meshes.push_back(std::move(gltf_mesh));
+
+  tinygltf::Node node;
+  node.name = part.name;
+  node.mesh = static_cast<int>(model.meshes.size() - 1);
+  model.nodes.push_back(std::move(node));
+  model.scenes.front().nodes.push_back(static_cast<int>(model.nodes.size() - 1));
+}
+
+void add_material(tinygltf::Model& model, const Material& material) {
+  tinygltf::Material out;
+  out.name = material.name;
+  out.doubleSided = material.double_sided;
+  out.alphaMode = material.alpha_cutoff > 0.0f ? "MASK" : "OPAQUE";
+  if (material.alpha_cutoff > 0.0f) out.alphaCutoff = static_cast<double>(material.alpha_cutoff);
+  auto& pbr = out.pbrMetallicRoughness;
+  const glm::vec4& color = material.base_color;
+  pbr.baseColorFactor = {color.r, color.g, color.b, color.a};
+  pbr.metallicFactor = 0.0;
+  pbr.roughnessFactor = static_cast<double>(material.roughness);
+  if (material.image != kNone) pbr.baseColorTexture.index = static_cast<int>(material.image);
+  if (material.normal_map != kNone) out.normalTexture.index = static_cast<int>(material.normal_map);
+  model.materials.push_back(std::move(out));
+}
+
+/// Appends a blended copy of each material that a translucent leaf has. returns  [material] the copy's index; kNone without one
+std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const std::vector<GltfPart>& parts) {
+  std::vector<std::uint32_t> blended(model.materials.size(), kNone);
+  for (const GltfPart& part : parts)
+    for (std::size_t triangle = 0; triangle < part.mesh->triangle_materials.size(); ++triangle) {
+      std::uint32_t& copy = blended[part.mesh->triangle_materials[triangle]];
+      if (copy != kNone || !is_translucent(*part.mesh, triangle)) continue;
+      copy = static_cast<std::uint32_t>(model.materials.size());
+      tinygltf::Material material = model.materials[part.mesh->triangle_materials[triangle]];
+      material.alphaMode = "BLEND";
+      material.alphaCutoff = 0.5;  // glTF's default
+      model.materials.push_back(std::move(material));
+    }
+  return blended;
+}
+
+Result<void> add_image(tinygltf::Model& model, const Image& image) {
+  std::vector<std::uint8_t> png;
+  const auto append = [](void* user, void* data, int byte_count) {
+    auto& out = *static_cast<std::vector<std::uint8_t>*>(user);
+    out.insert(out.end(), static_cast<std::uint8_t*>(data), static_cast<std::uint8_t*>(data) + byte_count);
+  };
+  const int width = static_cast<int>(image.width), height = static_cast<int>(image.height);
+  if (stbi_write_png_to_func(append, &png, width, height, 4, image.rgba.data(), 4 * width) == 0)
+    return Error{Status::internal, "image cannot be encoded as PNG"};
+
+  tinygltf::Image out;
+  out.mimeType = "image/png";
+  out.bufferView = add_view(model, png.data(), png.size(), 0);
+  model.images.push_back(std::move(out));
+  tinygltf::Texture texture;
+  texture.source = static_cast<int>(model.images.size() - 1);
+  model.textures.push_back(std::move(texture));
+  return {};
+}
+
+Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
+  const Mesh& mesh = *part.mesh;
+  const std::size_t vertex_count = mesh.positions.size();
+  COPPICE_ASSERT(mesh.normals.size() == vertex_count && mesh.uvs.size() == vertex_count);
+  COPPICE_ASSERT(mesh.vertex_fades.empty() || mesh.vertex_fades.size() == vertex_count);
+  COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
+  COPPICE_ASSERT(std::ranges::all_of(mesh.indices, [&](std::uint32_t index) { return index < vertex_count; }));
+  COPPICE_ASSERT(std::ranges::all_of(mesh.triangle_materials, [&](std::uint32_t index) { return index < material_count; }));
+  const bool finite = std::ranges::all_of(
+      mesh.positions, [](const glm::vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); });
+  if (!finite) return Error{Status::invalid_argument, "position is not finite in mesh", Error::kNoOffset, part.name};
+  return {};
+}
+
+void check_materials(const std::vector<Material>& materials, const std::vector<Image>& images) {
+  for (const Material& material : materials) COPPICE_ASSERT(material.image == kNone || material.image < images.size());
+  for (const Image& image : images)
+    COPPICE_ASSERT(image.width > 0 && image.height > 0 && image.rgba.size() == std::size_t{4} * image.width * image.height);
+}
+
+Result<std::vector<std::uint8_t>> serialise(const tinygltf::Model& model) {
+  tinygltf::TinyGLTF writer;
+  std::ostringstream stream;
+  if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) return Error{Status::internal, "glTF cannot be serialised"};
+  // A stream that gets no memory stops without throwing.
+  if (!stream.good()) return Error{Status::out_of_memory, "glTF"};
+  const std::string text = std::move(stream).str();
+  return std::vector<std::uint8_t>(text.begin(), text.end());
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
+                                             const std::vector<Image>& images) {
+  check_materials(materials, images);
+  tinygltf::Model model;
+  model.asset.version = "2.0";
+  model.asset.generator = "coppice";
+  model.buffers.resize(1);
+  model.scenes.resize(1);
+  model.scenes.front().name = "plant";  // tinygltf writes a scene without name and nodes as null, which is not glTF
+  model.defaultScene = 0;
+  for (const Material& material : materials) add_material(model, material);
+  for (const GltfPart& part : parts) COPPICE_CHECK(check_mesh(part, materials.size()));
+  const std::vector<std::uint32_t> blended = add_blended_materials(model, parts);
+  for (const GltfPart& part : parts)
+    if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
+  for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
+  // Leaves a mebibyte for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
+  if (model.buffers.front().data.size() > gltf_code::kMaxFileBytes - (1u << 20))
+    return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
+  if (model.buffers.front().data.empty()) model.buffers.clear();
+  return serialise(model);
+}
+
+Result<void> write_glb(const std::filesystem::path& path, const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
+                       const std::vector<Image>& images) {
+  COPPICE_TRY(bytes, encode_glb(parts, materials, images));
+  return write_file_atomically(path, bytes);
+}
+
+Mesh foliage_mesh(const Foliage& foliage) {
+  Mesh mesh;
+  const std::size_t leaf_count = foliage.quads.size();
+  mesh.positions.reserve(4 * leaf_count);
+  mesh.normals.reserve(4 * leaf_count);
+  mesh.uvs.reserve(4 * leaf_count);
+  mesh.indices.reserve(6 * leaf_count);
+  mesh.triangle_materials.reserve(2 * leaf_count);
+  for (std::size_t leaf = 0; leaf < leaf_count; ++leaf) {
+    const Quad& quad = foliage.quads[leaf];
+    const Card& card = foliage.card_table[foliage.cards[leaf]];
+    // The diagonals' cross product is the mean normal of a bent quad. A quad collapsed to a line has none and gets up.
+    const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+    const float length = glm::length(across);
+    const glm::vec3 normal = length > 0.0f ? across / length : glm::vec3(0.0f, 1.0f, 0.0f);
+    const auto first = static_cast<std::uint32_t>(4 * leaf);
+    mesh.positions.insert(mesh.positions.end(), quad.begin(), quad.end());
+    mesh.normals.insert(mesh.normals.end(), 4, normal);
+    mesh.uvs.insert(mesh.uvs.end(), card.uv.begin(), card.uv.end());
+    mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
+    mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, card.material);
+    if (!foliage.fades.empty()) mesh.vertex_fades.insert(mesh.vertex_fades.end(), 4, foliage.fades[leaf]);
+  }
+  return mesh;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// A mesh, which becomes one node of the scene; it has one primitive per material in use.
+struct GltfPart {
+  std::string name;
+  const Mesh* mesh = nullptr;  ///< not null; every index within its arrays (asserted)
+};
+
+/// Writes a binary glTF 2.0 file in memory. Material i of the file is materials[i], texture i shows images[i] as an embedded PNG; a
+/// material is alpha masked if its cutoff is above 0. A mesh with leaves that are not opaque stores their opacity as the alpha of COLOR_0,
+/// and those leaves get a blended copy of their material (alphaMode BLEND), after all others. Empty meshes are left out. Same arguments,
+/// same bytes.
+/// errors  invalid_argument: a position is not finite (the mesh is named), or more than 4 GiB
+Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
+                                             const std::vector<Image>& images);
+
+/// Writes encode_glb to a .glb, atomically: either the whole file appears at `path` or the earlier file stays.
+/// errors  those of encode_glb; io: names the path and the operating system's reason
+Result<void> write_glb(const std::filesystem::path& path, const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
+                       const std::vector<Image>& images);
+
+/// Makes a mesh of leaf quads: four vertices and two triangles a leaf, flat normals, the card's uvs.
+Mesh foliage_mesh(const Foliage& foliage);
+
+}  // namespace coppice::bake

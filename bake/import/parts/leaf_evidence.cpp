@@ -1,0 +1,355 @@
+#include "leaf_evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "find_leaves.h"
+#include "material_words.h"
+#include "texture_mips.h"
+
+namespace coppice::bake {
+namespace {
+
+// Minimum flatness of a leaf. Between this and kTubeFlatness a piece may be either.
+constexpr double kFlat = 0.75;
+// Half way from the flatness of a tube to that of a ball.
+constexpr double kBall = 0.45;
+// Minimum bulk (piece_shape.h) of a body: a blob of a crown, a cone, a cactus.
+constexpr double kBody = 0.2;
+// Minimum size of a class that says what the leaves of its material look like.
+constexpr std::uint32_t kMinCompany = 8;
+
+/// Interpolates from (x0, y0) to (x1, y1), and is level outside.
+double ramp(double x, double x0, double y0, double x1, double y1) {
+  return y0 + (y1 - y0) * std::clamp((x - x0) / (x1 - x0), 0.0, 1.0);
+}
+
+/// The value below which this share of `values` lies.
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+double median(std::vector<double> values) {
+  return quantile(std::move(values), 0.5);
+}
+
+/// Lowest and highest point of a piece, m.
+std::pair<double, double> heights_of(const Mesh& mesh, const Pieces& pieces, std::uint32_t piece) {
+  const LeafRange& range = pieces.ranges[piece];
+  std::pair<double, double> heights{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (std::uint32_t i = 0; i < range.triangle_count; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = mesh.indices[3 * std::size_t{pieces.triangles[range.first_triangle + i]} + k];
+      const auto y = static_cast<double>(mesh.positions[vertex].y);
+      heights = {std::min(heights.first, y), std::max(heights.second, y)};
+    }
+  return heights;
+}
+
+bool has_holes(const Material& material, const std::vector<Image>& images) {
+  // Images that were saved with alpha for no reason have stray texels.
+  constexpr double kMaxCoverage = 0.98;
+  return material.alpha_cutoff > 0.0f && material.image != kNone &&
+         alpha_coverage(images[material.image], material.alpha_cutoff) < kMaxCoverage;
+}
+
+/// The texel at a coordinate. Textures repeat.
+const std::uint8_t* texel_at(const Image& image, const glm::vec2& uv) {
+  const auto along = [](float coordinate, std::uint32_t size) {
+    const auto texel = static_cast<std::uint32_t>(glm::fract(coordinate) * static_cast<float>(size));
+    return std::min(texel, size - 1);
+  };
+  return &image.rgba[4 * (std::size_t{along(uv.y, image.height)} * image.width + along(uv.x, image.width))];
+}
+
+/// Samples the mean linear colour of what triangles show; black if they show nothing.
+glm::dvec3 mean_color(const Mesh& mesh, std::span<const std::uint32_t> triangles, const Material& material,
+                      const std::vector<Image>& images) {
+  const glm::dvec3 factor(material.base_color);
+  if (material.image == kNone) return factor;
+  constexpr std::array<std::array<float, 3>, 4> kSamples{
+      {{0.333f, 0.333f, 0.334f}, {0.6f, 0.2f, 0.2f}, {0.2f, 0.6f, 0.2f}, {0.2f, 0.2f, 0.6f}}};
+  const Image& image = images[material.image];
+  glm::dvec3 sum(0.0);
+  std::size_t count = 0;
+  for (const std::uint32_t t : triangles)
+    for (const auto& weights : kSamples) {
+      glm::vec2 uv(0.0f);
+      for (std::size_t k = 0; k < 3; ++k) uv += weights[k] * mesh.uvs[mesh.indices[3 * std::size_t{t} + k]];
+      const std::uint8_t* texel = texel_at(image, uv);
+      if (static_cast<float>(texel[3]) < material.alpha_cutoff * 255.0f) continue;
+      for (int c = 0; c < 3; ++c) sum[c] += std::pow(texel[c] / 255.0, 2.2);
+      ++count;
+    }
+  return count > 0 ? factor * sum / static_cast<double>(count) : glm::dvec3(0.0);
+}
+
+double colour_evidence(const glm::dvec3& linear) {
+  const double other = std::max(linear.r, linear.b);
+  if (linear.g > other) return ramp(linear.g / std::max(other, 1e-6), 1.0, 0.0, 1.25, 0.75);
+  const bool brown = linear.r > 1.1 * linear.g && linear.g > linear.b;
+  return brown ? -0.5 : 0.0;
+}
+
+double flatness_evidence(double flatness, bool holes) {
+  const double value = flatness < kFlat ? ramp(flatness, 0.6, -2.5, kFlat, 0.25) : ramp(flatness, kFlat, 0.25, 0.85, 1.25);
+  return holes ? std::max(value, -0.5) : value;
+}
+
+/// Counts for each material how many pieces are about as large in triangles and length, in steps of two.
+class Kin {
+ public:
+  explicit Kin(const std::vector<PieceClass>& classes) {
+    for (const PieceClass& each : classes) counts_[step_of(each)] += each.piece_count;
+  }
+
+  /// Number of pieces that are at most a step away in both.
+  [[nodiscard]] double count(const PieceClass& of) const {
+    const auto [material, triangles, length] = step_of(of);
+    std::uint64_t sum = 0;
+    for (int i = -1; i <= 1; ++i)
+      for (int k = -1; k <= 1; ++k) {
+        const auto found = counts_.find({material, triangles + i, length + k});
+        if (found != counts_.end()) sum += found->second;
+      }
+    return static_cast<double>(sum);
+  }
+
+ private:
+  using Step = std::tuple<std::uint32_t, int, int>;
+  static Step step_of(const PieceClass& of) {
+    return {of.material, std::ilogb(static_cast<double>(of.triangle_count)), std::ilogb(of.length_m)};
+  }
+  std::map<Step, std::uint64_t> counts_;
+};
+
+double repetition_evidence(double count) {
+  return std::clamp(0.65 * std::log10(count), 0.0, 2.6);
+}
+
+/// Finds a material's most repeated class of flat pieces, or a class of pieces that are not round if it has twice as many; none if nothing
+/// is repeated.
+std::optional<std::size_t> main_class(std::span<const PieceClass> of_material) {
+  std::optional<std::size_t> first;
+  for (std::size_t i = 0; i < of_material.size(); ++i) {
+    const PieceClass& each = of_material[i];
+    if (each.piece_count < kMinCompany || each.flatness < kTubeFlatness) continue;
+    if (!first) first = i;
+    if (each.flatness >= kFlat) return of_material[*first].piece_count >= 2 * each.piece_count ? first : i;
+  }
+  return first;
+}
+
+/// Evidence against pieces beside leaves: round ones, those many times as long and of another shape, and those longer and much more
+/// slender.
+double company_evidence(const PieceClass& of, const PieceClass& leaves) {
+  // All other evidence speaks for slender pieces as for leaves, so their penalty is larger.
+  constexpr double kOdd = -4.0, kSlender = -8.0;
+  if (of.piece_count >= leaves.piece_count) return 0.0;
+  const bool is_slender = of.length_m >= 1.5 * leaves.length_m && of.slenderness >= 4.0 * leaves.slenderness && of.slenderness >= 15.0;
+  if (is_slender) return kSlender;
+  const bool is_tube = of.flatness < kTubeFlatness && of.elongation >= 3.0, is_ball = of.flatness < kBall;
+  const bool is_longer = of.length_m >= 4.0 * leaves.length_m && of.triangle_count > leaves.triangle_count &&
+                         (of.triangle_count >= 2 * leaves.triangle_count || of.elongation >= 3.0 * leaves.elongation);
+  const bool is_bulky = of.flatness < kFlat && of.triangle_count >= 8 * leaves.triangle_count && of.length_m >= 2.0 * leaves.length_m;
+  return is_tube || is_ball || is_longer || is_bulky ? kOdd : 0.0;
+}
+
+std::string number(const char* format, double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string explain(const PieceClass& of) {
+  const LeafEvidence& evidence = of.evidence;
+  std::string text;
+  const auto add = [&](double value, const std::string& what) {
+    if (std::abs(value) >= 0.05) text += (text.empty() ? "" : ", ") + what + number(" %+.1f", value);
+  };
+  add(evidence.name, "name");
+  add(evidence.holes, "holes");
+  add(evidence.colour, evidence.colour > 0.0 ? "green" : "brown");
+  add(evidence.flatness, number("flat %.2f", of.flatness));
+  add(evidence.repetition, "repeated");
+  add(evidence.size, evidence.size > 0.0 ? "small" : "large");
+  add(evidence.company, "unlike the leaves beside it");
+  return text + number(" = %.1f", evidence.sum());
+}
+
+const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::uint32_t triangle_count) {
+  const auto found = std::ranges::find_if(
+      rules, [&](const MaterialRule& rule) { return rule.min_triangles <= triangle_count && triangle_count <= rule.max_triangles; });
+  return found == rules.end() ? nullptr : &*found;
+}
+
+/// [class] A sample of its triangles.
+std::vector<std::vector<std::uint32_t>> sample_classes(const Pieces& pieces, const ClassedPieces& classed) {
+  // These are enough for a mean colour.
+  constexpr std::size_t kMaxSampled = 256;
+  std::vector<std::vector<std::uint32_t>> samples(classed.classes.size());
+  for (std::size_t i = 0; i < pieces.ranges.size(); ++i) {
+    if (classed.class_of[i] == kNone) continue;
+    std::vector<std::uint32_t>& sample = samples[classed.class_of[i]];
+    const LeafRange& range = pieces.ranges[i];
+    for (std::uint32_t k = 0; k < range.triangle_count && sample.size() < kMaxSampled; ++k)
+      sample.push_back(pieces.triangles[range.first_triangle + k]);
+  }
+  return samples;
+}
+
+void judge(PieceClass& of, double extent_m) {
+  of.evidence.size = ramp(std::log(std::max(of.length_m, 1e-12) / std::max(extent_m, 1e-12)), std::log(0.15), 0.25, std::log(0.5), -2.0);
+  of.part = of.evidence.sum() >= kLeafScore ? PlantPart::leaf : PlantPart::wood;
+  of.is_shell =
+      of.part == PlantPart::wood && of.evidence.name + of.evidence.holes >= 1.0 && of.evidence.company == 0.0 && of.evidence.flatness < 0.0;
+  of.reason = explain(of);
+}
+
+/// Makes wood of a body: a quad would not show it.
+void take_for_body(PieceClass& of) {
+  of.part = PlantPart::wood;
+  of.is_shell = true;
+  of.reason += ", but a body";
+}
+
+/// Makes wood of pieces below all leaves for which only their form speaks: plates and gravel of a pot.
+void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
+  constexpr double kBelow = -2.5;
+  constexpr std::uint64_t kFewer = 10;
+  std::map<std::uint32_t, std::uint64_t> leaf_counts;
+  const PieceClass* leaves = nullptr;
+  for (const PieceClass& each : classes) {
+    if (each.part != PlantPart::leaf) continue;
+    leaf_counts[each.material] += each.piece_count;
+    if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
+  }
+  if (!leaves) return;
+  for (PieceClass& of : classes) {
+    if (of.part != PlantPart::leaf || of.material == leaves->material || of.evidence.sum() == 0.0) continue;
+    const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
+    if (!only_form || kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
+    of.evidence.company += kBelow;
+    judge(of, extent_m);
+  }
+}
+
+}  // namespace
+
+ClassedPieces class_pieces(const Mesh& mesh, const Pieces& pieces, const std::vector<PieceShape>& shapes,
+                           const std::vector<bool>& left_out) {
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+  std::map<Key, std::vector<std::uint32_t>> members;
+  for (std::uint32_t i = 0; i < shapes.size(); ++i)
+    if (!left_out[i])
+      members[{mesh.triangle_materials[pieces.triangles[pieces.ranges[i].first_triangle]], pieces.ranges[i].triangle_count,
+               shapes[i].point_count}]
+          .push_back(i);
+  std::vector<std::pair<Key, std::vector<std::uint32_t>>> sorted(members.begin(), members.end());
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) {
+    return std::get<0>(a.first) != std::get<0>(b.first) ? std::get<0>(a.first) < std::get<0>(b.first) : a.second.size() > b.second.size();
+  });
+
+  ClassedPieces classed;
+  classed.class_of.assign(shapes.size(), kNone);
+  for (const auto& [key, of] : sorted) {
+    for (const std::uint32_t i : of) classed.class_of[i] = static_cast<std::uint32_t>(classed.classes.size());
+    const auto median_of = [&shapes, &list = of](const auto& value) {
+      std::vector<double> values;
+      values.reserve(list.size());
+      for (const std::uint32_t i : list) values.push_back(value(shapes[i]));
+      return median(std::move(values));
+    };
+    PieceClass made;
+    std::tie(made.material, made.triangle_count, made.point_count) = key;
+    made.piece_count = static_cast<std::uint32_t>(of.size());
+    made.total_triangles = std::uint64_t{made.triangle_count} * made.piece_count;
+    made.length_m = median_of([](const PieceShape& shape) { return shape.length_m; });
+    made.elongation = median_of([](const PieceShape& shape) { return shape.length_m / std::max(shape.width_m, 1e-3 * shape.length_m); });
+    made.flatness = median_of([](const PieceShape& shape) { return shape.flatness; });
+    made.slenderness = median_of([](const PieceShape& shape) { return shape.length_m * shape.length_m / shape.area_m2; });
+    std::vector<double> lows, highs;
+    for (const std::uint32_t i : of) {
+      const auto [low_m, high_m] = heights_of(mesh, pieces, i);
+      lows.push_back(low_m);
+      highs.push_back(high_m);
+    }
+    made.low_m = quantile(std::move(lows), 0.02);
+    made.high_m = quantile(std::move(highs), 0.98);
+    classed.bulks.push_back(median_of([](const PieceShape& shape) { return shape.bulk; }));
+    classed.classes.push_back(std::move(made));
+  }
+  return classed;
+}
+
+void judge_classes(const SurfacePieces& surface, const std::vector<std::vector<MaterialRule>>& rules, ClassedPieces& classed) {
+  // Nobody looks at a single one of this many bodies.
+  constexpr double kMany = 100.0;
+  std::vector<PieceClass>& classes = classed.classes;
+  const std::vector<std::vector<std::uint32_t>> samples = sample_classes(surface.pieces, classed);
+  const Kin kin(classes);
+  for (std::size_t first = 0, last = 0; first < classes.size(); first = last) {
+    while (last < classes.size() && classes[last].material == classes[first].material) ++last;
+    const std::span<PieceClass> of_material(classes.data() + first, last - first);
+    const Material& material = surface.materials[classes[first].material];
+    const double name = name_evidence(material.name);
+    const bool holes = has_holes(material, surface.images);
+    const std::optional<std::size_t> leaves = main_class(of_material);
+    for (std::size_t i = 0; i < of_material.size(); ++i) {
+      PieceClass& of = of_material[i];
+      if (const MaterialRule* rule = fitting_rule(rules[of.material], of.triangle_count)) {
+        of.part = rule->part;
+        of.reason = rule->source;
+        continue;
+      }
+      of.evidence.name = name;
+      of.evidence.holes = holes ? 1.0 : 0.0;
+      of.evidence.colour = colour_evidence(mean_color(surface.mesh, samples[first + i], material, surface.images));
+      of.evidence.flatness = flatness_evidence(of.flatness, holes);
+      const double count = std::max(static_cast<double>(of.piece_count), 0.5 * kin.count(of));
+      of.evidence.repetition = repetition_evidence(count);
+      if (leaves && i != *leaves) of.evidence.company = company_evidence(of, of_material[*leaves]);
+      judge(of, surface.extent_m);
+      if (of.part == PlantPart::leaf && of.flatness < kFlat && classed.bulks[first + i] >= kBody && count < kMany) take_for_body(of);
+    }
+  }
+  judge_what_is_below(classes, surface.extent_m);
+}
+
+bool judge_sheets(ClassedPieces& classed) {
+  // Fewer sheets are a label or the ground, unless they have holes or a telling name.
+  constexpr std::uint64_t kSeveral = 3;
+  constexpr double kFoliage = 2.0;
+  const auto is_sheet = [&](std::size_t i) {
+    const PieceClass& of = classed.classes[i];
+    const LeafEvidence& evidence = of.evidence;  // all 0 if a rule decided
+    return of.part == PlantPart::wood && evidence.flatness > 0.0 && evidence.name >= 0.0 && classed.bulks[i] < kBody;
+  };
+  std::map<std::uint32_t, std::uint64_t> sheet_counts;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i)
+    if (is_sheet(i)) sheet_counts[classed.classes[i].material] += classed.classes[i].piece_count;
+  bool any = false;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i) {
+    PieceClass& of = classed.classes[i];
+    if (!is_sheet(i) || (sheet_counts[of.material] < kSeveral && of.evidence.name < kFoliage && of.evidence.holes <= 0.0)) continue;
+    of.part = PlantPart::leaf;
+    of.reason = "a sheet, and nothing is more like a leaf: " + of.reason;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,438 @@
+// A ray caster that walks triangles. With the camera at the origin, the ray of a pixel is d = (x, y, 1). It hits the triangle a, b, c if d
+// . (b x c), d . (c x a) and d . (a x b) have the sign of a . (b x c). These three are also the corners' weights at the hit, perspective
+// included, and depth is a . (b x c) over their sum. Nothing is divided by a corner's depth, so triangles may reach behind the camera. An
+// edge shared by two triangles gives exactly opposite numbers in them, so no pixel falls between.
+
+#include "evaluation_render.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "check.h"
+#include "level_facets.h"
+#include "seeded_random.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr std::uint64_t kDirectionSeed = 20070805;
+constexpr double kAmbient = 0.35;
+
+double srgb_from_linear(double value) {
+  return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1.0 / 2.4) - 0.055;
+}
+
+float displayed(double albedo, double light) {
+  return kEvaluationWhite * static_cast<float>(srgb_from_linear(std::clamp(albedo * light, 0.0, 1.0)));
+}
+
+double light_of(const glm::dvec3& normal, const glm::dvec3& sun) {
+  return kAmbient + (1.0 - kAmbient) * std::max(0.0, glm::dot(normal, sun));
+}
+
+struct Texel {
+  std::uint32_t x = 0, y = 0;
+};
+
+Texel nearest_texel(const SurfaceLook& look, const glm::dvec2& uv) {
+  const auto texel = [](double coordinate, std::uint32_t size) {
+    const double wrapped = coordinate - std::floor(coordinate);
+    return std::min(static_cast<std::uint32_t>(wrapped * size), size - 1);
+  };
+  return {texel(uv.x, look.width), texel(uv.y, look.height)};
+}
+
+double albedo_at(const SurfaceLook& look, Texel texel, std::uint32_t level) {
+  const AlbedoMip& mip = look.mips[level];
+  return double{mip.albedo[std::size_t{texel.y >> level} * mip.width + (texel.x >> level)]};
+}
+
+/// Pixels [first, last] of a row or column; empty when last < first.
+struct PixelRange {
+  std::int32_t first = 0, last = -1;
+};
+
+/// A triangle as the rays see it, in camera space: x right, y up, z forward.
+struct RayTriangle {
+  std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
+  double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
+  PixelRange columns, rows;
+  double doubled_area_px = 0.0;  ///< in the image; 0 if a corner is not in front of the camera
+};
+
+/// How a triangle is painted.
+struct TrianglePaint {
+  const SurfaceLook& look;
+  LeafShade shade;
+  std::uint32_t leaf = 0;
+  std::uint32_t surface = 0;
+  std::uint32_t mip_level = 0;
+};
+
+class Painter {
+ public:
+  Painter(const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px, const EvaluationFrame& frame)
+      : looks_(looks), camera_(camera), size_px_(static_cast<std::int32_t>(size_px)), jitter_px_(frame.jitter_px), frame_(frame.index) {
+    const std::size_t pixel_count = std::size_t{size_px} * size_px;
+    image_.size_px = size_px;
+    image_.pixel_surfaces.assign(pixel_count, kNone);
+    const bool textured = std::ranges::any_of(looks, [](const SurfaceLook& look) { return !look.mips.empty(); });
+    if (textured) image_.pixel_albedos.assign(pixel_count, 0.0f);
+    depths_.assign(pixel_count, std::numeric_limits<double>::infinity());
+  }
+
+  void draw_mesh(const Mesh& mesh, const std::vector<LeafShade>& shades) {
+    mesh_ = &mesh;
+    for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle)
+      draw_triangle(triangle, shades.empty() ? LeafShade{} : shades[triangle / 2]);
+  }
+
+  void draw_needle(const Needle& needle, std::uint32_t leaf) {
+    const NeedleRibbon ribbon = ribbon_towards(needle, camera_.position);
+    if (ribbon.mesh.indices.empty() || looks_[needle.material].all_holes) return;
+    mesh_ = &ribbon.mesh;
+    const TrianglePaint paint{plain_look(needle.material), {}, leaf, add_surface(needle.material, 1.0f, ribbon.facets), 0};
+    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle)
+      walk(prepare(ribbon.mesh.indices.data() + 3 * triangle), ribbon.mesh.indices.data() + 3 * triangle, paint);
+  }
+
+  void draw_voxel(const Voxel& voxel, std::uint32_t leaf) {
+    const VoxelFacets seen = facets_towards(voxel, camera_.position);
+    if (!(seen.area_m2 > 0.0) || looks_[voxel.material].all_holes) return;
+    const std::uint32_t surface = add_surface(voxel.material, 1.0f, seen.facets);
+    const double side_m = 2.0 * double{voxel.half_m}, per_metre = seen.area_m2 / (side_m * side_m * side_m);
+    const auto [columns, rows] = voxel_pixels(voxel);
+    for (std::int32_t y = rows.first; y <= rows.last; ++y)
+      for (std::int32_t x = columns.first; x <= columns.last; ++x) {
+        const glm::dvec3 ray = ray_x(x) * camera_.right + ray_y(y) * camera_.up + camera_.forward;
+        const BoxHit hit = hit_box(camera_.position, ray, voxel.center, voxel.half_m);
+        if (!(hit.far > hit.near) || hit.near < 0.0) continue;
+        const double depth = 0.5 * (hit.near + hit.far), opacity = 1.0 - std::exp(-per_metre * (hit.far - hit.near) * glm::length(ray));
+        const std::size_t pixel = pixel_at(x, y);
+        if (depth < depths_[pixel] && covers(static_cast<float>(opacity), leaf, pixel)) show(pixel, depth, surface);
+      }
+  }
+
+  UnlitImage take() { return std::move(image_); }
+
+ private:
+  [[nodiscard]] double ray_x(std::int32_t x) const { return camera_.tan_half_view * ((2.0 * (x + jitter_px_.x) + 1.0) / size_px_ - 1.0); }
+  [[nodiscard]] double ray_y(std::int32_t y) const { return camera_.tan_half_view * (1.0 - (2.0 * (y + jitter_px_.y) + 1.0) / size_px_); }
+  [[nodiscard]] std::size_t pixel_at(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_px_) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] bool covers(float opacity, std::uint32_t leaf, std::size_t pixel) const {
+    return opacity >= 1.0f || covers_sample(opacity, leaf, static_cast<std::uint32_t>(pixel), frame_);
+  }
+
+  void show(std::size_t pixel, double depth, std::uint32_t surface) {
+    depths_[pixel] = depth;
+    image_.pixel_surfaces[pixel] = surface;
+  }
+
+  /// A look without holes or texture: a shape that stands for many leaves shows their mean.
+  const SurfaceLook& plain_look(std::uint32_t material) {
+    plain_.albedo = looks_[material].albedo;
+    return plain_;
+  }
+
+  std::uint32_t add_surface(std::uint32_t material, float brightness, std::span<const UnlitImage::Facet> facets) {
+    const auto first = static_cast<std::uint32_t>(image_.facets.size());
+    image_.facets.insert(image_.facets.end(), facets.begin(), facets.end());
+    image_.surfaces.push_back({looks_[material].albedo * double{brightness}, false, first, static_cast<std::uint32_t>(facets.size())});
+    return static_cast<std::uint32_t>(image_.surfaces.size() - 1);
+  }
+
+  void draw_triangle(std::size_t triangle, const LeafShade& shade) {
+    const std::uint32_t* indices = mesh_->indices.data() + 3 * triangle;
+    const std::uint32_t material = mesh_->triangle_materials[triangle];
+    const SurfaceLook& look = looks_[material];
+    const RayTriangle ray_triangle = prepare(indices);
+    if (ray_triangle.determinant == 0.0 || look.all_holes) return;
+    const UnlitImage::Facet facet{seen_normal(indices), 1.0};
+    const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
+    image_.surfaces.back().is_textured = !look.mips.empty();
+    walk(ray_triangle, indices, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(indices, look, ray_triangle)});
+  }
+
+  void walk(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint) {
+    for (std::int32_t y = triangle.rows.first; y <= triangle.rows.last; ++y)
+      for (std::int32_t x = triangle.columns.first; x <= triangle.columns.last; ++x) draw_pixel(triangle, indices, paint, x, y);
+  }
+
+  [[nodiscard]] RayTriangle prepare(const std::uint32_t* indices) const {
+    std::array<glm::dvec3, 3> corners{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const glm::dvec3 offset = glm::dvec3(mesh_->positions[indices[i]]) - camera_.position;
+      corners[i] = {glm::dot(offset, camera_.right), glm::dot(offset, camera_.up), glm::dot(offset, camera_.forward)};
+    }
+    RayTriangle triangle;
+    triangle.edges = {glm::cross(corners[1], corners[2]), glm::cross(corners[2], corners[0]), glm::cross(corners[0], corners[1])};
+    triangle.determinant = glm::dot(corners[0], triangle.edges[0]);
+    if (triangle.determinant < 0.0) {
+      triangle.determinant = -triangle.determinant;
+      for (glm::dvec3& edge : triangle.edges) edge = -edge;
+    }
+    bound(corners, triangle);
+    return triangle;
+  }
+
+  void bound(const std::array<glm::dvec3, 3>& corners, RayTriangle& triangle) const {
+    triangle.columns = triangle.rows = {0, size_px_ - 1};
+    const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
+    // A corner beside or behind the camera has no projection, so any pixel may be hit.
+    if (nearest < 1e-6 * glm::length(corners[0])) return;
+    std::array<glm::dvec2, 3> pixels{};
+    const double half = 0.5 * size_px_;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double scale = half / (corners[i].z * camera_.tan_half_view);
+      pixels[i] = glm::dvec2(half + corners[i].x * scale - 0.5, half - corners[i].y * scale - 0.5) - jitter_px_;
+    }
+    const glm::dvec2 low = glm::min(glm::min(pixels[0], pixels[1]), pixels[2]), high = glm::max(glm::max(pixels[0], pixels[1]), pixels[2]);
+    triangle.doubled_area_px = doubled_area(pixels);
+    triangle.columns = pixel_range(low.x, high.x);
+    triangle.rows = pixel_range(low.y, high.y);
+  }
+
+  [[nodiscard]] PixelRange pixel_range(double from, double to) const {
+    constexpr double kSlackPx = 1e-6;  // more than rounding can move a projected corner
+    const double last = size_px_ - 1;
+    return {static_cast<std::int32_t>(std::ceil(std::clamp(from - kSlackPx, 0.0, last + 1))),
+            static_cast<std::int32_t>(std::floor(std::clamp(to + kSlackPx, -1.0, last)))};
+  }
+
+  static double doubled_area(const std::array<glm::dvec2, 3>& corners) {
+    const glm::dvec2 ab = corners[1] - corners[0], ac = corners[2] - corners[0];
+    return std::abs(ab.x * ac.y - ab.y * ac.x);
+  }
+
+  /// The level whose texels are nearest to a pixel in size. One level per triangle suffices: over a leaf the size changes little.
+  [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
+    if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
+    const glm::dvec2 size(look.width, look.height);
+    const double area_texels = doubled_area(
+        {glm::dvec2(mesh_->uvs[indices[0]]) * size, glm::dvec2(mesh_->uvs[indices[1]]) * size, glm::dvec2(mesh_->uvs[indices[2]]) * size});
+    const double level = 0.5 * std::log2(std::max(1.0, area_texels / triangle.doubled_area_px));
+    return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
+  }
+
+  [[nodiscard]] glm::dvec3 seen_normal(const std::uint32_t* indices) const {
+    const glm::dvec3 a(mesh_->positions[indices[0]]), b(mesh_->positions[indices[1]]), c(mesh_->positions[indices[2]]);
+    const glm::dvec3 across = glm::cross(b - a, c - a);
+    const double length = glm::length(across);
+    if (length == 0.0) return glm::dvec3(0.0);
+    const double side = glm::dot(across, camera_.position - a) < 0.0 ? -1.0 : 1.0;
+    return across * (side / length);
+  }
+
+  /// Columns and rows that the cube may cover; all if a corner is not in front of the camera.
+  [[nodiscard]] std::pair<PixelRange, PixelRange> voxel_pixels(const Voxel& voxel) const {
+    glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
+    const double half = 0.5 * size_px_;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 sign((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0);
+      const glm::dvec3 offset = glm::dvec3(voxel.center) + double{voxel.half_m} * sign - camera_.position;
+      const double z = glm::dot(offset, camera_.forward);
+      if (z < 1e-6 * glm::length(offset)) return {{0, size_px_ - 1}, {0, size_px_ - 1}};
+      const double scale = half / (z * camera_.tan_half_view);
+      const glm::dvec2 pixel =
+          glm::dvec2(half + glm::dot(offset, camera_.right) * scale - 0.5, half - glm::dot(offset, camera_.up) * scale - 0.5) - jitter_px_;
+      low = glm::min(low, pixel);
+      high = glm::max(high, pixel);
+    }
+    return {pixel_range(low.x, high.x), pixel_range(low.y, high.y)};
+  }
+
+  void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
+    const SurfaceLook& look = paint.look;
+    const glm::dvec3 ray(ray_x(x), ray_y(y), 1.0);
+    const double a = glm::dot(ray, triangle.edges[0]), b = glm::dot(ray, triangle.edges[1]), c = glm::dot(ray, triangle.edges[2]);
+    const double sum = a + b + c;
+    if (a < 0.0 || b < 0.0 || c < 0.0 || !(sum > 0.0)) return;
+    const double depth = triangle.determinant / sum;
+    const std::size_t pixel = pixel_at(x, y);
+    if (!(depth < depths_[pixel])) return;
+    if (!look.holes.empty() || !look.mips.empty()) {
+      const glm::dvec2 uv =
+          (a * glm::dvec2(mesh_->uvs[indices[0]]) + b * glm::dvec2(mesh_->uvs[indices[1]]) + c * glm::dvec2(mesh_->uvs[indices[2]])) / sum;
+      const Texel texel = nearest_texel(look, uv);
+      if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
+      if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
+      if (!look.mips.empty())
+        image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
+    } else if (!covers(paint.shade.opacity, paint.leaf, pixel)) {
+      return;
+    }
+    show(pixel, depth, paint.surface);
+  }
+
+  const std::vector<SurfaceLook>& looks_;
+  const EvaluationCamera& camera_;
+  std::int32_t size_px_;
+  glm::dvec2 jitter_px_;
+  std::uint32_t frame_;
+  const Mesh* mesh_ = nullptr;
+  SurfaceLook plain_;
+  UnlitImage image_;
+  std::vector<double> depths_;
+};
+
+/// The digits of `index` in a base, mirrored at the point.
+double radical_inverse(std::uint32_t index, std::uint32_t base) {
+  double value = 0.0, digit = 1.0 / base;
+  while (index > 0) {
+    value += digit * (index % base);
+    index /= base;
+    digit /= base;
+  }
+  return value;
+}
+
+void check_level(const Level& level, const std::vector<SurfaceLook>& looks) {
+  const Mesh& mesh = level.mesh;
+  const std::size_t triangle_count = mesh.triangle_materials.size();
+  COPPICE_ASSERT(mesh.indices.size() == 3 * triangle_count && mesh.uvs.size() == mesh.positions.size());
+  COPPICE_ASSERT(level.shades.empty() || level.shades.size() == (triangle_count + 1) / 2);
+  for (const std::uint32_t index : mesh.indices) COPPICE_ASSERT(index < mesh.positions.size());
+  for (const std::uint32_t material : mesh.triangle_materials) COPPICE_ASSERT(material < looks.size());
+  for (const Needle& needle : level.needles) COPPICE_ASSERT(needle.material < looks.size());
+  for (const Voxel& voxel : level.voxels) COPPICE_ASSERT(voxel.material < looks.size());
+}
+
+}  // namespace
+
+Sphere evaluation_sphere(const Mesh& mesh) {
+  if (mesh.positions.empty()) return {};
+  glm::vec3 low = mesh.positions.front(), high = low;
+  for (const glm::vec3& position : mesh.positions) {
+    low = glm::min(low, position);
+    high = glm::max(high, position);
+  }
+  Sphere sphere{0.5f * (low + high), 0.0f};
+  for (const glm::vec3& position : mesh.positions) sphere.radius = std::max(sphere.radius, glm::distance(sphere.center, position));
+  return sphere;
+}
+
+std::vector<glm::dvec3> evaluation_directions(std::uint32_t count) {
+  SeededRandom random(kDirectionSeed);
+  std::vector<glm::dvec3> directions;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    // Heights on a sphere are uniform (Archimedes).
+    const double height = 2.0 * random.uniform() - 1.0, angle = 2.0 * std::numbers::pi * random.uniform();
+    const double ring = std::sqrt(1.0 - height * height);
+    directions.emplace_back(ring * std::cos(angle), height, ring * std::sin(angle));
+  }
+  return directions;
+}
+
+EvaluationCamera evaluation_camera(const glm::dvec3& direction, const Sphere& sphere, double distance_radii) {
+  EvaluationCamera camera;
+  camera.position = glm::dvec3(sphere.center) + direction * (distance_radii * sphere.radius);
+  camera.forward = -direction;
+  const glm::dvec3 pole = std::abs(direction.y) > 0.9999 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+  camera.right = glm::normalize(glm::cross(camera.forward, pole));
+  camera.up = glm::cross(camera.right, camera.forward);
+  // The cone that touches the sphere: sin of its half angle is radius / distance.
+  camera.tan_half_view = 1.0 / std::sqrt(distance_radii * distance_radii - 1.0);
+  return camera;
+}
+
+glm::dvec3 evaluation_sun() {
+  return glm::normalize(glm::dvec3(0.5, 1.0, 0.3));
+}
+
+std::vector<glm::dvec3> evaluation_suns() {
+  const double golden_angle = 2.0 * std::numbers::pi * (1.0 - 1.0 / std::numbers::phi);
+  std::vector<glm::dvec3> suns;
+  for (std::uint32_t i = 0; i < kEvaluationSunCount; ++i) {
+    const double height = (i + 0.5) / kEvaluationSunCount, ring = std::sqrt(1.0 - height * height);
+    suns.emplace_back(ring * std::cos(golden_angle * i), height, ring * std::sin(golden_angle * i));
+  }
+  return suns;
+}
+
+std::vector<EvaluationFrame> temporal_frames() {
+  std::vector<EvaluationFrame> frames;
+  for (std::uint32_t i = 0; i < kTemporalFrameCount; ++i)
+    frames.push_back({i, {radical_inverse(i + 1, 2) - 0.5, radical_inverse(i + 1, 3) - 0.5}});
+  return frames;
+}
+
+bool covers_sample(float opacity, std::uint32_t leaf, std::uint32_t pixel, std::uint32_t frame) {
+  const double start = SeededRandom(std::uint64_t{leaf} << 32 | pixel).uniform();
+  const double moved = start + frame * (std::numbers::phi - 1.0);
+  return moved - std::floor(moved) < double{opacity};
+}
+
+float lambert_luminance(double albedo, const glm::dvec3& normal) {
+  return displayed(albedo, light_of(normal, evaluation_sun()));
+}
+
+UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
+                        const EvaluationFrame& frame) {
+  check_level(level, looks);
+  Painter painter(looks, camera, size_px, frame);
+  painter.draw_mesh(level.mesh, level.shades);
+  auto leaf = static_cast<std::uint32_t>(level.mesh.triangle_materials.size());
+  for (const Needle& needle : level.needles) painter.draw_needle(needle, leaf++);
+  for (const Voxel& voxel : level.voxels) painter.draw_voxel(voxel, leaf++);
+  return painter.take();
+}
+
+EvaluationImage lit_image(const UnlitImage& unlit, const glm::dvec3& sun) {
+  const std::size_t pixel_count = unlit.pixel_surfaces.size();
+  EvaluationImage image{unlit.size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
+  constexpr float kUnknown = -1.0f;
+  std::vector<float> luminances(unlit.surfaces.size(), kUnknown);
+  const auto light = [&](const UnlitImage::Surface& surface) {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < surface.facet_count; ++i) {
+      const UnlitImage::Facet& facet = unlit.facets[surface.first_facet + i];
+      sum += facet.share * light_of(facet.normal, sun);
+    }
+    return sum;
+  };
+  for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
+    const std::uint32_t index = unlit.pixel_surfaces[pixel];
+    if (index == kNone) continue;
+    const UnlitImage::Surface& surface = unlit.surfaces[index];
+    image.coverage[pixel] = 1;
+    if (surface.is_textured) {
+      image.luminance[pixel] = displayed(double{unlit.pixel_albedos[pixel]}, light(surface));
+      continue;
+    }
+    if (luminances[index] == kUnknown) luminances[index] = displayed(surface.albedo, light(surface));
+    image.luminance[pixel] = luminances[index];
+  }
+  return image;
+}
+
+EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
+                                  std::uint32_t size_px) {
+  return lit_image(render_unlit(level, looks, camera, size_px), evaluation_sun());
+}
+
+EvaluationImage render_evaluation(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
+                                  std::uint32_t size_px) {
+  return render_evaluation(Level{mesh}, looks, camera, size_px);
+}
+
+std::vector<float> render_temporal_mean(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
+                                        std::uint32_t size_px) {
+  std::vector<float> mean(std::size_t{size_px} * size_px, 0.0f);
+  for (const EvaluationFrame& frame : temporal_frames()) {
+    const EvaluationImage image = lit_image(render_unlit(level, looks, camera, size_px, frame), evaluation_sun());
+    for (std::size_t pixel = 0; pixel < mean.size(); ++pixel) mean[pixel] += image.luminance[pixel] / kTemporalFrameCount;
+  }
+  return mean;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,38 @@
+#pragma once
+
+// Reads levels that another tool wrote, so that anybody's simplifier can be measured like ours.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "level.h"
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// A folder of glTF files, one per level, named after its fraction: 0.8.glb, 0.025.glb (or .gltf). If it has folders instead, each holds
+/// such files: the levels for one choice of the tool's parameters, named like the folder.
+struct LevelSet {
+  std::string name;  ///< the name in reports
+  std::filesystem::path folder;
+};
+
+/// The name of a level's file: "0.8", "0.025".
+std::string level_file_name(double fraction);
+
+/// A level from a file: all triangles of its scene, whatever their material.
+struct ForeignLevel {
+  std::string parameters;  ///< the name of its folder; empty if the set has no folders
+  Level level;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+};
+
+/// [fraction] Reads all files of a level, in the order of their folders' names.
+/// errors  invalid_argument: a folder has no file for a level (both are named); those of import_gltf
+Result<std::vector<std::vector<ForeignLevel>>> read_level_set(const LevelSet& set, std::span<const double> fractions);
+
+}  // namespace coppice::bake

@@ -1,0 +1,125 @@
+#pragma once
+
+// Shared by the methods that unite organs: the cheapest pair goes first, and each item has one best partner among its neighbours.
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <tuple>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "check.h"
+#include "octree.h"
+#include "plant.h"
+
+namespace coppice::bake {
+
+template <class Item>
+struct UnionRules {
+  std::function<double(const Item&, const Item&)> cost;
+  std::function<Item(const Item&, const Item&)> unite;
+  std::function<glm::dvec3(const Item&)> middle;  ///< neighbours are near each other by this
+  std::uint32_t neighbour_count = 16;
+};
+
+/// Unites items step by step. Items have ids 0 .. N - 1, the result of step i has N + i. Ties go to the smaller ids. Runs on one thread.
+template <class Item>
+class GreedyUnion {
+ public:
+  /// source  its box holds the items' centres
+  GreedyUnion(const Foliage& source, std::vector<Item> items, UnionRules<Item> rules)
+      : rules_(std::move(rules)),
+        items_(std::move(items)),
+        live_(items_.size(), true),
+        live_count_(static_cast<std::uint32_t>(items_.size())),
+        octree_(source, 2 * live_count_) {
+    for (std::uint32_t id = 0; id < live_count_; ++id) octree_.insert(id, rules_.middle(items_[id]));
+    for (std::uint32_t id = 0; id < live_count_; ++id) find_partner(id);
+  }
+
+  [[nodiscard]] std::uint32_t live_count() const { return live_count_; }
+
+  /// [live items] in the order of ids
+  [[nodiscard]] std::vector<Item> live_items() const {
+    std::vector<Item> items;
+    for (std::size_t id = 0; id < items_.size(); ++id)
+      if (live_[id]) items.push_back(items_[id]);
+    return items;
+  }
+
+  /// Unites the cheapest pair. At least two items must be live.
+  void step() {
+    const Pair pair = cheapest_pair();
+    const std::uint32_t first = std::min(pair.item, pair.partner), second = std::max(pair.item, pair.partner);
+    for (const std::uint32_t id : {first, second}) {
+      octree_.remove(id);
+      live_[id] = false;
+    }
+    const auto united = static_cast<std::uint32_t>(items_.size());
+    items_.push_back(rules_.unite(items_[first], items_[second]));
+    live_.push_back(true);
+    --live_count_;
+    octree_.insert(united, rules_.middle(items_[united]));
+    find_partner(united);
+  }
+
+ private:
+  struct Pair {
+    double cost = 0.0;
+    std::uint32_t item = 0, partner = 0;
+  };
+  struct Costlier {
+    bool operator()(const Pair& a, const Pair& b) const {
+      const auto key = [](const Pair& p) { return std::tuple(p.cost, std::min(p.item, p.partner), std::max(p.item, p.partner), p.item); };
+      return key(a) > key(b);
+    }
+  };
+
+  Pair cheapest_pair() {
+    for (;;) {
+      COPPICE_ASSERT(!pairs_.empty());
+      const Pair pair = pairs_.top();
+      pairs_.pop();
+      if (!live_[pair.item]) continue;
+      if (live_[pair.partner]) return pair;
+      find_partner(pair.item);
+    }
+  }
+
+  void find_partner(std::uint32_t id) {
+    octree_.candidates_of(id, rules_.neighbour_count, neighbours_);
+    Pair best{std::numeric_limits<double>::infinity(), id, kNone};
+    for (const std::uint32_t other : neighbours_) {
+      const double cost = rules_.cost(items_[id], items_[other]);
+      if (cost < best.cost || (cost == best.cost && other < best.partner)) best = {cost, id, other};
+    }
+    if (best.partner != kNone) pairs_.push(best);
+  }
+
+  UnionRules<Item> rules_;
+  std::vector<Item> items_;  ///< [id]
+  std::vector<bool> live_;   ///< [id]
+  std::uint32_t live_count_;
+  LeafOctree octree_;
+  std::priority_queue<Pair, std::vector<Pair>, Costlier> pairs_;
+  std::vector<std::uint32_t> neighbours_;
+};
+
+/// The live items at each count, in the order of `counts`; each count 1 .. items.size() (asserted).
+template <class Item>
+std::vector<std::vector<Item>> unite_to(GreedyUnion<Item> united, const std::vector<std::uint32_t>& counts) {
+  std::vector<std::vector<Item>> levels(counts.size());
+  const std::uint32_t last = *std::ranges::min_element(counts);
+  COPPICE_ASSERT(last >= 1 && *std::ranges::max_element(counts) <= united.live_count());
+  for (;; united.step()) {
+    for (std::size_t i = 0; i < counts.size(); ++i)
+      if (counts[i] == united.live_count()) levels[i] = united.live_items();
+    if (united.live_count() == last) return levels;
+  }
+}
+
+}  // namespace coppice::bake

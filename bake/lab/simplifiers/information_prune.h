@@ -1,0 +1,38 @@
+#pragma once
+
+// The pruning baseline (Gasch, Remolar, Chover, Rebollo: Viewpoint-Driven Simplification of Plant and Tree Foliage, Entropy 20(4) 213,
+// 2018): mutual information chooses the leaf to prune, and the nearest leaf grows to make up for it.
+
+#include <cstdint>
+#include <vector>
+
+#include "collapse.h"
+#include "plant.h"
+#include "progress.h"
+#include "result.h"
+#include "viewpoints.h"
+
+namespace coppice::bake {
+
+/// One step: the source leaf that goes and the one that grows.
+struct PruneStep {
+  std::uint32_t pruned = 0, grown = 0;
+};
+
+struct PruneResult {
+  std::vector<PruneStep> steps;
+  std::vector<Foliage> levels;  ///< [leaf_counts.size()], leaves in source order
+};
+
+/// Prunes leaves one by one. The live leaf with the smallest visibility I(V,l), eq. (8), goes (of equals the smaller source leaf). The
+/// remaining leaf with the nearest centroid (of equals the smaller) is scaled about its centroid until its area is the sum of both. A leaf
+/// without area stays as it is. Visibility is exact after every step.
+/// leaf_counts  any order; each 1 .. shown.foliage.leaf_count() (asserted). Pruning stops at the smallest.
+/// options      resolution and background; there are no candidates
+/// progress     may be empty
+/// errors       those of render_item_buffers
+Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
+                                                const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,
+                                                const ProgressFunction& progress);
+
+}  // namespace coppice::bake

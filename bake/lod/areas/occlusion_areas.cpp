@@ -1,0 +1,329 @@
+#include "occlusion_areas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "area_device.h"
+#include "area_memory.h"
+#include "area_pipelines.h"
+#include "bounds.h"
+#include "raster.h"
+
+namespace coppice::bake {
+namespace {
+
+constexpr std::uint32_t kVerticesPerLeaf = 6;
+/// Queries in one submission: enough that waiting for it costs little, few enough for drivers that end submissions that take seconds.
+constexpr std::uint32_t kQueryCount = 8192;
+/// A driver that takes longer hangs. A processor may do the GPU's work, so the limit is high.
+constexpr std::uint64_t kMaxWait_ns = 600'000'000'000;
+
+/// Maps metres from the sphere's centre, relative to its radius, to clip space: the camera of raster.h. Depth has a margin on both sides,
+/// so that rounding clips no leaf and no leaf is as far as a cleared pixel.
+glm::mat4 clip_from_sphere(const Viewpoint& view) {
+  constexpr double kMargin = 1.0 / 1024.0;
+  std::array<std::array<double, 4>, 4> rows{};  // x, y, z, w of clip space, each by x, y, z, 1
+  const auto set = [&](std::size_t row, const glm::vec3& axis, double scale, double constant) {
+    rows[row] = {axis.x * scale, axis.y * scale, axis.z * scale, constant};
+  };
+  if (view.distance_radii > 0.0f) {
+    const double eye = view.distance_radii, side = std::sqrt(eye * eye - 1.0);
+    const double nearest = 1.0 / (eye - 1.0), span = nearest - 1.0 / (eye + 1.0);
+    set(0, view.right, side, 0.0);
+    set(1, view.up, -side, 0.0);
+    set(2, view.direction, -nearest / span, (nearest * eye - 1.0) / span);
+    set(3, view.direction, -1.0, eye);
+  } else {
+    set(0, view.right, 1.0, 0.0);
+    set(1, view.up, -1.0, 0.0);
+    set(2, view.direction, -0.5, 0.5);
+    set(3, view.direction, 0.0, 1.0);
+  }
+  for (std::size_t column = 0; column < 4; ++column) rows[2][column] = rows[2][column] * (1.0 - 2.0 * kMargin) + rows[3][column] * kMargin;
+  glm::mat4 clip(0.0f);
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row)
+      clip[column][row] = static_cast<float>(rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
+  return clip;
+}
+
+/// The holes of all masks, a bit a texel, and the first word of each mask.
+struct MaskBits {
+  std::vector<AreaMask> masks;
+  std::vector<std::uint32_t> words;
+};
+
+MaskBits mask_bits(const std::vector<AlphaMask>& masks) {
+  MaskBits bits;
+  for (const AlphaMask& mask : masks) {
+    AreaMask& packed = bits.masks.emplace_back();
+    if (mask.hole.empty()) continue;
+    packed = {mask.width, mask.height, static_cast<std::uint32_t>(bits.words.size())};
+    bits.words.resize(bits.words.size() + (mask.hole.size() + 31) / 32);
+    for (std::size_t texel = 0; texel < mask.hole.size(); ++texel)
+      if (mask.hole[texel] != 0) bits.words[packed.first_word + texel / 32] |= 1u << (texel % 32);
+  }
+  return bits;
+}
+
+}  // namespace
+
+class OcclusionAreas::Measurer {
+ public:
+  Measurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
+      : gpu_(std::move(device)),
+        sphere_(bounding_sphere(scene.shown.foliage)),
+        card_table_(scene.shown.foliage.card_table),
+        resolution_px_(scene.resolution_px) {
+    for (const Viewpoint& view : scene.views) views_.push_back({make_projection(view, sphere_, resolution_px_), clip_from_sphere(view)});
+  }
+  Measurer(const Measurer&) = delete;
+  Measurer& operator=(const Measurer&) = delete;
+
+  ~Measurer() {
+    for (AreaBuffer* buffer : {&leaves_, &masks_, &holes_}) destroy_area_buffer(*gpu_, *buffer);
+    destroy_area_depth(*gpu_, depth_);
+    destroy_area_pipelines(*gpu_, pipelines_);
+    vk().vkDestroyQueryPool(gpu_->device, queries_, nullptr);
+    vk().vkDestroyFence(gpu_->device, fence_, nullptr);
+    vk().vkDestroyCommandPool(gpu_->device, command_pool_, nullptr);
+  }
+
+  [[nodiscard]] const std::string& device_name() const { return gpu_->name; }
+
+  Result<void> prepare(const std::vector<AlphaMask>& masks) {
+    const MaskBits bits = mask_bits(masks);
+    COPPICE_CHECK(upload(std::as_bytes(std::span(bits.masks)), masks_));
+    COPPICE_CHECK(upload(std::as_bytes(std::span(bits.words)), holes_));
+    COPPICE_CHECK(create_area_depth(*gpu_, resolution_px_, depth_));
+    COPPICE_CHECK(create_area_pipelines(*gpu_, !bits.words.empty(), pipelines_));
+    return create_commands();
+  }
+
+  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
+    COPPICE_CHECK(upload_leaves(request));
+    std::vector<std::uint32_t> asked;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      find_asked(request, v, asked);
+      for (std::size_t leaf = 0; request.changed.empty() && leaf <= request.quads.size(); ++leaf) areas_px[leaf * views_.size() + v] = 0;
+      for (std::size_t done = 0; done < asked.size();) {
+        if (targets_.size() == kQueryCount) {
+          COPPICE_CHECK(finish(areas_px));
+        }
+        if (targets_.empty()) {
+          COPPICE_CHECK(begin());
+        }
+        const std::size_t count = std::min(kQueryCount - targets_.size(), asked.size() - done);
+        record(v, std::span(asked).subspan(done, count), request.quads.size(), done == 0);
+        done += count;
+      }
+      if (progress) progress(static_cast<double>(v + 1) / static_cast<double>(views_.size()));
+    }
+    return targets_.empty() ? Result<void>() : finish(areas_px);
+  }
+
+ private:
+  struct View {
+    Projection projection;
+    glm::mat4 clip_from_sphere{1.0f};
+  };
+
+  [[nodiscard]] const VulkanFunctions& vk() const { return gpu_->vk; }
+
+  Result<void> create_commands() {
+    VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    pool.queueFamilyIndex = gpu_->queue_family;
+    COPPICE_CHECK(check_vulkan(vk().vkCreateCommandPool(gpu_->device, &pool, nullptr, &command_pool_), "vkCreateCommandPool"));
+    VkCommandBufferAllocateInfo commands{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+    commands.commandPool = command_pool_;
+    commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+    commands.commandBufferCount = 1;
+    COPPICE_CHECK(check_vulkan(vk().vkAllocateCommandBuffers(gpu_->device, &commands, &commands_), "vkAllocateCommandBuffers"));
+    const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    COPPICE_CHECK(check_vulkan(vk().vkCreateFence(gpu_->device, &fence, nullptr, &fence_), "vkCreateFence"));
+    VkQueryPoolCreateInfo queries{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    queries.queryType = VK_QUERY_TYPE_OCCLUSION;
+    queries.queryCount = kQueryCount;
+    return check_vulkan(vk().vkCreateQueryPool(gpu_->device, &queries, nullptr, &queries_), "vkCreateQueryPool");
+  }
+
+  /// Copies into a buffer, which is replaced if it is too small.
+  Result<void> upload(std::span<const std::byte> bytes, AreaBuffer& buffer) {
+    if (buffer.bytes < std::max<std::size_t>(bytes.size(), 4)) {
+      destroy_area_buffer(*gpu_, buffer);
+      COPPICE_CHECK(create_area_buffer(*gpu_, std::max<std::size_t>(bytes.size(), 4), buffer));
+    }
+    if (!bytes.empty()) std::memcpy(buffer.mapped, bytes.data(), bytes.size());
+    return {};
+  }
+
+  Result<void> upload_leaves(const AreaRequest& request) {
+    const double scale = sphere_.radius > 0.0f ? 1.0 / sphere_.radius : 0.0;
+    std::vector<AreaLeaf> leaves(request.quads.size());
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+      const Card& card = card_table_[request.cards[leaf]];
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        for (int axis = 0; axis < 3; ++axis)
+          leaves[leaf].corners[3 * corner + static_cast<std::size_t>(axis)] = static_cast<float>(
+              (static_cast<double>(request.quads[leaf][corner][axis]) - static_cast<double>(sphere_.center[axis])) * scale);
+        leaves[leaf].uvs[2 * corner] = card.uv[corner].x;
+        leaves[leaf].uvs[2 * corner + 1] = card.uv[corner].y;
+      }
+      leaves[leaf].mask = card.material;
+    }
+    return upload(std::as_bytes(std::span(leaves)), leaves_);
+  }
+
+  /// Finds the leaves of a view whose areas may have changed; the background is the one after the last leaf.
+  void find_asked(const AreaRequest& request, std::size_t v, std::vector<std::uint32_t>& asked) const {
+    asked.clear();
+    if (!request.changed.empty() && request.changed[v].empty()) return;
+    const Projection& projection = views_[v].projection;
+    for (std::uint32_t leaf = 0; leaf < request.quads.size(); ++leaf) {
+      const PixelBox box = pixel_box(project(projection, request.quads[leaf]), projection.resolution_px);
+      if (!box.empty() && (request.changed.empty() || box.meets(request.changed[v]))) asked.push_back(leaf);
+    }
+    asked.push_back(static_cast<std::uint32_t>(request.quads.size()));
+  }
+
+  Result<void> begin() {
+    COPPICE_CHECK(check_vulkan(vk().vkResetCommandPool(gpu_->device, command_pool_, 0), "vkResetCommandPool"));
+    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    COPPICE_CHECK(check_vulkan(vk().vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer"));
+    vk().vkCmdResetQueryPool(commands_, queries_, 0, kQueryCount);
+    return {};
+  }
+
+  /// Makes draws into the depth image wait for all earlier ones. A new view discards the image's contents.
+  void wait_for_depth(bool is_new) const {
+    VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+    barrier.srcAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
+    barrier.dstStageMask = barrier.srcStageMask;
+    barrier.dstAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
+    barrier.oldLayout = is_new ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+    barrier.newLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = depth_.image;
+    barrier.subresourceRange = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 1, 0, 1};
+    VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+    info.imageMemoryBarrierCount = 1;
+    info.pImageMemoryBarriers = &barrier;
+    vk().vkCmdPipelineBarrier2(commands_, &info);
+  }
+
+  void begin_rendering(bool is_new) const {
+    VkRenderingAttachmentInfo attachment{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+    attachment.imageView = depth_.view;
+    attachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+    attachment.loadOp = is_new ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    attachment.clearValue.depthStencil.depth = 1.0f;
+    VkRenderingInfo info{VK_STRUCTURE_TYPE_RENDERING_INFO};
+    info.renderArea.extent = {resolution_px_, resolution_px_};
+    info.layerCount = 1;
+    info.pDepthAttachment = &attachment;
+    vk().vkCmdBeginRendering(commands_, &info);
+    const auto side = static_cast<float>(resolution_px_);
+    const VkViewport viewport{0.0f, 0.0f, side, side, 0.0f, 1.0f};
+    vk().vkCmdSetViewport(commands_, 0, 1, &viewport);
+    vk().vkCmdSetScissor(commands_, 0, 1, &info.renderArea);
+  }
+
+  /// Records the depth of a view, if it is a new one, and a query for each leaf in `asked`. Depth is written in the order of the draws, so
+  /// the queries need no barrier.
+  void record(std::size_t v, std::span<const std::uint32_t> asked, std::size_t leaf_count, bool is_new) {
+    wait_for_depth(is_new);
+    begin_rendering(is_new);
+    const AreaPush push{views_[v].clip_from_sphere, leaves_.address, masks_.address, holes_.address};
+    vk().vkCmdPushConstants(commands_, pipelines_.layout, kAreaPushStages, 0, sizeof push, &push);
+    if (is_new && leaf_count > 0) {
+      vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.fill_depth);
+      vk().vkCmdDraw(commands_, static_cast<std::uint32_t>(leaf_count) * kVerticesPerLeaf, 1, 0, 0);
+    }
+    vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.count_leaf);
+    for (const std::uint32_t leaf : asked) {
+      const bool is_leaf = leaf < leaf_count;  // the background comes last
+      if (!is_leaf) vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.count_background);
+      const auto query = static_cast<std::uint32_t>(targets_.size());
+      vk().vkCmdBeginQuery(commands_, queries_, query, VK_QUERY_CONTROL_PRECISE_BIT);
+      vk().vkCmdDraw(commands_, is_leaf ? kVerticesPerLeaf : 3, 1, is_leaf ? leaf * kVerticesPerLeaf : 0, 0);
+      vk().vkCmdEndQuery(commands_, queries_, query);
+      targets_.push_back(leaf * views_.size() + v);
+    }
+    vk().vkCmdEndRendering(commands_);
+  }
+
+  /// Runs the recorded commands and reads their counts.
+  Result<void> finish(std::span<std::uint32_t> areas_px) {
+    const std::vector<std::size_t> targets = std::exchange(targets_, {});
+    COPPICE_CHECK(check_vulkan(vk().vkEndCommandBuffer(commands_), "vkEndCommandBuffer"));
+    VkCommandBufferSubmitInfo commands{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
+    commands.commandBuffer = commands_;
+    VkSubmitInfo2 submit{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
+    submit.commandBufferInfoCount = 1;
+    submit.pCommandBufferInfos = &commands;
+    COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
+    COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMaxWait_ns), "vkWaitForFences"));
+    COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
+    counts_.resize(targets.size());
+    COPPICE_CHECK(check_vulkan(
+        vk().vkGetQueryPoolResults(gpu_->device, queries_, 0, static_cast<std::uint32_t>(targets.size()),
+                                   counts_.size() * sizeof(std::uint32_t), counts_.data(), sizeof(std::uint32_t), VK_QUERY_RESULT_WAIT_BIT),
+        "vkGetQueryPoolResults"));
+    for (std::size_t i = 0; i < targets.size(); ++i) areas_px[targets[i]] = counts_[i];
+    return {};
+  }
+
+  std::unique_ptr<AreaDevice> gpu_;
+  Sphere sphere_;
+  std::vector<Card> card_table_;
+  std::uint32_t resolution_px_ = 0;
+  std::vector<View> views_;
+  AreaBuffer leaves_, masks_, holes_;
+  AreaDepth depth_;
+  AreaPipelines pipelines_;
+  VkQueryPool queries_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkCommandPool command_pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  std::vector<std::size_t> targets_;  ///< [recorded query] where in areas_px its count belongs
+  std::vector<std::uint32_t> counts_;
+};
+
+Result<std::string> area_device_name() {
+  COPPICE_TRY(device, open_area_device());
+  return device->name;
+}
+
+OcclusionAreas::OcclusionAreas(std::unique_ptr<Measurer> measurer) : measurer_(std::move(measurer)) {}
+OcclusionAreas::OcclusionAreas(OcclusionAreas&&) noexcept = default;
+OcclusionAreas& OcclusionAreas::operator=(OcclusionAreas&&) noexcept = default;
+OcclusionAreas::~OcclusionAreas() = default;
+
+Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene) {
+  COPPICE_TRY(device, open_area_device());
+  return create(scene, std::move(device));
+}
+
+Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene, std::unique_ptr<AreaDevice> device) {
+  COPPICE_TRY(masks, alpha_masks(scene.shown.materials, scene.shown.images));
+  auto measurer = std::make_unique<Measurer>(std::move(device), scene);
+  COPPICE_CHECK(measurer->prepare(masks));
+  return OcclusionAreas(std::move(measurer));
+}
+
+const std::string& OcclusionAreas::device_name() const {
+  return measurer_->device_name();
+}
+
+Result<void> OcclusionAreas::measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
+  return measurer_->measure(request, areas_px, progress);
+}
+
+}  // namespace coppice::bake

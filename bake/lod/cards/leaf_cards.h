@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "leaf_fit.h"
+#include "plant.h"
+#include "result.h"
+
+namespace coppice::bake {
+
+/// Maximum number of card images of a material: they share one atlas of at most 4 x 4.
+inline constexpr std::uint32_t kMaxCardImages = 16;
+
+/// A leaf as its quad shows it: linear RGB times alpha, and alpha; rows top to bottom. The left edge is the quad's stalk edge (corners 3,
+/// 0), the top edge runs from corner 3 to 2. Colours are relative to the base colour of the leaf's material.
+struct CardImage {
+  std::uint32_t side_px = 0;
+  std::vector<glm::vec4> texels;  ///< [side_px * side_px]
+};
+
+/// Draws the leaf's triangles along the normal of its (rectangular) quad, front up. A texel is the mean of samples * samples points, each
+/// with the topmost texel that is no hole.
+CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples);
+
+/// Gives each leaf that is not a quad itself a card that shows it, so that the quad has the leaf's outline, colours and area. The quad is
+/// refitted along its sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many
+/// clusters as it takes for every leaf to be like its image, at most kMaxCardImages. One leaf of each cluster is drawn into an atlas, as
+/// large as its own texture shows it (64 to 256 px). The atlas is a new material and image of the plant, alpha masked. The result does not
+/// depend on the number of threads.
+/// fitted  [plant.leaves.size()] from fit_leaves; quads and cards are replaced
+void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted);
+
+/// Makes the plant's leaves quads that look like them: fit_leaves, draw_leaf_cards, share_leaf_cards.
+/// errors  those of fit_leaves
+Result<Foliage> card_foliage(Plant& plant);
+
+}  // namespace coppice::bake

@@ -1,0 +1,571 @@
+#include "incremental_image.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+#include "bounds.h"
+#include "check.h"
+#include "leaf_shade.h"
+#include "parallel_for.h"
+#include "quad_merge.h"
+
+namespace coppice::bake {
+namespace {
+
+using Channels = IncrementalImage::Channels;
+
+/// The largest block has 32 x 32 pixels and counts once; smaller ones count as often as they fit into it.
+constexpr std::uint32_t kLargestShift = 5;
+constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
+/// The coverage of a leaf, added to its shade.
+constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
+/// Less transmittance than this counts as none: an eighth of a step of 255.
+constexpr float kMinShare = 1.0f / 2048.0f;
+/// How many pixels ahead of a walk memory is prefetched.
+constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
+constexpr float kOpacityUnit = 1.0f / kOpaque;
+
+Channels channels_of(const Shade& shade) {
+  return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
+}
+
+/// Composites the leaves of a pixel front to back.
+struct Layers {
+  Channels light{};    ///< their shade, without coverage
+  float share = 1.0f;  ///< transmittance: the share of what is behind that shows
+
+  /// color  the leaf's shade, with its fade in place of coverage
+  void put(const Shade& color) {
+    // All three channels at once: each keeps its byte's place, and a factor moves it back.
+    static_assert(std::endian::native == std::endian::little);
+    using Words = std::int32_t __attribute__((vector_size(16)));
+    constexpr Words kBytes{0xff, 0xff00, 0xff0000, 0};
+    constexpr Channels kPlaces{1.0f, 1.0f / 0x100, 1.0f / 0x10000, 0.0f};
+    const auto word = std::bit_cast<std::int32_t>(color);
+    const float opacity = static_cast<float>(opacity_of(color[3])) * kOpacityUnit;
+    light += share * opacity * displayed_brightness(brightness_of(color[3])) * kPlaces *
+             __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
+    share *= 1.0f - opacity;
+  }
+  [[nodiscard]] bool is_closed() const { return share < kMinShare; }
+  [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kFullCoverage; }
+};
+
+float dot(const Channels& a, const Channels& b) {
+  const Channels products = a * b;
+  return (products[0] + products[1]) + (products[2] + products[3]);
+}
+
+/// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
+struct SquareSums {
+  Channels rest_covered{}, covered2{}, rest_light{}, covered_light{};
+  float light2 = 0.0f;
+
+  void add(const Channels& rest, const Channels& covered, float share) {
+    rest_covered += rest * covered;
+    covered2 += covered * covered;
+    rest_light += share * rest;
+    covered_light += share * covered;
+    light2 += share * share;
+  }
+  [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
+    const auto sum = [](const Channels& channels) {
+      return static_cast<double>((channels[0] + channels[1]) + (channels[2] + channels[3]));
+    };
+    return {.opacity = 2.0 * sum(rest_covered),
+            .light = 2.0 * sum(rest_light * own_shade),
+            .opacity2 = sum(covered2),
+            .both = 2.0 * sum(covered_light * own_shade),
+            .light2 = static_cast<double>(light2) * sum(own_shade * own_shade)};
+  }
+};
+
+template <class Fixed>
+Fixed fixed(const Channels& channels, float unit) {
+  return __builtin_convertvector(channels * unit + 0.5f, Fixed);
+}
+template <class Fixed>
+Channels unfixed(const Fixed& channels, float unit) {
+  return __builtin_convertvector(channels, Channels) * (1.0f / unit);
+}
+
+}  // namespace
+
+LeafShades leaf_shades(const Quad& quad, float albedo) {
+  // Three lights distinguish normals, whichever way a viewer's light comes from.
+  static const std::array lights = {glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)),
+                                    glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f))};
+  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+  const float length = glm::length(across);
+  LeafShades shades{length > 0.0f ? across / length : glm::vec3(0.0f), {}, {}};
+  for (std::size_t light = 0; light < lights.size(); ++light) {
+    const float cosine = glm::dot(shades.normal, lights[light]);
+    shades.front[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(cosine, 0.0f))));
+    shades.back[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(-cosine, 0.0f))));
+  }
+  shades.front.back() = shades.back.back() = 255;
+  return shades;
+}
+
+IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
+                                   const ItemBuffers& buffers, const ImageErrorOptions& options)
+    : id_count_(2 * shown.foliage.leaf_count() - 1),
+      options_(options),
+      card_table_(shown.foliage.card_table),
+      masks_(std::move(masks)),
+      sphere_(bounding_sphere(shown.foliage)),
+      viewpoints_(views),
+      views_(buffers.view_count),
+      leaves_(id_count_),
+      pixels_(id_count_),
+      areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
+  for (std::size_t m = 0; m < shown.materials.size(); ++m)
+    albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, masks_[m]));
+  const Foliage& foliage = shown.foliage;
+  set_resolution(buffers.resolution_px);
+  set_coverage_weight(static_cast<double>(options.coverage_weight));
+  parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
+    leaves_[i] = {foliage.quads[i], foliage.cards[i]};
+    pixels_[i] = pixels_of(leaves_[i]);
+  });
+  parallel_for(view_count(), [&](std::uint32_t v) {
+    View& view = views_[v];
+    std::vector<Shade> colors;
+    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) colors.push_back(color_of(view, leaves_[i]));
+    view.fragments = PixelLists<ShownFragment>(buffers, v, [&](LeafFragment fragment) {
+      return ShownFragment{fragment, colors[fragment_leaf(fragment)]};
+    });
+    draw(view);
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+      view.source.push_back(__builtin_convertvector(view.shown[pixel], FixedPixel));
+    }
+    measure(view);
+  });
+}
+
+void IncrementalImage::set_resolution(std::uint32_t resolution_px) {
+  resolution_px_ = resolution_px;
+  rows_per_pixel_ = 1.0 / resolution_px;
+  tiles_per_row_ = (resolution_px + (1u << kTileShift) - 1) >> kTileShift;
+  finest_shift_ = shift_of(0);
+  finest_blocks_per_row_ = blocks_per_row(0);
+  for (std::uint32_t v = 0; v < view_count(); ++v) {
+    views_[v].projection = make_projection(viewpoints_[v], sphere_, resolution_px);
+    views_[v].direction = viewpoints_[v].direction;
+  }
+}
+
+/// Draws the present image from fragments and colours.
+void IncrementalImage::draw(View& view) const {
+  view.shown.resize(pixels_per_view());
+  view.last.resize(pixels_per_view());
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) draw_pixel(view, pixel);
+  view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
+  for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
+}
+
+/// Measures how the present image differs from the first one.
+void IncrementalImage::measure(View& view) const {
+  view.covered = view.excess = 0;
+  view.differences.clear();
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+    view.differences.emplace_back(std::size_t{blocks_per_row(scale)} * blocks_per_row(scale), FixedChannels{});
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+    view.covered += view.source[pixel][3];
+    add_difference(view, pixel, view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels));
+  }
+}
+
+void IncrementalImage::add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const {
+  view.excess += change[3];
+  const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+    view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
+}
+
+/// Composites a pixel's fragments, nearest first, without two leaves, which may be kNone.
+/// last  the fragment that nothing shows through, or kNothing
+inline IncrementalImage::FixedChannels IncrementalImage::composite(const View& view, std::uint32_t pixel,
+                                                                   const std::array<std::uint32_t, 2>& without, LeafFragment& last) const {
+  Layers layers;
+  last = kNothing;
+  for (const auto& [fragment, color] : view.fragments.at(pixel)) {
+    const std::uint32_t id = fragment_leaf(fragment);
+    if (id == without[0] || id == without[1]) continue;
+    layers.put(color);
+    if (!layers.is_closed()) continue;
+    last = fragment;
+    layers.share = 0.0f;
+    break;
+  }
+  return fixed<FixedChannels>(layers.channels() + layers.share * kBackground, kFixedUnit);
+}
+
+void IncrementalImage::draw_pixel(View& view, std::uint32_t pixel) const {
+  view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
+}
+
+double IncrementalImage::lost_coverage() const {
+  std::int64_t covered = 0, excess = 0;
+  for (const View& view : views_) covered += view.covered, excess += view.excess;
+  return covered > 0 ? -static_cast<double>(excess) / static_cast<double>(covered) : 0.0;
+}
+
+void IncrementalImage::set_coverage_weight(double weight) {
+  constexpr double kScale = 1u << (2 * kLargestShift);
+  coverage_unit_ = weight * kScale / (pixels_per_view() * pixel_area_);
+}
+
+Shade IncrementalImage::color_of(const View& view, const LiveLeaf& leaf) const {
+  Shade color = shades_of(leaf).seen_from(view.direction);
+  color[3] = leaf.fade;
+  return color;
+}
+
+LiveLeaf IncrementalImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
+  const LiveLeaf &a = leaves_[first], &b = leaves_[second];
+  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), fade};
+}
+
+std::uint8_t IncrementalImage::brightest(const LiveLeaf& leaf) const {
+  const LeafShades shades = shades_of(leaf);
+  std::uint8_t largest = 1;
+  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) largest = std::max({largest, shades.front[light], shades.back[light]});
+  return static_cast<std::uint8_t>(std::clamp(255 * 16 / largest - 8, 8, int{kBrightest}));
+}
+
+/// Weight of a pixel's squared difference.
+double IncrementalImage::pixel_weight() const {
+  return static_cast<double>(options_.pixel_weight << (2 * kLargestShift)) * pixel_area_;
+}
+
+/// Weight of a block's squared difference, which is summed over its pixels.
+double IncrementalImage::block_weight(std::size_t scale) const {
+  const BlockScale& blocks = options_.scales[scale];
+  return static_cast<double>(blocks.weight << (2 * (kLargestShift - blocks.shift))) * pixel_area_ * pixel_area_;
+}
+
+void IncrementalImage::find_farthest(View& view, std::uint32_t tile) const {
+  const std::uint32_t top = (tile / tiles_per_row_) << kTileShift, left = (tile % tiles_per_row_) << kTileShift;
+  LeafFragment farthest = 0;
+  for (std::uint32_t y = top; y < std::min(top + (1u << kTileShift), resolution_px_); ++y)
+    for (std::uint32_t x = left; x < std::min(left + (1u << kTileShift), resolution_px_); ++x)
+      farthest = std::max(farthest, view.last[y * resolution_px_ + x]);
+  view.farthest[tile] = farthest;
+}
+
+/// Whether every quad of the pair's vertices is behind opaque fragments. False if unsure.
+bool IncrementalImage::is_hidden(const View& view, const ProjectedPair& pair) const {
+  std::int32_t left = pair[0].x, right = left, top = pair[0].y, bottom = top;
+  double depth = pair[0].depth;
+  for (const ProjectedPoint& point : pair) {
+    left = std::min(left, point.x), right = std::max(right, point.x);
+    top = std::min(top, point.y), bottom = std::max(bottom, point.y);
+    depth = std::min(depth, point.depth);
+  }
+  const auto tile = [&](std::int32_t subpixels) {
+    const std::int32_t pixel = std::clamp(subpixels / kSubpixels, 0, static_cast<std::int32_t>(resolution_px_) - 1);
+    return static_cast<std::uint32_t>(pixel) >> kTileShift;
+  };
+  const LeafFragment nearest = make_fragment(static_cast<std::uint32_t>(std::max(depth, 0.0)), 0);
+  for (std::uint32_t y = tile(top); y <= tile(bottom); ++y)
+    for (std::uint32_t x = tile(left); x <= tile(right); ++x)
+      if (view.farthest[y * tiles_per_row_ + x] >= nearest) return false;
+  return true;
+}
+
+IncrementalImage::LeafPixels IncrementalImage::pixels_of(const LiveLeaf& leaf) const {
+  LeafPixels result;
+  result.view_begin.reserve(view_count() + 1);
+  result.view_begin.push_back(0);
+  for (const View& view : views_) {
+    for_each_fragment_of(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment fragment) {
+      result.pixels.push_back(pixel);
+      result.depths.push_back(fragment_depth(fragment));
+    });
+    result.view_begin.push_back(static_cast<std::uint32_t>(result.pixels.size()));
+  }
+  return result;
+}
+
+void IncrementalImage::prepare(Scratch& scratch) const {
+  if (scratch.stamp.size() == pixels_per_view()) return;
+  scratch = {};
+  scratch.stamp.resize(pixels_per_view(), 0);
+  scratch.rest.resize(pixels_per_view());
+  for (BlockSums* sums : {&scratch.released, &scratch.gained}) {
+    sums->touched.resize(options_.scales.size());
+    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+      const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
+      sums->sums.emplace_back(count, Channels{});
+      sums->light.emplace_back(count, 0.0f);
+      sums->is_touched.emplace_back(count, std::uint8_t{0});
+    }
+  }
+}
+
+inline void IncrementalImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const {
+  if (sums.is_touched[scale][block] == 0) {
+    sums.is_touched[scale][block] = 1;
+    sums.touched[scale].push_back(block);
+  }
+  sums.sums[scale][block] += change.covered;
+  sums.light[scale][block] += change.light;
+}
+
+void IncrementalImage::add_coarser(BlockSums& sums) const {
+  for (std::size_t scale = 1; scale < options_.scales.size(); ++scale) {
+    const std::uint32_t step = options_.scales[scale].shift - options_.scales[scale - 1].shift;
+    const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
+    for (const std::uint32_t block : sums.touched[scale - 1])
+      add(sums, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step),
+          {sums.sums[scale - 1][block], sums.light[scale - 1][block]});
+  }
+}
+
+void IncrementalImage::clear(BlockSums& sums) const {
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    for (const std::uint32_t block : sums.touched[scale]) {
+      sums.sums[scale][block] = Channels{};
+      sums.light[scale][block] = 0.0f;
+      sums.is_touched[scale][block] = 0;
+    }
+    sums.touched[scale].clear();
+  }
+}
+
+inline void IncrementalImage::prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const {
+  view.fragments.prefetch_list(pixel);
+  __builtin_prefetch(&view.last[pixel]);
+  __builtin_prefetch(&view.shown[pixel]);
+  __builtin_prefetch(&view.source[pixel]);
+  __builtin_prefetch(&scratch.stamp[pixel]);
+  __builtin_prefetch(&scratch.rest[pixel]);
+}
+
+/// Takes the pair away: fills stamp, rest and the sums of released blocks. returns  how that changes the error
+double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
+  const View& view = weighing.view;
+  Scratch& scratch = weighing.scratch;
+  const std::uint32_t now = ++scratch.now;
+  double pixels = 0.0;
+  for (const std::uint32_t id : {weighing.first, weighing.second}) {
+    const LeafPixels& own = pixels_[id];
+    const std::uint32_t begin = own.view_begin[v], end = own.view_begin[v + 1];
+    for (std::uint32_t i = begin; i < std::min(begin + kListsAhead, end); ++i) prefetch(view, scratch, own.pixels[i]);
+    for (std::uint32_t i = begin; i < std::min(begin + kEntriesAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
+      if (i + kEntriesAhead < end) view.fragments.prefetch_entries(own.pixels[i + kEntriesAhead]);
+      const std::uint32_t pixel = own.pixels[i];
+      if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
+      LeafFragment last;
+      const Channels rest = unfixed(composite(view, pixel, {weighing.first, weighing.second}, last), kFixedUnit);
+      const Channels source = unfixed(view.source[pixel], kFixedUnit);
+      const Channels shown = unfixed(view.shown[pixel], kFixedUnit), change = rest - shown;
+      scratch.stamp[pixel] = now;
+      scratch.rest[pixel] = rest;
+      pixels += static_cast<double>(dot(change, rest + shown - 2.0f * source));
+      weighing.uncovered += static_cast<double>(change[3]);
+      add(scratch.released, 0, block_of(pixel), {change, 0.0f});
+    }
+  }
+  add_coarser(scratch.released);
+  double error = pixels * pixel_weight();
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    double sum = 0.0;
+    for (const std::uint32_t block : scratch.released.touched[scale]) {
+      const Channels& change = scratch.released.sums[scale][block];
+      sum += static_cast<double>(dot(change, 2.0f * unfixed(view.differences[scale][block], kFixedUnit) + change));
+    }
+    error += sum * block_weight(scale);
+  }
+  const double excess = static_cast<double>(view.excess) / kFixedUnit;
+  return error + coverage_unit_ * pixel_area_ * pixel_area_ * weighing.uncovered * (2.0 * excess + weighing.uncovered);
+}
+
+/// rest  what the pixel shows without the pair
+inline IncrementalImage::Gain IncrementalImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged,
+                                                       const Channels& rest) const {
+  Layers in_front;
+  for (const auto& [fragment, color] : weighing.view.fragments.at(pixel)) {
+    if (fragment > merged) break;
+    const std::uint32_t id = fragment_leaf(fragment);
+    if (id == weighing.first || id == weighing.second) continue;
+    in_front.put(color);
+    if (in_front.is_closed()) return {};
+  }
+  return {in_front.share * kFullCoverage - (rest - in_front.channels()), in_front.share};
+}
+
+/// How the merged leaf changes the error after release(), as a function of its opacity and light. At equal depths it is behind: its id is
+/// larger than every live one.
+MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
+  const View& view = weighing.view;
+  Scratch& scratch = weighing.scratch;
+  const Channels own_shade = channels_of(shade) - kFullCoverage;
+  double covered = 0.0;
+  const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
+  const AlphaMask& mask = masks_[card.material];
+  SquareSums pixels;
+  std::vector<PixelDepth>& walk = scratch.walk;
+  walk.clear();
+  rasterise_leaf({corner(0), corner(1), corner(2), corner(3)}, card, mask, view.projection.resolution_px, [&](const QuadFragment& f) {
+    walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
+    prefetch(view, scratch, walk.back().pixel);
+  });
+  for (std::size_t i = 0; i < std::min<std::size_t>(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    if (i + kEntriesAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kEntriesAhead].pixel);
+    const auto [pixel, depth] = walk[i];
+    const bool is_released = scratch.stamp[pixel] == scratch.now;
+    const LeafFragment merged = make_fragment(depth, id_count_);
+    if (!is_released && merged > view.last[pixel]) continue;
+    const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel], kFixedUnit);
+    const Gain gain = gained(weighing, pixel, merged, rest);
+    pixels.add(rest - unfixed(view.source[pixel], kFixedUnit), gain.covered, gain.light);
+    covered += static_cast<double>(gain.covered[3]);
+    add(scratch.gained, 0, block_of(pixel), gain);
+  }
+  add_coarser(scratch.gained);
+  MergeCost cost = pixels.cost(own_shade) * pixel_weight();
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    SquareSums blocks;
+    for (const std::uint32_t block : scratch.gained.touched[scale]) {
+      const Channels rest = unfixed(view.differences[scale][block], kFixedUnit) + scratch.released.sums[scale][block];
+      blocks.add(rest, scratch.gained.sums[scale][block], scratch.gained.light[scale][block]);
+    }
+    cost += blocks.cost(own_shade) * block_weight(scale);
+  }
+  const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
+  cost.opacity += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
+  cost.opacity2 += coverage_unit_ * pixel_area_ * pixel_area_ * covered * covered;
+  clear(scratch.gained);
+  return cost;
+}
+
+void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const {
+  const auto& [first, second, shapes, subset] = trial;
+  COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMax);
+  prepare(scratch);
+  std::fill(costs.begin(), costs.end(), MergeCost{});
+  std::array<LeafShades, PairShapes::kMax> shades;
+  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
+  const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
+  for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
+    const View& view = views_[v];
+    Weighing weighing{view, first, second, {}, scratch};
+    for (std::size_t i = 0; i < 4; ++i) {
+      weighing.corners[i] = project(view.projection, leaves_[first].quad[i]);
+      weighing.corners[i + 4] = project(view.projection, leaves_[second].quad[i]);
+    }
+    if (is_hidden(view, weighing.corners)) continue;
+    const double released_error = release(v, weighing);
+    for (std::size_t s = 0; s < shapes.size(); ++s) {
+      costs[s].constant += released_error;
+      costs[s] += gain(weighing, shapes[s], card, shades[s].seen_from(view.direction));
+    }
+    clear(scratch.released);
+  }
+}
+
+void IncrementalImage::apply(const LeafMerge& merge) {
+  leaves_[merge.result] = merge.leaf;
+  pixels_[merge.result] = pixels_of(merge.leaf);
+  parallel_for(view_count(), [&](std::uint32_t v) {
+    View& view = views_[v];
+    const Shade color = color_of(view, merge.leaf);
+    std::vector<std::uint32_t> pixels, tiles;
+    const auto area = [&](std::uint32_t pixel) -> std::uint32_t& {
+      return areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    };
+    for (const std::uint32_t id : {merge.first, merge.second, merge.result}) {
+      const LeafPixels& own = pixels_[id];
+      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
+        const std::uint32_t pixel = own.pixels[i];
+        const LeafFragment fragment = make_fragment(own.depths[i], id);
+        --area(pixel);
+        if (id == merge.result)
+          view.fragments.insert(pixel, {fragment, color});
+        else
+          view.fragments.remove(pixel, fragment);
+        ++area(pixel);
+        // If the pair was the last fragment, its own walk has listed the pixel.
+        if (fragment <= view.last[pixel]) pixels.push_back(pixel);
+      }
+    }
+    std::ranges::sort(pixels);
+    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+    for (const std::uint32_t pixel : pixels) {
+      const FixedChannels before = view.shown[pixel];
+      draw_pixel(view, pixel);
+      add_difference(view, pixel, view.shown[pixel] - before);
+      tiles.push_back(tile_of(pixel));
+    }
+    std::ranges::sort(tiles);
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+    for (const std::uint32_t tile : tiles) find_farthest(view, tile);
+  });
+  pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};
+}
+
+void IncrementalImage::halve(std::span<const std::uint32_t> live) {
+  COPPICE_ASSERT(can_halve());
+  const std::uint32_t row = resolution_px_;
+  ++halvings_;
+  pixel_area_ *= 4.0;
+  set_resolution(row / 2);
+  parallel_for(live.size(), [&](std::size_t i) { pixels_[live[i]] = pixels_of(leaves_[live[i]]); });
+  parallel_for(view_count(), [&](std::uint32_t v) {
+    View& view = views_[v];
+    std::vector<FixedChannels> differences(pixels_per_view());
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
+      const std::size_t top = std::size_t{pixel / resolution_px_} * 2 * row + (pixel % resolution_px_) * 2;
+      FixedChannels sum{2, 2, 2, 2};
+      for (const std::size_t i : {top, top + 1, top + row, top + row + 1})
+        sum += view.shown[i] - __builtin_convertvector(view.source[i], FixedChannels);
+      differences[pixel] = sum >> 2;
+    }
+    view.fragments = PixelLists<ShownFragment>(pixels_per_view());
+    for (const std::uint32_t id : live) {
+      const LeafPixels& own = pixels_[id];
+      const Shade color = color_of(view, leaves_[id]);
+      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i)
+        view.fragments.insert(own.pixels[i], {make_fragment(own.depths[i], id), color});
+      areas_px_[std::size_t{id} * view_count() + v] = 0;
+    }
+    areas_px_[std::size_t{background()} * view_count() + v] = 0;
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    draw(view);
+    view.source.resize(pixels_per_view());
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      view.source[pixel] = __builtin_convertvector(view.shown[pixel] - differences[pixel], FixedPixel);
+    measure(view);
+  });
+}
+
+double IncrementalImage::error() const {
+  double total = 0.0;
+  const auto square = [](const FixedChannels& channels) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < kImageChannels; ++c) sum += static_cast<double>(channels[c]) * channels[c];
+    return sum / (double{kFixedUnit} * kFixedUnit);
+  };
+  for (const View& view : views_) {
+    const double excess = static_cast<double>(view.excess) / kFixedUnit * pixel_area_;
+    total += coverage_unit_ * excess * excess;
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
+      total += pixel_weight() * square(view.shown[pixel] - __builtin_convertvector(view.source[pixel], FixedChannels));
+    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
+      for (const FixedChannels& block : view.differences[scale]) total += block_weight(scale) * square(block);
+  }
+  return total;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,256 @@
+#pragma once
+
+// Incremental image error: the shaded image of a plant in every view while leaves are merged, and its squared error against the plant's
+// first image.
+//
+// An image has four channels, 0..255: the shade under three lights, over white, and coverage. A leaf has two sides: lights behind the
+// visible side do not reach it. A merged leaf has an opacity: a pixel composites its leaves front to back. Errors are summed over pixels
+// and over square blocks of pixels: blocks are what a viewer sees from far away, and forgive a leaf that moved by a pixel. The image
+// differs from the first one only where a merged leaf shows or a removed leaf did, so the cost of a merge takes a walk over the pixels of
+// its three leaves. One walk finds the best opacity and brightness of a merged leaf together with its cost (merge_cost.h).
+//
+// As leaves grow, pixels can: halve() changes to images of half the side, in which all errors keep their meaning.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "alpha_mask.h"
+#include "fragment_lists.h"
+#include "live_visibility.h"
+#include "merge_cost.h"
+#include "pair_silhouette.h"
+#include "plant.h"
+#include "visibility.h"
+
+namespace coppice::bake {
+
+inline constexpr std::size_t kImageChannels = 4;
+using Shade = std::array<std::uint8_t, kImageChannels>;
+
+/// What each side of a leaf shows in the four channels. The front is where its corners run counter-clockwise.
+struct LeafShades {
+  glm::vec3 normal{0.0f};
+  Shade front{}, back{};
+
+  /// direction  towards the viewer
+  [[nodiscard]] const Shade& seen_from(const glm::vec3& direction) const {
+    return normal.x * direction.x + normal.y * direction.y + normal.z * direction.z >= 0.0f ? front : back;
+  }
+};
+
+/// A fragment and what its leaf shows, with the leaf's fade in place of the coverage.
+struct ShownFragment {
+  LeafFragment fragment = kNothing;
+  Shade color{};
+};
+[[nodiscard]] inline LeafFragment fragment_of(const ShownFragment& entry) {
+  return entry.fragment;
+}
+
+/// albedo  linear luminance
+LeafShades leaf_shades(const Quad& quad, float albedo);
+
+/// Blocks with sides of 2^shift pixels. Their squared difference counts `weight` times for each pixel that the block holds.
+struct BlockScale {
+  std::uint32_t shift = 3;
+  std::int64_t weight = 1;
+};
+
+/// The terms of the error. The weights were chosen on ten plants, see DECISIONS.md.
+struct ImageErrorOptions {
+  std::int64_t pixel_weight = 3;                        ///< weight of squared differences of single pixels; 0 .. 1024
+  std::vector<BlockScale> scales = {{3, 8}, {5, 192}};  ///< finest first; shifts 1 .. 5, weights 1 .. 1024
+  std::int64_t coverage_weight = 672;                   ///< at the first merge: weight of a view's covered area as one block; 0 .. 1024
+  /// These priors are for what no view shows, but some viewer may. The collapse uses them; they are no part of the image's error.
+  double mismatch_weight = 0.008;  ///< share of views that are assumed to show the pair, or its merged leaf, with nothing in front
+  double color_weight = 6.0;  ///< for the visible area of a leaf that its merged leaf shows in another colour, times the squared difference
+  double reach_weight = 1.2e-5;  ///< times sqrt(leaf count) times reach^4: area that is assumed to be wrong in every view, px at 256 px
+};
+
+/// Selects views first, first + stride, ...
+struct ViewSubset {
+  std::uint32_t first = 0, stride = 1;
+};
+
+/// Two leaves that may be merged, the shapes that their merged leaf may have, and the views that judge.
+struct MergeTrial {
+  std::uint32_t first = 0, second = 0;
+  std::span<const PairCorners> shapes;
+  ViewSubset views = {};
+};
+
+class IncrementalImage {
+ public:
+  /// Four channels at once.
+  using Channels = float __attribute__((vector_size(16)));
+
+  /// Sums of one view's differences, scale by scale.
+  struct BlockSums {
+    std::vector<std::vector<Channels>> sums;          ///< [scale][block] 0 between calls
+    std::vector<std::vector<float>> light;            ///< [scale][block] the merged leaf's own shade; 0 between calls
+    std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
+    std::vector<std::vector<std::uint8_t>> is_touched;
+  };
+  struct PixelDepth {
+    std::uint32_t pixel = 0, depth = 0;
+  };
+  /// Working memory of one thread.
+  struct Scratch {
+    BlockSums released, gained;
+    std::vector<std::uint32_t> stamp;  ///< [pixel] == now: `rest` holds what the pixel shows without the pair
+    std::vector<Channels> rest;        ///< [pixel]
+    std::uint32_t now = 0;
+    std::vector<PixelDepth> walk;  ///< the pixels of the merged leaf that is being evaluated
+  };
+
+  /// buffers  render_item_buffers of `shown` with the same views; the conditions are checked there
+  IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
+                   const ImageErrorOptions& options);
+
+  [[nodiscard]] std::uint32_t view_count() const { return static_cast<std::uint32_t>(views_.size()); }
+  [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }
+  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
+  [[nodiscard]] std::uint32_t background() const { return id_count_; }
+  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
+  /// Pixels in which an outcome (leaf id or background) is in front, whatever its opacity. [view_count] px; 0 for ids that are not live.
+  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
+    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count(), view_count());
+  }
+  /// The area of a pixel in first-resolution pixels: 1, 4, 16, ...
+  [[nodiscard]] double pixel_area() const { return pixel_area_; }
+
+  /// Maximum brightness of a merged leaf: nothing is whiter than white.
+  [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
+  /// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
+  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const;
+
+  /// Computes how merging a pair would change the error of some views, for each shape that the merged leaf might have. May run on several
+  /// threads, each with its own scratch.
+  /// costs  [trial.shapes.size()]
+  void costs_of(const MergeTrial& trial, Scratch& scratch, std::span<MergeCost> costs) const;
+
+  /// Replaces ImageErrorOptions::coverage_weight from now on.
+  void set_coverage_weight(double weight);
+
+  /// The share of the first image's coverage that the present image lacks, over all views; below 0 if it covers more.
+  [[nodiscard]] double lost_coverage() const;
+
+  /// Merges two leaves. The result's id must not be live. Parallel over views.
+  void apply(const LeafMerge& merge);
+
+  /// Whether the images can be halved.
+  [[nodiscard]] bool can_halve() const { return resolution_px_ % 2 == 0 && options_.scales.front().shift > halvings_; }
+  /// Changes to images of half the side. The present image is drawn again, and its differences from the first one are box-filtered, so that
+  /// drawing larger pixels does not count as an error. live  all live ids, ascending
+  void halve(std::span<const std::uint32_t> live);
+
+  /// Squared error of the present image against the first one, over all views, in units of 1/1024 px^2 (a block of 32 x 32 px counts once).
+  [[nodiscard]] double error() const;
+
+ private:
+  /// Pixels are kept in whole sixteenths, so that sums of changes equal drawing again, to the bit.
+  using FixedChannels = std::int32_t __attribute__((vector_size(16)));
+  using FixedPixel = std::int16_t __attribute__((vector_size(8)));
+  static constexpr float kFixedUnit = 16.0f;
+
+  struct View {
+    Projection projection;
+    glm::vec3 direction{0.0f};  ///< towards the viewer
+    PixelLists<ShownFragment> fragments;
+    std::vector<FixedPixel> source;                       ///< [pixel] the first image
+    std::vector<FixedChannels> shown;                     ///< [pixel] the present image
+    std::vector<LeafFragment> last;                       ///< [pixel] the fragment that nothing shows through, or kNothing
+    std::vector<std::vector<FixedChannels>> differences;  ///< [scale][block] present image minus the first one
+    std::int64_t covered = 0;                             ///< coverage of the first image, summed over pixels: sixteenths of 1/255 px
+    std::int64_t excess = 0;                              ///< by how much the present image's coverage exceeds that
+    std::vector<LeafFragment> farthest;                   ///< [tile] the farthest of `last`
+  };
+  /// Pixels of a leaf, visible or not, view by view.
+  struct LeafPixels {
+    std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
+    std::vector<std::uint32_t> pixels;
+    std::vector<std::uint32_t> depths;
+  };
+  using ProjectedPair = std::array<ProjectedPoint, 8>;
+  /// How an opaque merged leaf changes a pixel: it covers, and hides what is behind; and the share of its own shade that shows.
+  struct Gain {
+    Channels covered{};
+    float light = 0.0f;
+  };
+  /// The evaluation of a pair in one view.
+  struct Weighing {
+    const View& view;
+    std::uint32_t first, second;
+    ProjectedPair corners;
+    Scratch& scratch;
+    double uncovered = 0.0;  ///< coverage that goes away with the pair, negative
+  };
+
+  [[nodiscard]] std::uint32_t shift_of(std::size_t scale) const { return options_.scales[scale].shift - halvings_; }
+  [[nodiscard]] std::uint32_t blocks_per_row(std::size_t scale) const {
+    return (resolution_px_ + (1u << shift_of(scale)) - 1) >> shift_of(scale);
+  }
+  [[nodiscard]] std::uint32_t block_of(std::uint32_t pixel) const {
+    const auto y = static_cast<std::uint32_t>((pixel + 0.5) * rows_per_pixel_), x = pixel - y * resolution_px_;
+    return (y >> finest_shift_) * finest_blocks_per_row_ + (x >> finest_shift_);
+  }
+  [[nodiscard]] std::uint32_t tile_of(std::uint32_t pixel) const {
+    return ((pixel / resolution_px_) >> kTileShift) * tiles_per_row_ + ((pixel % resolution_px_) >> kTileShift);
+  }
+  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
+    return fragment == kNothing ? background() : fragment_leaf(fragment);
+  }
+  [[nodiscard]] double pixel_weight() const;
+  [[nodiscard]] double block_weight(std::size_t scale) const;
+  [[nodiscard]] LeafShades shades_of(const LiveLeaf& leaf) const {
+    return leaf_shades(leaf.quad, albedo_[card_table_[leaf.card].material]);
+  }
+  [[nodiscard]] Shade color_of(const View& view, const LiveLeaf& leaf) const;
+  [[nodiscard]] LeafPixels pixels_of(const LiveLeaf& leaf) const;
+  [[nodiscard]] FixedChannels composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
+                                        LeafFragment& last) const;
+  [[nodiscard]] bool is_hidden(const View& view, const ProjectedPair& pair) const;
+  void set_resolution(std::uint32_t resolution_px);
+  void draw(View& view) const;
+  void measure(View& view) const;
+  void add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const;
+  void draw_pixel(View& view, std::uint32_t pixel) const;
+  void find_farthest(View& view, std::uint32_t tile) const;
+  template <class Visit>
+  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+    const Card& card = card_table_[leaf.card];
+    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
+  }
+  double release(std::uint32_t v, Weighing& weighing) const;
+  MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
+  [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const;
+  void prepare(Scratch& scratch) const;
+  void prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const;
+  void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const;
+  void add_coarser(BlockSums& sums) const;
+  void clear(BlockSums& sums) const;
+
+  static constexpr std::uint32_t kTileShift = 3;
+
+  std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
+  double rows_per_pixel_ = 0.0;  ///< for a multiplication in place of a division
+  double pixel_area_ = 1.0;
+  double coverage_unit_ = 0.0;  ///< error of a squared excess of one px^2, over 255^2
+  std::uint32_t finest_shift_ = 0, finest_blocks_per_row_ = 0;
+  ImageErrorOptions options_;
+  std::vector<Card> card_table_;
+  std::vector<AlphaMask> masks_;
+  std::vector<float> albedo_;  ///< [material]
+  Sphere sphere_;
+  std::vector<Viewpoint> viewpoints_;
+  std::vector<View> views_;
+  std::vector<LiveLeaf> leaves_;         ///< [id_count]
+  std::vector<LeafPixels> pixels_;       ///< [id_count] empty if not live
+  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count]
+};
+
+}  // namespace coppice::bake

@@ -1,0 +1,137 @@
+#pragma once
+
+// Item buffers that follow the collapse: they compute what a merge would change, and change it, exactly.
+//
+// A merge removes two leaves and adds one, so it changes the front leaf only where the two were in front and where the new one will be.
+// Both sets are walked pixel by pixel. First every pixel of the removed leaves passes to the next leaf in its list (or the background).
+// Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "alpha_mask.h"
+#include "fragment_lists.h"
+#include "plant.h"
+#include "visibility.h"
+
+namespace coppice::bake {
+
+/// A live leaf, source or merged.
+struct LiveLeaf {
+  Quad quad{};
+  std::uint32_t card = 0;
+  std::uint8_t fade = kNoFade;
+};
+
+struct MaskedCard {
+  const Card& card;
+  const AlphaMask& mask;
+};
+
+/// Calls visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
+template <class Visit>
+void for_each_fragment(const Projection& projection, const Quad& quad, const MaskedCard& shown, std::uint32_t id, Visit&& visit) {
+  const std::int32_t width = projection.resolution_px;
+  rasterise_leaf(project(projection, quad), shown.card, shown.mask, width,
+                 [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
+}
+
+/// Two live leaves and the leaf that replaces them.
+struct LeafMerge {
+  std::uint32_t first = 0, second = 0;
+  std::uint32_t result = 0;  ///< id; not live, larger than every live id
+  LiveLeaf leaf;             ///< the result
+};
+
+/// How a merge changes areas. The removed leaves are not listed, since their areas become 0.
+struct AreaChanges {
+  std::vector<std::uint32_t> outcomes;  ///< distinct; the merged leaf and the background may be among them
+  std::vector<std::int32_t> delta_px;   ///< [outcomes.size() * view_count] row per outcome
+
+  [[nodiscard]] std::span<const std::int32_t> row(std::size_t i, std::uint32_t view_count) const {
+    return std::span(delta_px).subspan(i * view_count, view_count);
+  }
+};
+
+/// The pixels in which a leaf is in front, view by view, and what would be in front there without it.
+struct OwnedPixels {
+  struct Pixel {
+    std::uint32_t pixel = 0;
+    LeafFragment behind = 0;
+  };
+  std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
+  std::vector<Pixel> pixels;
+};
+
+class LiveVisibility {
+ public:
+  static constexpr bool kOneAtATime = false;  ///< merges may be evaluated in parallel
+  using OwnedPixels = bake::OwnedPixels;
+  /// Working memory of one thread.
+  struct Scratch {
+    std::vector<std::uint32_t> slot;  ///< [outcome] its row in the AreaChanges being built; kNone between calls
+    OwnedPixels owned;
+    std::vector<LeafFragment> rest;  ///< [pixel] of one view: what is in front without the two leaves; set where one of them is
+  };
+
+  /// buffers  render_item_buffers of `foliage` with the same views; the conditions are checked there
+  LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
+
+  /// Adopts areas of the same leaves that somebody else has measured. From now on areas_after() adds the difference between these and the
+  /// present ones, as far as the sum is a number of pixels of the view.
+  /// measured_px  [(leaf_count + 1) * view_count] row per leaf, the background's last
+  void correct(std::span<const std::uint32_t> measured_px);
+
+  [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
+  [[nodiscard]] std::uint32_t pixels_per_view() const { return pixels_per_view_; }
+  /// All ids are below it: N source leaves, then merge results.
+  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
+  /// The background's outcome; leaves' outcomes are their ids.
+  [[nodiscard]] std::uint32_t background() const { return id_count_; }
+  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
+  /// [view_count] px, without corrections; 0 for ids that are not live.
+  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
+    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
+  }
+
+  /// The areas of a live outcome after a change, with corrections if correct() has been called.
+  /// delta_px  [view_count]; empty: no change
+  /// row       receives [view_count] px
+  void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const;
+
+  void owned_pixels(std::uint32_t id, OwnedPixels& owned) const;
+
+  /// Computes what a merge would change. May run on several threads, each with its own scratch and changes.
+  /// first_owned  owned_pixels(merge.first) of the same state: shared by all partners of a leaf
+  void changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const;
+
+  /// Does a merge. changes  changes_of(merge) in the same state. Parallel over views.
+  void apply(const LeafMerge& merge, const AreaChanges& changes);
+
+ private:
+  struct View {
+    Projection projection;
+    FragmentLists fragments;
+  };
+
+  template <class Visit>
+  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
+    const Card& card = card_table_[leaf.card];
+    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
+  }
+  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
+  class ChangeWriter;
+  void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;
+  void add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const;
+
+  std::uint32_t view_count_ = 0, pixels_per_view_ = 0, id_count_ = 0;
+  std::vector<Card> card_table_;
+  std::vector<AlphaMask> masks_;
+  std::vector<View> views_;
+  std::vector<LiveLeaf> leaves_;              ///< [id_count]
+  std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
+  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] from correct(); empty: none
+};
+
+}  // namespace coppice::bake

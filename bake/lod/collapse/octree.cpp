@@ -1,0 +1,140 @@
+#include "octree.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace coppice::bake {
+
+LeafOctree::LeafOctree(const Foliage& source, std::uint32_t id_count) : entries_(id_count) {
+  glm::dvec3 low(0.0), high(0.0);
+  if (!source.quads.empty()) low = high = source.quads[0][0];
+  for (const Quad& quad : source.quads) {
+    for (const glm::vec3& corner : quad) {
+      low = glm::min(low, glm::dvec3(corner));
+      high = glm::max(high, glm::dvec3(corner));
+    }
+  }
+  const std::uint32_t leaf_count = std::max(source.leaf_count(), 1u);
+  const auto log2_ceiling = static_cast<std::uint32_t>(std::bit_width(leaf_count - 1));
+  depth_ = std::min(7u, 2 + (log2_ceiling + 2) / 3);
+  box_min_ = low;
+  const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  cells_per_metre_ = edge > 0.0 ? static_cast<double>(1u << depth_) / edge : 0.0;
+  for (std::uint32_t level = 0; level <= depth_; ++level) counts_.emplace_back(std::size_t{1} << (3 * level), 0u);
+  heads_.assign(std::size_t{1} << (3 * depth_), kNone);
+}
+
+std::size_t LeafOctree::index_of(std::uint32_t level, const Cell& cell) {
+  return (((std::size_t{cell[2]} << level) | cell[1]) << level) | cell[0];
+}
+
+LeafOctree::Cell LeafOctree::cell_of(const glm::dvec3& point) const {
+  const double last = static_cast<double>((1u << depth_) - 1);
+  const auto coordinate = [&](double value, double low) {
+    return static_cast<std::uint32_t>(std::clamp(std::floor((value - low) * cells_per_metre_), 0.0, last));
+  };
+  return {coordinate(point.x, box_min_.x), coordinate(point.y, box_min_.y), coordinate(point.z, box_min_.z)};
+}
+
+void LeafOctree::change_counts(const Cell& cell, std::uint32_t change) {
+  for (std::uint32_t level = 0; level <= depth_; ++level) {
+    const std::uint32_t shift = depth_ - level;
+    counts_[level][index_of(level, {cell[0] >> shift, cell[1] >> shift, cell[2] >> shift})] += change;
+  }
+}
+
+void LeafOctree::insert(std::uint32_t id, const glm::dvec3& centroid) {
+  Entry& entry = entries_[id];
+  entry.centroid = centroid;
+  entry.cell = cell_of(centroid);
+  std::uint32_t& head = heads_[index_of(depth_, entry.cell)];
+  entry.previous = kNone;
+  entry.next = head;
+  if (head != kNone) entries_[head].previous = id;
+  head = id;
+  change_counts(entry.cell, 1);
+}
+
+void LeafOctree::remove(std::uint32_t id) {
+  const Entry& entry = entries_[id];
+  if (entry.next != kNone) entries_[entry.next].previous = entry.previous;
+  if (entry.previous != kNone)
+    entries_[entry.previous].next = entry.next;
+  else
+    heads_[index_of(depth_, entry.cell)] = entry.next;
+  change_counts(entry.cell, ~0u);
+}
+
+LeafOctree::Block LeafOctree::block_round(std::uint32_t id, std::uint32_t level, std::uint32_t rings) const {
+  Block block;
+  block.level = level;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t coordinate = entries_[id].cell[axis] >> (depth_ - level);
+    block.low[axis] = coordinate - std::min(coordinate, rings);
+    block.high[axis] = std::min(coordinate + rings, (1u << level) - 1);
+  }
+  return block;
+}
+
+std::uint32_t LeafOctree::count_in(const Block& block) const {
+  std::uint32_t count = 0;
+  for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z)
+    for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y)
+      for (std::uint32_t x = block.low[0]; x <= block.high[0]; ++x) count += counts_[block.level][index_of(block.level, {x, y, z})];
+  return count;
+}
+
+/// Walks down from `cell` and skips empty subtrees.
+void LeafOctree::gather(std::uint32_t level, const Cell& cell, std::uint32_t centre_id) {
+  if (counts_[level][index_of(level, cell)] == 0) return;
+  if (level < depth_) {
+    for (std::uint32_t child = 0; child < 8; ++child)
+      gather(level + 1, {cell[0] * 2 + (child & 1), cell[1] * 2 + ((child >> 1) & 1), cell[2] * 2 + (child >> 2)}, centre_id);
+    return;
+  }
+  for (std::uint32_t id = heads_[index_of(depth_, cell)]; id != kNone; id = entries_[id].next) {
+    if (id == centre_id) continue;
+    const glm::dvec3 offset = entries_[id].centroid - entries_[centre_id].centroid;
+    gathered_.push_back({glm::dot(offset, offset), id});
+  }
+}
+
+void LeafOctree::gather_round(std::uint32_t id, std::uint32_t count) {
+  // The blocks are the cell with 0, 1, 2, 3 rings of neighbours, then 2 and 3 rings one level up, and so on to the root, which holds
+  // everything.
+  Block block = block_round(id, depth_, 0);
+  for (std::uint32_t rings = 1, level = depth_; level > 0 && count_in(block) <= count;) {  // the leaf itself is one of them
+    block = block_round(id, level, rings);
+    ++rings;
+    if (rings > 3) rings = 2, --level;
+  }
+  if (count_in(block) <= count) block = block_round(id, 0, 0);
+  gathered_.clear();
+  for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z)
+    for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y)
+      for (std::uint32_t x = block.low[0]; x <= block.high[0]; ++x) gather(block.level, {x, y, z}, id);
+}
+
+void LeafOctree::cell_candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
+  gather_round(id, count);
+  candidates.clear();
+  for (const Near& near : gathered_) candidates.push_back(near.id);
+  std::sort(candidates.begin(), candidates.end());
+}
+
+void LeafOctree::candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
+  gather_round(id, count);
+  const auto nearer = [](const Near& a, const Near& b) {
+    return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance : a.id < b.id;
+  };
+  const std::size_t kept = std::min<std::size_t>(count, gathered_.size());
+  std::partial_sort(gathered_.begin(), gathered_.begin() + static_cast<std::ptrdiff_t>(kept), gathered_.end(), nearer);
+  candidates.clear();
+  for (std::size_t i = 0; i < kept; ++i) candidates.push_back(gathered_[i].id);
+}
+
+}  // namespace coppice::bake

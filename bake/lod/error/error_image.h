@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "plant.h"
+#include "visibility.h"
+
+namespace coppice::bake {
+
+// Shared by all measured errors of a plant: its cuts' (error_table.h), its wood's and its leaf meshes' (mesh_error.h).
+
+inline constexpr std::uint32_t kErrorViewCount = 6;
+inline constexpr std::uint32_t kErrorImagePx = 512;
+/// Projected diameters of the bounding sphere, px.
+inline constexpr std::array<std::uint32_t, 7> kErrorSizesPx = {8, 16, 32, 64, 128, 256, 512};
+
+/// Luminance 0..255, or another channel, [kErrorImagePx * kErrorImagePx], rows top to bottom.
+using LuminanceImage = std::vector<float>;
+/// Mean squared difference at each of kErrorSizesPx.
+using SquaredErrors = std::array<double, kErrorSizesPx.size()>;
+
+/// The six viewpoints from which errors are measured: spread over the sphere, and turned so that no set of viewpoints() holds one of them.
+std::vector<Viewpoint> error_viewpoints();
+/// The sphere seen from each of these, filling the image.
+std::vector<Projection> error_projections(const Sphere& sphere);
+/// Direction to the light of those images, unit.
+const glm::vec3& error_light();
+
+/// The luminance that a pixel of the plant counts with: the part above half counts half. So the background is whiter than a white flower,
+/// whose loss would otherwise be no error. luminance  0..255
+float plant_luminance(float luminance);
+
+/// The image box-filtered down to 8 x 8.
+LuminanceImage coarse_image(LuminanceImage image);
+
+/// Mean squared differences of both images, box-filtered down to each size.
+SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage& other);
+
+/// size_px * rmse / 255 over all views, px: see ARCHITECTURE.md, "Error table". size  index into kErrorSizesPx
+float error_px_of(const std::array<SquaredErrors, kErrorViewCount>& errors, std::size_t size);
+
+}  // namespace coppice::bake

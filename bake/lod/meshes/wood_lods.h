@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "plant.h"
+
+namespace coppice::bake {
+
+/// Two meshes of one LoD with the same number of triangles; the finest level has one mesh, all of the wood. In the first, small pieces that
+/// get no triangles give their area to neighbours, so that a bare wood stays as dense as it is. In the second they are left out, which is
+/// nearer to the image if a crown hides them.
+using WoodLevel = std::vector<Mesh>;
+
+/// Makes up to seven levels of the wood, finest first: all of its triangles, then each about a quarter of the one before, down to some tens
+/// if the wood allows. The weightiest piece of each material is in every mesh. Triangles are sorted by material and, within one, for the
+/// GPU's vertex cache. Empty wood has no levels. Same wood, same levels.
+std::vector<WoodLevel> wood_levels(const Mesh& wood);
+
+/// Reduces wood to at most half its triangles, but at least one of each material: clusters vertices, whatever becomes of the shape. For
+/// wood that wood_levels cannot make small enough.
+Mesh halve_wood(const Mesh& wood);
+
+}  // namespace coppice::bake

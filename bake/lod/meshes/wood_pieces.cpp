@@ -1,0 +1,289 @@
+#include "wood_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+#include "union_find.h"
+#include "weld.h"
+
+namespace coppice::bake {
+namespace {
+
+using Corners = std::array<glm::dvec3, 3>;
+
+glm::dvec3 area_vector(const Corners& corner) {
+  return 0.5 * glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+}
+
+void append_samples(const Corners& corner, double spacing_m, int depth, std::vector<AreaSample>& samples) {
+  std::size_t longest = 0;
+  std::array<double, 3> edge_m{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    edge_m[k] = glm::distance(corner[k], corner[(k + 1) % 3]);
+    if (edge_m[k] > edge_m[longest]) longest = k;
+  }
+  if (depth > 0 && edge_m[longest] > spacing_m) {
+    const glm::dvec3& from = corner[longest];
+    const glm::dvec3& to = corner[(longest + 1) % 3];
+    const glm::dvec3& apex = corner[(longest + 2) % 3];
+    const glm::dvec3 middle = 0.5 * (from + to);
+    append_samples({from, middle, apex}, spacing_m, depth - 1, samples);
+    append_samples({middle, to, apex}, spacing_m, depth - 1, samples);
+    return;
+  }
+  const double area_m2 = glm::length(area_vector(corner)) / 3.0;
+  for (std::size_t k = 0; k < 3; ++k) samples.push_back({0.5 * (corner[k] + corner[(k + 1) % 3]), area_m2});
+}
+
+/// The direction in which a symmetric matrix stretches most, by power iteration; `fallback` if it stretches nothing.
+glm::dvec3 main_direction(const glm::dmat3& matrix, const glm::dvec3& fallback) {
+  constexpr int kIterations = 60;
+  // No axis of a plant is perpendicular to this one.
+  glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, 1.0, 0.2));
+  for (int i = 0; i < kIterations; ++i) {
+    const glm::dvec3 next = matrix * direction;
+    const double length = glm::length(next);
+    if (!(length > std::numeric_limits<double>::min())) return fallback;
+    direction = next / length;
+  }
+  return direction;
+}
+
+glm::dvec3 across(const glm::dvec3& direction) {
+  const glm::dvec3 other = std::abs(direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1);
+  return glm::normalize(glm::cross(direction, other));
+}
+
+void set_axes(WoodPiece& piece, const std::vector<AreaSample>& samples) {
+  glm::dmat3 covariance(0.0);
+  for (const AreaSample& sample : samples) {
+    const glm::dvec3 arm = sample.at - piece.center;
+    covariance += sample.area_m2 / piece.area_m2 * glm::outerProduct(arm, arm);
+  }
+  piece.axes[0] = main_direction(covariance, piece.axes[0]);
+  const auto variance = [&](std::size_t k) { return std::max(glm::dot(piece.axes[k], covariance * piece.axes[k]), 0.0); };
+  const glm::dmat3 rest = covariance - variance(0) * glm::outerProduct(piece.axes[0], piece.axes[0]);
+  const glm::dvec3 second = main_direction(rest, across(piece.axes[0]));
+  const glm::dvec3 level = second - glm::dot(second, piece.axes[0]) * piece.axes[0];
+  piece.axes[1] = glm::length(level) > 1e-6 ? glm::normalize(level) : across(piece.axes[0]);
+  piece.axes[2] = glm::cross(piece.axes[0], piece.axes[1]);
+  for (std::size_t k = 0; k < 3; ++k) piece.spread_m[k] = std::sqrt(variance(k));
+}
+
+void measure(WoodPiece& piece) {
+  const std::vector<AreaSample> samples = area_samples(piece, std::numeric_limits<double>::infinity());
+  piece.center = glm::dvec3(0.0), piece.area_m2 = 0.0, piece.facing = glm::dvec3(0.0);
+  for (const AreaSample& sample : samples) {
+    piece.center += sample.area_m2 * sample.at;
+    piece.area_m2 += sample.area_m2;
+  }
+  if (piece.area_m2 > 0.0) {
+    piece.center /= piece.area_m2;
+    for (std::size_t i = 0; i < piece.indices.size(); i += 3)
+      piece.facing +=
+          area_vector({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]}) /
+          piece.area_m2;
+    set_axes(piece, samples);
+  } else {
+    piece.center = piece.positions.front();
+  }
+  double sixfold_m3 = 0.0;
+  for (std::size_t i = 0; i < piece.indices.size(); i += 3) {
+    const auto arm = [&](std::size_t k) { return glm::dvec3(piece.positions[piece.indices[i + k]]) - piece.center; };
+    sixfold_m3 += glm::dot(arm(0), glm::cross(arm(1), arm(2)));
+  }
+  piece.volume_m3 = std::abs(sixfold_m3) / 6.0;
+  piece.projected_m2 = projected_area_m2(piece.area_m2, piece.facing);
+  piece.first_m = piece.last_m = 0.0;
+  for (const glm::vec3& position : piece.positions) {
+    const double at_m = glm::dot(glm::dvec3(position) - piece.center, piece.axes[0]);
+    piece.first_m = std::min(piece.first_m, at_m);
+    piece.last_m = std::max(piece.last_m, at_m);
+  }
+}
+
+std::vector<WoodPiece> connected_pieces(const Mesh& wood) {
+  const std::vector<std::uint32_t> one_group(wood.positions.size(), 0);
+  const std::vector<std::uint32_t> welded = weld(wood.positions, one_group);
+  UnionFind sets(welded.size());
+  for (std::size_t i = 0; i < wood.indices.size(); i += 3)
+    for (std::size_t k = 1; k < 3; ++k) sets.join(welded[wood.indices[i]], welded[wood.indices[i + k]]);
+
+  std::vector<WoodPiece> pieces;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> piece_of;  // by set and material
+  std::vector<std::uint32_t> local(wood.positions.size(), kNone), local_piece(wood.positions.size(), kNone);
+  for (std::size_t i = 0; i < wood.indices.size(); ++i) {
+    const std::uint32_t vertex = wood.indices[i], material = wood.triangle_materials[i / 3];
+    const auto [found, is_new] = piece_of.try_emplace({sets.find(welded[wood.indices[i]]), material}, pieces.size());
+    if (is_new) pieces.emplace_back().material = material;
+    WoodPiece& piece = pieces[found->second];
+    if (local_piece[vertex] != found->second) {
+      local_piece[vertex] = static_cast<std::uint32_t>(found->second);
+      local[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
+      piece.vertices.push_back(vertex);
+      piece.positions.push_back(wood.positions[vertex]);
+    }
+    piece.indices.push_back(local[vertex]);
+  }
+  for (WoodPiece& piece : pieces) measure(piece);
+  return pieces;
+}
+
+struct TubeEnd {
+  glm::dvec3 at{0.0}, outward{0.0};
+  double girth_m = 0.0;
+  std::size_t piece = 0;
+};
+
+/// The ends of pieces a few times as long as thick, sorted by x: ends that may touch are near each other.
+std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
+  constexpr double kMinSlenderness = 3.0;
+  std::vector<TubeEnd> ends;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const WoodPiece& piece = pieces[i];
+    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kMinSlenderness * piece.girth_m()) continue;
+    ends.push_back({piece.center + piece.first_m * piece.axes[0], -piece.axes[0], piece.girth_m(), i});
+    ends.push_back({piece.center + piece.last_m * piece.axes[0], piece.axes[0], piece.girth_m(), i});
+  }
+  std::ranges::stable_sort(ends, [](const TubeEnd& a, const TubeEnd& b) { return a.at.x < b.at.x; });
+  return ends;
+}
+
+bool continues(const TubeEnd& a, const TubeEnd& b) {
+  constexpr double kMinCosine = 0.8, kMaxGirths = 2.0;
+  if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kMinCosine) return false;
+  if (std::max(a.girth_m, b.girth_m) > kMaxGirths * std::min(a.girth_m, b.girth_m)) return false;
+  return glm::distance(a.at, b.at) < std::max(a.girth_m, b.girth_m);
+}
+
+void append(WoodPiece& piece, const WoodPiece& other) {
+  const auto first = static_cast<std::uint32_t>(piece.vertices.size());
+  piece.vertices.insert(piece.vertices.end(), other.vertices.begin(), other.vertices.end());
+  piece.positions.insert(piece.positions.end(), other.positions.begin(), other.positions.end());
+  for (const std::uint32_t index : other.indices) piece.indices.push_back(first + index);
+  piece.part_count += other.part_count;
+}
+
+/// Joins tubes whose ends meet, the nearest first; an end is joined once.
+std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
+  const std::vector<TubeEnd> ends = tube_ends(pieces);
+  double max_girth_m = 0.0;
+  for (const TubeEnd& end : ends) max_girth_m = std::max(max_girth_m, end.girth_m);
+  constexpr std::size_t kMaxLookedAt = 512;  // enough, unless the wood is one pile of sticks
+  std::vector<std::tuple<double, std::size_t, std::size_t>> meetings;
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    for (std::size_t k = i + 1; k < std::min(ends.size(), i + kMaxLookedAt) && ends[k].at.x - ends[i].at.x < max_girth_m; ++k)
+      if (pieces[ends[i].piece].material == pieces[ends[k].piece].material && continues(ends[i], ends[k]))
+        meetings.emplace_back(glm::distance(ends[i].at, ends[k].at), i, k);
+  std::ranges::sort(meetings);
+  UnionFind chains(pieces.size());
+  std::vector<bool> taken(ends.size(), false);
+  for (const auto& [distance_m, i, k] : meetings) {
+    const auto one = static_cast<std::uint32_t>(ends[i].piece), other = static_cast<std::uint32_t>(ends[k].piece);
+    if (taken[i] || taken[k] || chains.find(one) == chains.find(other)) continue;
+    taken[i] = taken[k] = true;
+    chains.join(one, other);
+  }
+  std::vector<WoodPiece> joined;
+  std::vector<std::size_t> place(pieces.size());
+  std::vector<bool> grown;
+  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+    const std::uint32_t first = chains.find(i);
+    if (first == i) {
+      place[i] = joined.size();
+      joined.push_back(std::move(pieces[i]));
+      grown.push_back(false);
+    } else {
+      append(joined[place[first]], pieces[i]);
+      grown[place[first]] = true;
+    }
+  }
+  for (std::size_t i = 0; i < joined.size(); ++i)
+    if (grown[i]) measure(joined[i]);
+  return joined;
+}
+
+/// A number of 30 bits that is similar for near places.
+std::uint32_t morton_code(const glm::dvec3& place) {
+  std::uint32_t code = 0;
+  for (int bit = 9; bit >= 0; --bit)
+    for (int axis = 0; axis < 3; ++axis)
+      code = code << 1 | (static_cast<std::uint32_t>(std::clamp(place[axis], 0.0, 1.0) * 1023.0) >> bit & 1u);
+  return code;
+}
+
+/// Sorting ranks by their reversed bits scatters them: any first few are spread over all.
+std::uint32_t reversed_bits(std::uint32_t value) {
+  std::uint32_t reversed = 0;
+  for (int bit = 0; bit < 32; ++bit) reversed |= (value >> bit & 1u) << (31 - bit);
+  return reversed;
+}
+
+void set_curve_ranks(std::vector<WoodPiece>& pieces) {
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (const WoodPiece& piece : pieces) low = glm::min(low, piece.center), high = glm::max(high, piece.center);
+  const double side_m = std::max({high.x - low.x, high.y - low.y, high.z - low.z, std::numeric_limits<double>::min()});
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> along;
+  for (std::uint32_t i = 0; i < pieces.size(); ++i) along.emplace_back(morton_code((pieces[i].center - low) / side_m), i);
+  std::ranges::sort(along);
+  for (std::uint32_t rank = 0; rank < along.size(); ++rank) pieces[along[rank].second].curve_rank = rank;
+}
+
+}  // namespace
+
+double WoodPiece::girth_m() const {
+  return length_m() > 0.0 ? 4.0 * projected_m2 / (std::numbers::pi * length_m()) : 0.0;
+}
+
+double projected_area_m2(double area_m2, const glm::dvec3& facing) {
+  return 0.25 * area_m2 * (1.0 + std::min(glm::length(facing), 1.0));
+}
+
+double projected_area_m2(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& indices) {
+  glm::dvec3 sum(0.0);
+  double area_m2 = 0.0;
+  for (std::size_t i = 0; i < indices.size(); i += 3) {
+    const glm::dvec3 area = area_vector({positions[indices[i]], positions[indices[i + 1]], positions[indices[i + 2]]});
+    sum += area;
+    area_m2 += glm::length(area);
+  }
+  return area_m2 > 0.0 ? projected_area_m2(area_m2, sum / area_m2) : 0.0;
+}
+
+std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
+  constexpr int kMaxSplits = 6;
+  std::vector<AreaSample> samples;
+  for (std::size_t i = 0; i < piece.indices.size(); i += 3)
+    append_samples({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]},
+                   spacing_m, kMaxSplits, samples);
+  return samples;
+}
+
+std::vector<WoodPiece> split_wood(const Mesh& wood) {
+  std::vector<WoodPiece> pieces = join_tubes(connected_pieces(wood));
+  set_curve_ranks(pieces);
+  std::vector<std::tuple<int, std::uint32_t, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+    constexpr int kWeightless = -100000;
+    const double weight = pieces[i].weight();
+    order.emplace_back(weight > 0.0 ? -static_cast<int>(std::floor(std::log2(weight))) : -kWeightless, reversed_bits(pieces[i].curve_rank),
+                       i);
+  }
+  std::ranges::sort(order);
+  std::vector<WoodPiece> sorted;
+  sorted.reserve(pieces.size());
+  for (const auto& [weight_class, rank, i] : order) sorted.push_back(std::move(pieces[i]));
+  return sorted;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,18 @@
+#pragma once
+
+// What a card shows from afar in place of its texture: a mean colour, and an outline of 8 x 8 cells.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coppice/format.h"
+
+namespace coppice::bake {
+
+/// Fills in albedo and mask of a card whose material and uv are set.
+/// material  the card's
+/// textures  [texture] TEXTURE chunks
+void set_card_look(const coppice_file_material& material, std::span<const std::vector<std::uint8_t>> textures, coppice_file_card& card);
+
+}  // namespace coppice::bake

@@ -1,0 +1,419 @@
+// Encodes a page (FORMAT.md, section 9; page_model.h). The encoder chooses the kind of each child and the tables. They depend on each
+// other, so it plans the page a few times, each time with the symbol costs of the last.
+
+#include "page_encode.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "check.h"
+#include "coppice/format.h"
+#include "page_model.h"
+#include "page_shapes.h"
+#include "symbol_writer.h"
+
+namespace coppice::bake {
+
+namespace {
+
+using page_model::Context;
+using page_model::PageHeader;
+using page_model::Parent;
+using page_model::Point;
+using page_model::Step;
+
+struct SymbolCode {
+  std::uint8_t context, symbol;
+};
+
+/// The coded form of a part of the page.
+struct Codes {
+  std::vector<SymbolCode> symbols;
+  std::vector<PlainBits> bits;
+
+  void clear() {
+    symbols.clear();
+    bits.clear();
+  }
+  void append(const Codes& other) {
+    symbols.insert(symbols.end(), other.symbols.begin(), other.symbols.end());
+    bits.insert(bits.end(), other.bits.begin(), other.bits.end());
+  }
+  void symbol(std::size_t context, std::uint32_t value) {
+    COPPICE_ASSERT(value < page_model::kAlphabet[context]);
+    symbols.push_back({static_cast<std::uint8_t>(context), static_cast<std::uint8_t>(value)});
+  }
+  /// Adds all bits of a number but the highest, whose place a symbol tells.
+  void low_bits(std::uint32_t value) {
+    const auto length = static_cast<std::uint32_t>(std::bit_width(value));
+    if (length > 1) bits.push_back({value - (1u << (length - 1)), length - 1});
+  }
+};
+
+/// Probabilities of every context, as a page stores them.
+struct Tables {
+  std::array<std::vector<std::uint8_t>, Context::kContextCount> digits;
+  std::array<std::vector<std::uint32_t>, Context::kContextCount> probabilities;
+  std::array<std::vector<double>, Context::kContextCount> costs;  ///< bits
+
+  void set(std::size_t context, std::vector<std::uint8_t> weights) {
+    probabilities[context].resize(weights.size());
+    share_out(weights, probabilities[context]);
+    costs[context] = symbol_costs(probabilities[context]);
+    digits[context] = std::move(weights);
+  }
+  /// Whether the context has only one symbol, which takes no bytes.
+  [[nodiscard]] bool only_one(std::size_t context) const { return std::ranges::count(probabilities[context], kProbabilityOne) > 0; }
+  /// A symbol that the table lacks costs more than any that it has, so that it can come into use.
+  [[nodiscard]] double cost(const SymbolCode& code) const {
+    constexpr double kUnseen = 12.0;
+    const std::vector<double>& of = costs[code.context];
+    return code.symbol < of.size() ? std::min(of[code.symbol], kUnseen) : kUnseen;
+  }
+  [[nodiscard]] double cost(const Codes& codes) const {
+    double sum = 0.0;
+    for (const SymbolCode& code : codes.symbols) sum += cost(code);
+    for (const PlainBits& plain : codes.bits) sum += plain.count;
+    return sum;
+  }
+};
+
+std::vector<std::uint8_t> default_digits(std::size_t context) {
+  std::vector<std::uint8_t> digits;
+  for (const char* digit = page_model::kDefaultWeights[context]; *digit != 0; ++digit)
+    digits.push_back(static_cast<std::uint8_t>(*digit <= '9' ? *digit - '0' : *digit - 'a' + 10));
+  return digits;
+}
+
+Tables default_tables() {
+  Tables tables;
+  for (std::size_t context = 0; context < Context::kContextCount; ++context) tables.set(context, default_digits(context));
+  return tables;
+}
+
+std::array<std::uint16_t, 3> axis_weights(const glm::vec3& extent) {
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  std::array<std::uint16_t, 3> weights{};
+  for (int axis = 0; axis < 3 && longest > 0.0; ++axis) {
+    const double share = extent[axis] / longest;
+    weights[static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(std::lround(share * share * 65535.0));
+  }
+  return weights;
+}
+
+/// A child to be coded.
+struct Child {
+  std::array<Point, 4> corners{};
+  unsigned known = 0;
+  std::uint32_t card = 0;
+};
+
+std::array<Child, 2> children_of(const Split& split, const QuantisedQuad& parent) {
+  const ChildQuads quads = child_quads(parent, split);
+  std::array<Child, 2> children;
+  for (std::size_t c = 0; c < 2; ++c) {
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      children[c].corners[corner] = page_model::point_of((c == 0 ? quads.first : quads.second)[corner]);
+    children[c].card = split.cards[c];
+  }
+  for (std::uint8_t slot : split.parent_slots) children[slot / 4].known |= 1u << slot % 4;
+  COPPICE_ASSERT(std::popcount(children[0].known) + std::popcount(children[1].known) == 4);
+  return children;
+}
+
+/// Codes which corners of child `c` are the parent's.
+void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& codes) {
+  std::array<unsigned, 4> at{}, corner{};  // in the parent, in the child
+  std::size_t count = 0;
+  for (unsigned i = 0; i < 4; ++i) {
+    if (slots[i] / 4 != c) continue;
+    at[count] = i;
+    corner[count++] = slots[i] % 4u;
+  }
+  if (count == 0) return;
+  const unsigned turn = (corner[0] - at[0]) & 3;
+  if (count == 1) return codes.symbol(Context::kCorners1, turn);
+  const unsigned second = (corner[1] - corner[0]) & 3;
+  if (count == 2) return codes.symbol(Context::kCorners2 + at[1] - at[0] - 1, 3 * turn + second - 1);
+  const unsigned third = (corner[2] - corner[0]) & 3;
+  const unsigned lower_left = second == 1 ? 2 : 1;  // the smaller corner that the third can be
+  codes.symbol(count == 3 ? Context::kCorners3 : Context::kCorners4, 6 * turn + 2 * (second - 1) + (third == lower_left ? 0 : 1));
+}
+
+/// Codes a child's fade relative to its parent's.
+void code_fade(std::uint8_t fade, std::uint8_t parent_fade, const PageHeader& header, Codes& codes) {
+  for (std::size_t half = 0; half < 2; ++half) {
+    const std::uint32_t from = header.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
+    const std::uint32_t symbol = page_model::fade_half(fade, half) + page_model::kFadeSteps - from;
+    codes.symbol(Context::kFades + half, symbol % page_model::kFadeSteps);
+  }
+}
+
+/// Codes residuals of three axes: their bit lengths in the given contexts, then their bits below the highest.
+void code_values(const std::array<std::int32_t, 3>& values, const std::array<std::size_t, 3>& contexts, Codes& codes) {
+  for (std::size_t i = 0; i < 3; ++i) codes.symbol(contexts[i], static_cast<std::uint32_t>(std::bit_width(zigzag(values[i]))));
+  for (std::int32_t value : values) codes.low_bits(zigzag(value));
+}
+
+class Planner {
+ public:
+  Planner(const PageSource& source, PageHeader header) : source_(source), header_(header) {}
+
+  /// The page's codes, with the kinds that are cheapest under `tables`.
+  Codes plan(const Tables& tables) {
+    Codes codes;
+    for (std::uint32_t i = 0; i < source_.splits.size(); ++i) code_split(source_.first_split + i, source_.splits[i], tables, codes);
+    return codes;
+  }
+
+ private:
+  void code_split(std::uint32_t index, const Split& split, const Tables& tables, Codes& codes) {
+    COPPICE_ASSERT(split.parent <= 2 * index);
+    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child) {
+      const std::uint32_t death = source_.nodes[child].split;
+      const std::uint32_t lifetime = death == kNeverReplaced ? 0 : death - index;
+      codes.symbol(Context::kDeath, static_cast<std::uint32_t>(std::bit_width(lifetime)));
+      codes.low_bits(lifetime);
+    }
+    const PageNode& parent_node = source_.nodes[split.parent];
+    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child)
+      if (source_.nodes[child].split != kNeverReplaced) code_fade(source_.nodes[child].fade, parent_node.fade, header_, codes);
+    const std::array<Child, 2> children = children_of(split, parent_node.corners);
+    std::uint32_t pattern = 0;
+    for (unsigned i = 0; i < 4; ++i) pattern |= (split.parent_slots[i] / 4u) << i;
+    codes.symbol(Context::kChildren, pattern);
+    code_corners(split.parent_slots, 0, codes);
+    code_corners(split.parent_slots, 1, codes);
+    const Parent parent = page_model::parent_of(parent_node.corners);
+    const std::size_t fuller = std::popcount(pattern) > 2 ? 1 : 0;
+    for (std::size_t c : {fuller, 1 - fuller}) code_child(children[c], parent_node.card, parent, tables, codes);
+  }
+
+  void code_child(const Child& child, std::uint32_t parent_card, const Parent& parent, const Tables& tables, Codes& codes) {
+    const std::uint32_t kind_count = child.known == 15 ? 1 : 1 + 2 * header_.shape_count;
+    double lowest = 0.0;
+    for (std::uint32_t kind = 0; kind < kind_count; ++kind) {
+      trial_.clear();
+      const bool new_card = child.card != parent_card;
+      trial_.symbol(Context::kKind + static_cast<std::size_t>(std::popcount(child.known)), 2 * kind + (new_card ? 1 : 0));
+      if (new_card) trial_.symbol(Context::kCard, child.card);
+      const page_model::Steps& steps = page_model::kSteps[child.known];
+      for (std::uint32_t s = 0; s < steps.count; ++s) code_corner(kind, steps.step[s], child.corners, parent, trial_);
+      const double cost = tables.cost(trial_);
+      if (kind > 0 && cost >= lowest) continue;
+      lowest = cost;
+      std::swap(best_, trial_);
+    }
+    codes.append(best_);
+  }
+
+  void code_corner(std::uint32_t kind, const Step& step, const std::array<Point, 4>& corners, const Parent& parent, Codes& codes) const {
+    const Point guess = page_model::predict(header_, kind, step, corners, parent);
+    const Point residual = page_model::difference(corners[step.corner], guess);
+    const auto code_all = [&](std::size_t context) { code_values(residual, {context, context, context}, codes); };
+    if (kind == page_model::kFree) return code_all(Context::kFreeSteps + static_cast<std::size_t>(step.rule));
+    const std::size_t side = side_of(kind);
+    switch (step.rule) {
+      case page_model::Rule::position:
+        return code_all(Context::kShapedPosition);
+      case page_model::Rule::first:
+        return code_all(side + page_model::kFirstSide);
+      case page_model::Rule::second:
+        return code_second_side(kind, step, corners, residual, codes);
+      case page_model::Rule::diagonal:
+        return code_all(Context::kShapedDiagonal);
+      case page_model::Rule::fourth:
+        break;
+    }
+    std::uint32_t near = 0;
+    bool is_near = true;
+    for (std::int32_t value : residual) {
+      near = 3 * near + static_cast<std::uint32_t>(value + 1);
+      is_near = is_near && value >= -1 && value <= 1;
+    }
+    codes.symbol(Context::kNearFourth, is_near ? near : page_model::kFar);
+    if (!is_near) code_all(Context::kShapedFourth);
+  }
+
+  static std::size_t side_of(std::uint32_t kind) { return page_model::is_parallel(kind) ? Context::kParallel : Context::kTurned; }
+
+  void code_second_side(std::uint32_t kind, const Step& step, const std::array<Point, 4>& corners, const Point& residual,
+                        Codes& codes) const {
+    const std::size_t side = side_of(kind);
+    const std::size_t free = side + page_model::kSecondSide;
+    const Point &base = corners[step.neighbour], &corner = corners[step.corner];
+    const Point along = page_model::difference(corners[(step.corner + 2) & 3], base);
+    const std::size_t axis = page_model::shape_of(kind) == page_model::kParallelogramIndex ? page_model::square_axis(header_, along) : 3;
+    if (axis == 3) return code_values(residual, {free, free, free}, codes);
+    const std::int32_t value = page_model::square_coordinate(header_, along, page_model::difference(corner, base), axis);
+    const std::int32_t off = corner[axis] - page_model::clamp_coordinate(header_, base[axis] + value);
+    code_values({residual[(axis + 1) % 3], residual[(axis + 2) % 3], off}, {free, free, side + page_model::kSquareAxis}, codes);
+  }
+
+  const PageSource& source_;
+  PageHeader header_;
+  Codes trial_, best_;
+};
+
+std::array<std::vector<std::uint32_t>, Context::kContextCount> count_symbols(const Codes& codes) {
+  std::array<std::vector<std::uint32_t>, Context::kContextCount> counts;
+  for (const SymbolCode& code : codes.symbols) {
+    std::vector<std::uint32_t>& of = counts[code.context];
+    if (of.size() <= code.symbol) of.resize(code.symbol + std::size_t{1});
+    ++of[code.symbol];
+  }
+  return counts;
+}
+
+/// Bits of one context's symbols; infinite if the table lacks one.
+double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<double>& costs) {
+  double sum = 0.0;
+  for (std::size_t symbol = 0; symbol < counts.size(); ++symbol)
+    if (counts[symbol] > 0) sum += symbol < costs.size() ? counts[symbol] * costs[symbol] : HUGE_VAL;
+  return sum;
+}
+
+/// Bytes of a table that the page stores.
+std::size_t table_bytes(std::size_t symbol_count) {
+  return 1 + (symbol_count + 1) / 2;
+}
+
+/// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
+std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32_t kind_symbols, Tables& tables) {
+  std::uint32_t stored = 0;
+  const auto counts = count_symbols(codes);
+  for (std::size_t context = 0; context < counts.size(); ++context) {
+    const bool kinds = context >= Context::kKind && context < Context::kKind + 4;
+    std::vector<std::uint8_t> digits = usual.digits[context];
+    if (kinds && digits.size() > kind_symbols) digits.resize(kind_symbols);
+    tables.set(context, digits);
+    if (counts[context].empty()) continue;
+    const double usual_cost = cost_of(counts[context], tables.costs[context]);
+    Tables own;
+    own.set(context, weight_digits(counts[context]));
+    const double own_cost = cost_of(counts[context], own.costs[context]) + 8.0 * static_cast<double>(table_bytes(counts[context].size()));
+    if (own_cost >= usual_cost) continue;
+    tables.set(context, own.digits[context]);
+    stored |= 1u << context;
+  }
+  return stored;
+}
+
+void put(std::vector<std::uint8_t>& bytes, std::uint32_t value, std::size_t byte_count) {
+  for (std::size_t i = 0; i < byte_count; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+}
+
+void put_header(const PageHeader& header, std::vector<std::uint8_t>& bytes) {
+  put(bytes, header.split_count, 2);
+  put(bytes, header.shape_count - 1, 1);
+  put(bytes, (header.plain_fades[0] ? 1u : 0u) | (header.plain_fades[1] ? 2u : 0u), 1);
+  for (std::uint16_t weight : header.axis_weights) put(bytes, weight, 2);
+  for (std::size_t i = 1; i < header.shape_count; ++i) {
+    put(bytes, static_cast<std::uint16_t>(header.shapes[i].a), 2);
+    put(bytes, static_cast<std::uint16_t>(header.shapes[i].b), 2);
+  }
+}
+
+void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uint8_t>& bytes) {
+  put(bytes, stored, 4);
+  for (std::size_t context = 0; context < Context::kContextCount; ++context) {
+    if ((stored >> context & 1) == 0) continue;
+    const std::vector<std::uint8_t>& digits = tables.digits[context];
+    put(bytes, static_cast<std::uint32_t>(digits.size() - 1), 1);
+    for (std::size_t i = 0; i < digits.size(); i += 2) {
+      const std::uint32_t high = i + 1 < digits.size() ? digits[i + 1] : 0u;
+      put(bytes, digits[i] | high << 4, 1);
+    }
+  }
+}
+
+/// Writes seven bits a byte, the lowest first.
+void put_length(std::vector<std::uint8_t>& bytes, std::size_t length) {
+  for (; length > 127; length >>= 7) bytes.push_back(static_cast<std::uint8_t>(length | 128));
+  bytes.push_back(static_cast<std::uint8_t>(length));
+}
+
+void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_t>& bytes) {
+  std::array<std::vector<std::uint8_t>, Context::kContextCount> symbols;
+  for (const SymbolCode& code : codes.symbols) symbols[code.context].push_back(code.symbol);
+  for (std::size_t context = 0; context < symbols.size(); ++context) {
+    const std::vector<std::uint8_t> block = write_symbols(tables.probabilities[context], symbols[context]);
+    if (!tables.only_one(context)) put_length(bytes, block.size());
+    bytes.insert(bytes.end(), block.begin(), block.end());
+  }
+  const std::vector<std::uint8_t> rest = write_bits(codes.bits);
+  bytes.insert(bytes.end(), rest.begin(), rest.end());
+}
+
+/// Bits of one context's symbols with a table of their own.
+double min_cost(const std::vector<std::uint32_t>& counts) {
+  Tables own;
+  own.set(0, weight_digits(counts));
+  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
+}
+
+/// Whether the halves of the page's fades take fewer bits as they are than as differences from the parents'.
+std::array<bool, 2> choose_plain_fades(const PageSource& source) {
+  std::array<PageHeader, 2> headers;
+  headers[1].plain_fades = {true, true};
+  std::array<Codes, 2> codes;
+  for (std::uint32_t i = 0; i < source.splits.size(); ++i)
+    for (std::uint32_t child = 0; child < 2; ++child) {
+      const PageNode& node = source.nodes[2 * (source.first_split + i) + 1 + child];
+      if (node.split == kNeverReplaced) continue;
+      for (std::size_t rule = 0; rule < 2; ++rule)
+        code_fade(node.fade, source.nodes[source.splits[i].parent].fade, headers[rule], codes[rule]);
+    }
+  std::array<bool, 2> plain{};
+  for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
+    const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
+    if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
+    plain[half] = min_cost(count_symbols(codes[1])[Context::kFades + half]) < min_cost(differences);
+  }
+  return plain;
+}
+
+PageHeader header_of(const PageSource& source) {
+  std::vector<QuantisedQuad> children;
+  for (const Split& split : source.splits) {
+    const ChildQuads quads = child_quads(source.nodes[split.parent].corners, split);
+    children.push_back(quads.first);
+    children.push_back(quads.second);
+  }
+  PageHeader header;
+  header.split_count = static_cast<std::uint32_t>(source.splits.size());
+  const std::vector<page_model::Shape> shapes = common_shapes(children);
+  header.shape_count = static_cast<std::uint32_t>(shapes.size());
+  std::ranges::copy(shapes, header.shapes.begin());
+  header.plain_fades = choose_plain_fades(source);
+  header.axis_weights = axis_weights(source.box_extent);
+  header.quantised_max = static_cast<std::int32_t>(source.quantised_max);
+  return header;
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> encode_page(const PageSource& source) {
+  constexpr int kPlans = 4;  // a fifth gains nothing noticeable
+  COPPICE_ASSERT(!source.splits.empty() && source.nodes.size() >= 2 * (source.first_split + source.splits.size()) + 1);
+  const PageHeader header = header_of(source);
+  const Tables usual = default_tables();
+  Tables tables = usual;
+  Codes codes;
+  std::uint32_t stored = 0;
+  Planner planner(source, header);
+  for (int plan = 0; plan < kPlans; ++plan) {
+    codes = planner.plan(tables);
+    stored = choose_tables(codes, usual, 2 * (1 + 2 * header.shape_count), tables);
+  }
+  std::vector<std::uint8_t> bytes;
+  put_header(header, bytes);
+  put_tables(tables, stored, bytes);
+  put_codes(codes, tables, bytes);
+  if (bytes.size() > COPPICE_MAX_PAGE_BYTES) return Error{Status::invalid_argument, "page encoder: page too long"};
+  return bytes;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,357 @@
+#include "wind.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "nearest_point.h"
+#include "parallel_for.h"
+#include "wind_field.h"
+#include "wind_grid.h"
+#include "wood_bending.h"
+#include "wood_skeleton.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Distance between rings, relative to the sphere's radius.
+constexpr double kRingShare = 1.0 / 40.0;
+/// Maximum depth of roots below y = 0, where most plants stand, relative to the plant's height.
+constexpr double kRootShare = 0.2;
+/// A leaf shows half of its area, averaged over all directions; a full crown covers this share of its box.
+constexpr double kShownShare = 0.5, kFullShare = 0.7;
+/// Lean of a leaf for each metre away from the wood that bears it, and of the top of a plant without wood for each metre of height.
+constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
+/// Minimum lean of the leaves that lean most, relative to the radius: leaves stir on any plant.
+constexpr double kMinLean = 0.04;
+/// Share of a plant's deflection that is shown: the limits are a fraction of what slender plants do in a gale, and stout plants should
+/// differ from them.
+constexpr double kShownBend = 0.3, kShownLean = 0.4;
+/// Shares of the limits for the bend alone, for the bend beside a grid, and for lean and sway together: larger ones would exceed the limit
+/// of growth.
+constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
+/// How many leaves of its size a ring counts for in the motion of its place. A stem's ring counts more: inside a crown it must not follow
+/// the leaves.
+constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
+/// Limits for natural periods.
+constexpr double kMinPeriod_s = 0.25, kMaxPeriod_s = 10.0;
+
+struct Box {
+  glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+  void add(const glm::vec3& point) {
+    low = glm::min(low, glm::dvec3(point));
+    high = glm::max(high, glm::dvec3(point));
+  }
+  [[nodiscard]] glm::dvec3 extent() const { return glm::max(high - low, glm::dvec3(0.0)); }
+};
+
+/// The plant's leaves: a plant that is all wood has a quad that is no leaf.
+std::span<const Quad> leaf_quads(const WindSource& source) {
+  return source.quads.first(std::min(source.quads.size(), source.leaves.size()));
+}
+
+Box leaf_box(const WindSource& source) {
+  Box box;
+  for (const Quad& quad : leaf_quads(source))
+    for (const glm::vec3& corner : quad) box.add(corner);
+  for (const glm::vec3& position : source.foliage.positions) box.add(position);
+  return box;
+}
+
+Stand stand_of(const Box& all) {
+  Stand stand{all.low.y, all.high.y, false};
+  const double height_m = stand.height_m();
+  stand.hangs = stand.base_y_m < 0.0 && stand.top_y_m <= 0.01 * height_m;
+  if (!stand.hangs && stand.base_y_m < 0.0 && stand.base_y_m + kRootShare * height_m > 0.0) stand.base_y_m = 0.0;
+  return stand;
+}
+
+glm::dvec3 stalk_of(const Quad& quad) {
+  return 0.5 * (glm::dvec3(quad[0]) + glm::dvec3(quad[3]));
+}
+
+double area_m2(const Quad& quad) {
+  return 0.5 * glm::length(glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1])));
+}
+
+/// [leaf] The ring that bears it.
+std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const Ring> rings) {
+  std::vector<glm::dvec3> centers;
+  for (const Ring& ring : rings) centers.push_back(ring.center);
+  const NearestPoint<double> nearest(std::move(centers), 10);
+  std::vector<std::uint32_t> result(quads.size(), 0u);
+  parallel_for(
+      quads.size(), [&](std::size_t i) { result[i] = nearest.to(stalk_of(quads[i])); }, 256);
+  return result;
+}
+
+/// Sets one of sixteen phases, the same for all places in one cell: less than a quarter turn before or after the mean.
+void set_phase(const glm::dvec3& place, double cell_m, WindPoint& point) {
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cell = std::clamp(std::floor(place[axis] / cell_m), -1e9, 1e9);
+    hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell))) * 0x9e3779b97f4a7c15ull;
+    hash ^= hash >> 29;
+  }
+  // cos of 5.625 degrees, and of every 11.25 from there. Constants, since the same bytes must result on every machine.
+  constexpr std::array<float, 8> kCos{0.99518473f, 0.95694034f, 0.88192126f, 0.77301045f,
+                                      0.63439328f, 0.47139674f, 0.29028468f, 0.09801714f};
+  const std::size_t step = hash >> 40 & 7;
+  point.phase_cos = kCos[step];
+  point.phase_sin = (hash >> 44 & 1) != 0 ? kCos[7 - step] : -kCos[7 - step];
+}
+
+/// The motion of a plant before its limits.
+struct Motion {
+  double bend_m = 0.0;            ///< bend of the top
+  double lean_m = 0.0;            ///< lean of the leaves that lean most
+  std::vector<WindPoint> points;  ///< leans are shares of lean_m
+  Beam stem, branches;
+};
+
+/// The value that a tenth of all exceed.
+double upper_value(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// Wood bends as cantilevers do, and leaves follow the ring that bears them.
+class WoodMotion {
+ public:
+  WoodMotion(const WindSource& source, const Stand& stand, const Box& leaf_box)
+      : quads_(leaf_quads(source)),
+        radius_m_(source.sphere.radius),
+        rings_(wood_skeleton(source.wood, stand, kRingShare * radius_m_)),
+        bearers_(bearers(quads_, rings_)) {
+    std::vector<RingLoad> loads(rings_.size());
+    for (std::size_t i = 0; i < quads_.size(); ++i) {
+      const double shown_m2 = kShownShare * area_m2(quads_[i]);
+      loads[bearers_[i]].area_m2 += shown_m2;
+      loads[bearers_[i]].moment +=
+          shown_m2 * 0.25 * (glm::dvec3(quads_[i][0]) + glm::dvec3(quads_[i][1]) + glm::dvec3(quads_[i][2]) + glm::dvec3(quads_[i][3]));
+    }
+    const glm::dvec3 extent = leaf_box.extent();
+    const double full_m2 = quads_.empty() ? std::numeric_limits<double>::infinity() : kFullShare * 0.5 * (extent.x + extent.z) * extent.y;
+    bend_ = bend_wood(rings_, std::move(loads), stand, full_m2);
+  }
+
+  Motion motion() {
+    Motion motion{bend_.top_m, 0.0, {}, bend_.stem, bend_.branches};
+    std::vector<double> tips_m;
+    for (std::size_t i = 0; i < quads_.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
+    motion.lean_m = std::max(upper_value(std::move(tips_m)), kMinLean * radius_m_);
+    for (std::size_t i = 0; i < rings_.size(); ++i) {
+      WindPoint point{glm::vec3(rings_[i].center)};
+      point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *
+                                        rings_[i].radius_m * rings_[i].length_m);
+      point.lean = share(bend_.rings[i].is_stem ? 0.0 : bend_.rings[i].offset_m, motion.lean_m);
+      set_phase_of(i, rings_[i].center, point);
+      motion.points.push_back(point);
+    }
+    for (std::size_t i = 0; i < quads_.size(); ++i)
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        WindPoint point{quads_[i][corner], static_cast<float>(0.25 * area_m2(quads_[i])), share(lean_m(i, corner), motion.lean_m)};
+        set_phase_of(bearers_[i], stalk_of(quads_[i]), point);
+        motion.points.push_back(point);
+      }
+    return motion;
+  }
+
+ private:
+  /// Lean of a leaf's corner relative to the stem there.
+  [[nodiscard]] double lean_m(std::size_t leaf, std::size_t corner) const {
+    const RingBend& bend = bend_.rings[bearers_[leaf]];
+    const double away_m = glm::distance(glm::dvec3(quads_[leaf][corner]), rings_[bearers_[leaf]].center);
+    return bend.is_stem ? kLeafSlope * away_m : bend.offset_m + (bend.slope + kLeafSlope) * away_m;
+  }
+  static float share(double lean_m, double max_m) { return static_cast<float>(std::sqrt(std::min(lean_m / max_m, 1.0))); }
+  /// Takes the phase of its main branch; if the stem bears it itself, that of a large cell.
+  void set_phase_of(std::size_t ring, const glm::dvec3& place, WindPoint& point) const {
+    const std::uint32_t branch = bend_.rings[ring].branch_ring;
+    if (branch == kNone)
+      set_phase(place, radius_m_ / 3.0, point);
+    else
+      set_phase(rings_[branch].center, radius_m_ / 24.0, point);
+  }
+
+  std::span<const Quad> quads_;
+  double radius_m_;
+  std::vector<Ring> rings_;
+  std::vector<std::uint32_t> bearers_;
+  WoodBend bend_;
+};
+
+/// Motion without wood: blades and cards lean more the higher they are, and the farther out from where the plant touches the ground.
+Motion blade_motion(const WindSource& source, const Stand& stand) {
+  const std::span<const Quad> quads = leaf_quads(source);
+  const double radius_m = source.sphere.radius, height_m = std::max(stand.height_m(), 0.05 * radius_m);
+  const auto rise_m = [&](const glm::vec3& at) { return std::max(stand.hangs ? stand.top_y_m - at.y : at.y - stand.base_y_m, 0.0); };
+  glm::dvec2 center(0.0);
+  double count = 0.0, spread_m = 0.0;
+  const auto visit_feet = [&](const auto& visit) {
+    for (const Quad& quad : quads)
+      for (const glm::vec3& corner : quad)
+        if (rise_m(corner) <= 0.1 * height_m) visit(glm::dvec2(corner.x, corner.z));
+  };
+  visit_feet([&](const glm::dvec2& foot) { center += foot, count += 1.0; });
+  if (count > 0.0) center /= count;
+  visit_feet([&](const glm::dvec2& foot) { spread_m += glm::distance(foot, center) / count; });
+
+  Motion motion{kBladeSlope * height_m, kBladeSlope * height_m, {}, {height_m, height_m / 50.0}, {}};
+  double farthest_m = 0.0;
+  std::vector<double> reaches_m;
+  for (const Quad& quad : quads)
+    for (const glm::vec3& corner : quad) {
+      const double out_m = std::max(glm::distance(glm::dvec2(corner.x, corner.z), center) - 1.5 * spread_m, 0.0);
+      reaches_m.push_back(std::sqrt(rise_m(corner) * rise_m(corner) + out_m * out_m));
+      farthest_m = std::max(farthest_m, reaches_m.back());
+    }
+  for (std::size_t i = 0; i < reaches_m.size(); ++i) {
+    const Quad& quad = quads[i / 4];
+    WindPoint point{quad[i % 4], static_cast<float>(0.25 * area_m2(quad))};
+    point.lean = farthest_m > 0.0 ? static_cast<float>(reaches_m[i] / farthest_m) : 0.0f;
+    set_phase(stalk_of(quad), radius_m / 3.0, point);
+    motion.points.push_back(point);
+  }
+  return motion;
+}
+
+/// Replaces a leaf's corners by those of its vertices that have a weight.
+void weigh_leaf(const Mesh& foliage, const LeafRange& leaf, std::span<WindPoint> corners, std::vector<WindPoint>& weighted) {
+  const WindPoint corner = corners.front();
+  const float weight = 4.0f * corner.weight / static_cast<float>(3 * std::max(leaf.triangle_count, 1u));
+  const std::span<const std::uint32_t> vertices =
+      std::span(foliage.indices).subspan(3 * std::size_t{leaf.first_triangle}, 3 * std::size_t{leaf.triangle_count});
+  for (const std::uint32_t vertex : vertices) {
+    if (foliage.wind_weights[vertex] < 0.0f) continue;
+    for (WindPoint& each : corners) each.weight = 0.0f;
+    weighted.push_back({foliage.positions[vertex], weight, foliage.wind_weights[vertex], corner.phase_cos, corner.phase_sin});
+  }
+}
+
+/// Replaces the rings by the wood's vertices. They swing with the nearest ring, and lean with it if they have no weight.
+void weigh_wood(const Mesh& wood, std::span<WindPoint> rings, std::vector<WindPoint>& weighted) {
+  double sum = 0.0;
+  std::vector<glm::dvec3> centers;
+  for (WindPoint& ring : rings) {
+    sum += ring.weight;
+    ring.weight = 0.0f;
+    centers.emplace_back(ring.position);
+  }
+  const NearestPoint<double> nearest(std::move(centers), 10);
+  const auto weight = static_cast<float>(sum / static_cast<double>(wood.positions.size()));
+  for (std::size_t i = 0; i < wood.positions.size(); ++i) {
+    const WindPoint& ring = rings[nearest.to(glm::dvec3(wood.positions[i]))];
+    const float lean = wood.wind_weights[i] < 0.0f ? ring.lean : wood.wind_weights[i];
+    weighted.push_back({wood.positions[i], weight, lean, ring.phase_cos, ring.phase_sin});
+  }
+}
+
+/// Applies wind weights. The points are the rings', then four of each leaf.
+void take_weights(const WindSource& source, std::vector<WindPoint>& points) {
+  const std::size_t leaf_count = leaf_quads(source).size(), ring_count = points.size() - 4 * leaf_count;
+  std::vector<WindPoint> weighted;
+  for (std::size_t leaf = 0; leaf < leaf_count && !source.foliage.wind_weights.empty(); ++leaf)
+    weigh_leaf(source.foliage, source.leaves[leaf], std::span(points).subspan(ring_count + 4 * leaf, 4), weighted);
+  const auto says = [](float weight) { return weight >= 0.0f; };
+  if (ring_count > 0 && std::ranges::any_of(source.wood.wind_weights, says))
+    weigh_wood(source.wood, std::span(points).first(ring_count), weighted);
+  points.insert(points.end(), weighted.begin(), weighted.end());
+}
+
+/// Limits `value` smoothly: nearly unchanged far below `max`, and never above it.
+double held_below(double value, double max) {
+  return value > 0.0 && max > 0.0 ? value / std::sqrt(1.0 + value / max * (value / max)) : 0.0;
+}
+
+double tree_period_s(const Beam& beam) {
+  const double frequency_hz = 0.0766 + 3.1219 * 100.0 * beam.diameter_m / (beam.length_m * beam.length_m);
+  return 1.0 / frequency_hz;
+}
+
+float believed_period(double period_s) {
+  return static_cast<float>(std::clamp(period_s, kMinPeriod_s, kMaxPeriod_s));
+}
+
+void set_box(const Box& all, const Stand& stand, double min_m, coppice_file_wind& head) {
+  glm::dvec3 low = all.low, high = all.high;
+  if (!stand.hangs) low.y = stand.base_y_m;  // anything below is still
+  for (int axis = 0; axis < 3; ++axis) {
+    const double missing_m = std::max(min_m - (high[axis] - low[axis]), 0.0);
+    const double below = axis == 1 ? 0.0 : 0.5;
+    head.box_min[axis] = static_cast<float>(low[axis] - below * missing_m);
+    head.box_max[axis] = static_cast<float>(high[axis] + (1.0 - below) * missing_m);
+    // Far from the origin floats are farther apart.
+    if (!(head.box_max[axis] > head.box_min[axis]))
+      head.box_max[axis] = std::nextafter(head.box_min[axis], std::numeric_limits<float>::max());
+  }
+}
+
+/// Rounding may have exceeded a limit again.
+void keep_within_limits(double radius_m, Wind& wind) {
+  const auto keeps = [&] {
+    const WindField field{wind.head, wind.nodes};
+    return max_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m && max_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
+  };
+  const auto shrink = [&](float share) { wind.head.bend_m *= share, wind.head.lean_m *= share, wind.head.sway_m *= share; };
+  for (int i = 0; i < 100 && !keeps(); ++i) shrink(0.99f);
+  if (!keeps()) shrink(0.0f);
+}
+
+}  // namespace
+
+std::uint32_t wind_node_side(std::size_t leaf_count) {
+  return leaf_count >= 1024 ? 8 : leaf_count >= 128 ? 4 : leaf_count >= 16 ? 2 : 0;
+}
+
+Wind wind_of(const WindSource& source, const WindOptions& options) {
+  const double radius_m = source.sphere.radius;
+  const Box leaves = leaf_box(source);
+  Box all = leaves;
+  for (const glm::vec3& position : source.wood.positions) all.add(position);
+  Wind wind;
+  if (!(radius_m > 0.0) || !(all.high.y >= all.low.y)) return wind;
+  const Stand stand = stand_of(all);
+  const bool has_wood = !source.wood.indices.empty();
+  Motion motion = has_wood ? WoodMotion(source, stand, leaves).motion() : blade_motion(source, stand);
+  take_weights(source, motion.points);
+
+  coppice_file_wind& head = wind.head;
+  head.base_y_m = static_cast<float>(stand.base_y_m);
+  head.height_m = static_cast<float>(std::max(stand.height_m(), 0.01 * radius_m));
+  head.stem_period_s = believed_period(motion.stem.length_m > 0.0 ? tree_period_s(motion.stem) : 1.0);
+  head.branch_period_s = believed_period(motion.branches.length_m > 0.0 ? 2.0 * tree_period_s(motion.branches) : 0.5 * head.stem_period_s);
+  set_box(all, stand, 0.05 * radius_m, head);
+  if (!options.moves) return wind;
+
+  const double softness = 1.0 / std::min(options.stiffness, 1.0f), max_m = COPPICE_MAX_WIND_MOVE * radius_m;
+  // The bend's gradient is 2 bend_m / height_m.
+  head.node_side = wind_node_side(source.leaves.size());
+  const double bend_part = head.node_side > 0 ? kBendPart : kLoneBendPart;
+  const double max_bend_m = bend_part * std::min(max_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
+  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, max_bend_m));
+  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * max_m);
+  if (head.node_side > 0) {
+    head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);
+    wind = wind_grid(motion.points, {head, radius_m, stand.hangs});
+  }
+  keep_within_limits(radius_m, wind);
+  const float harder = std::max(options.stiffness, 1.0f);
+  wind.head.bend_m /= harder;
+  wind.head.lean_m /= harder;
+  wind.head.sway_m /= harder;
+  return wind;
+}
+
+}  // namespace coppice::bake

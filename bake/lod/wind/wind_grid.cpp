@@ -1,0 +1,219 @@
+#include "wind_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "wind_field.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Share of the limits that is used: rounding to bytes and floats may take the rest.
+constexpr double kMargin = 0.999;
+constexpr int kMaxSmoothings = 16;
+
+/// A node before it becomes bytes: lean, and the sway's two phases, as shares.
+struct Node {
+  glm::dvec3 shares{0.0};
+  double weight = 0.0;  ///< summed over the points round it
+};
+
+class Nodes {
+ public:
+  explicit Nodes(const WindTarget& target)
+      : head_(target.head), hangs_(target.hangs), side_(target.head.node_side), nodes_(wind_node_count(side_)) {}
+
+  void add(const WindPoint& point) {
+    std::array<std::uint32_t, 3> cell{};
+    glm::dvec3 inside(0.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double low = head_.box_min[axis], high = head_.box_max[axis];
+      const double at = std::clamp((point.position[static_cast<int>(axis)] - low) / (high - low), 0.0, 1.0) * (side_ - 1);
+      cell[axis] = std::min(static_cast<std::uint32_t>(at), side_ - 2);
+      inside[static_cast<int>(axis)] = at - cell[axis];
+    }
+    const double lean = point.lean;
+    const glm::dvec3 shares(lean, lean * point.phase_cos, lean * point.phase_sin);
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+      const double weight =
+          point.weight * (x != 0 ? inside.x : 1.0 - inside.x) * (y != 0 ? inside.y : 1.0 - inside.y) * (z != 0 ? inside.z : 1.0 - inside.z);
+      Node& node = nodes_[index(cell[0] + x, cell[1] + y, cell[2] + z)];
+      node.shares += weight * shares;
+      node.weight += weight;
+    }
+  }
+
+  /// Turns sums into means. Nodes without near points get the mean of their neighbours, from the known ones outwards.
+  void finish() {
+    std::vector<bool> is_known(nodes_.size());
+    bool any = false;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      is_known[i] = nodes_[i].weight > 0.0;
+      any = any || is_known[i];
+      if (is_known[i]) nodes_[i].shares /= nodes_[i].weight;
+    }
+    while (any && std::ranges::find(is_known, false) != is_known.end()) {
+      std::vector<bool> next = is_known;
+      for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        if (is_known[i]) continue;
+        glm::dvec3 sum(0.0);
+        double count = 0.0;
+        visit_neighbours(i, [&](std::size_t other) {
+          if (!is_known[other]) return;
+          sum += nodes_[other].shares;
+          count += 1.0;
+        });
+        if (count == 0.0) continue;
+        nodes_[i].shares = sum / count;
+        next[i] = true;
+      }
+      is_known = std::move(next);
+    }
+    hold();
+  }
+
+  /// Moves each node half way to the mean of its neighbours.
+  void smooth() {
+    const std::vector<Node> before = nodes_;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      glm::dvec3 sum(0.0);
+      double count = 0.0;
+      visit_neighbours(i, [&](std::size_t other) {
+        sum += before[other].shares;
+        count += 1.0;
+      });
+      nodes_[i].shares = 0.5 * (before[i].shares + sum / count);
+    }
+    hold();
+  }
+
+  [[nodiscard]] std::span<const Node> all() const { return nodes_; }
+
+ private:
+  [[nodiscard]] std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    return x + std::size_t{side_} * (y + std::size_t{side_} * z);
+  }
+
+  template <class Visit>
+  void visit_neighbours(std::size_t i, const Visit& visit) const {
+    std::size_t stride = 1;
+    for (int axis = 0; axis < 3; ++axis, stride *= side_) {
+      const std::size_t at = i / stride % side_;
+      if (at > 0) visit(i - stride);
+      if (at + 1 < side_) visit(i + stride);
+    }
+  }
+
+  /// Stops all motion where the plant is held.
+  void hold() {
+    for (std::uint32_t z = 0; z < side_; ++z)
+      for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, hangs_ ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
+  }
+
+  coppice_file_wind head_;
+  bool hangs_;
+  std::uint32_t side_;
+  std::vector<Node> nodes_;
+};
+
+WindField field_of(const Wind& wind) {
+  return {wind.head, wind.nodes};
+}
+
+bool keeps_limits(const Wind& wind, double radius_m) {
+  return max_wind_move_m(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_MOVE * radius_m &&
+         max_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
+}
+
+/// The largest factor in [low, high] with which `of(factor)` keeps the limits; `low` if none does.
+template <class WindOf>
+double largest_factor(double low, double high, double radius_m, const WindOf& of) {
+  if (keeps_limits(of(high), radius_m)) return high;
+  for (int step = 0; step < 16; ++step) {
+    const double middle = 0.5 * (low + high);
+    (keeps_limits(of(middle), radius_m) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Stores leans as bytes; the largest becomes 255, which stands for head.lean_m.
+void store_leans(std::span<const Node> nodes, Wind& wind) {
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max(largest, node.shares.x);
+  wind.head.lean_m = static_cast<float>(wind.head.lean_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i)
+    wind.nodes[i].lean = static_cast<std::uint8_t>(std::lround(255.0 * nodes[i].shares.x / largest));
+}
+
+void store_sways(std::span<const Node> nodes, Wind& wind) {
+  double largest = 0.0;
+  for (const Node& node : nodes) largest = std::max({largest, std::abs(node.shares.y), std::abs(node.shares.z)});
+  wind.head.sway_m = static_cast<float>(wind.head.sway_m * largest);
+  for (std::size_t i = 0; i < nodes.size() && largest > 0.0; ++i) {
+    wind.nodes[i].sway_cos = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.y / largest));
+    wind.nodes[i].sway_sin = static_cast<std::int8_t>(std::lround(127.0 * nodes[i].shares.z / largest));
+  }
+}
+
+/// Lean or sway, smoothed and scaled.
+struct Fitted {
+  Nodes nodes;
+  double share = 0.0;
+};
+
+/// Smooths so often that the field, scaled to half of the limits, differs least from what is asked for.
+/// part   1 for each component of `shares` that counts
+/// store  stores lean or sway
+Fitted fit(const Nodes& asked, const WindTarget& target, const glm::dvec3& part, void (*store)(std::span<const Node>, Wind&)) {
+  Fitted best{asked};
+  double smallest = std::numeric_limits<double>::infinity();
+  Nodes nodes = asked;
+  for (int pass = 0; pass <= kMaxSmoothings; ++pass) {
+    if (pass > 0) nodes.smooth();
+    const double share = largest_factor(0.0, 1.0, target.radius_m, [&](double factor) {
+      Wind wind{target.head, std::vector<coppice_file_wind_node>(nodes.all().size())};
+      wind.head.lean_m = wind.head.sway_m = static_cast<float>(2.0 * factor * target.head.lean_m);
+      store(nodes.all(), wind);
+      return wind;
+    });
+    double miss = 0.0;
+    for (std::size_t i = 0; i < nodes.all().size(); ++i) {
+      const glm::dvec3 off = part * (share * nodes.all()[i].shares - asked.all()[i].shares);
+      miss += asked.all()[i].weight * glm::dot(off, off);
+    }
+    if (miss >= smallest) continue;
+    smallest = miss;
+    best = {nodes, share};
+  }
+  return best;
+}
+
+}  // namespace
+
+Wind wind_grid(const std::vector<WindPoint>& points, const WindTarget& target) {
+  Nodes asked(target);
+  for (const WindPoint& point : points) asked.add(point);
+  asked.finish();
+  const Fitted lean = fit(asked, target, {1.0, 0.0, 0.0}, store_leans), sway = fit(asked, target, {0.0, 1.0, 1.0}, store_sways);
+  // Lean and sway are not steepest in the same place, so both together may grow.
+  const auto both = [&](double factor) {
+    Wind wind{target.head, std::vector<coppice_file_wind_node>(asked.all().size())};
+    wind.head.lean_m = static_cast<float>(target.head.lean_m * std::min(factor * lean.share, 1.0));
+    wind.head.sway_m = static_cast<float>(target.head.sway_m * std::min(factor * sway.share, 1.0));
+    store_leans(lean.nodes.all(), wind);
+    store_sways(sway.nodes.all(), wind);
+    return wind;
+  };
+  return both(largest_factor(1.0, 2.0, target.radius_m, both));
+}
+
+}  // namespace coppice::bake

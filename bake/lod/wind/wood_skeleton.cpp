@@ -1,0 +1,224 @@
+// Computes each point's distance from the ground along edges (Dijkstra), and cuts the surface into bands of that distance. A connected part
+// of a band is a ring. A ring's parent is the ring through which the shortest way from the ground enters it.
+
+#include "wood_skeleton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+#include "union_find.h"
+#include "wood_graph.h"
+
+namespace coppice::bake {
+namespace {
+
+/// Points this near to the ground touch it, relative to the plant's height.
+constexpr double kGroundShare = 0.02;
+/// A piece that touches the ground is a hanging twig if it has less than this share of the largest one's surface.
+constexpr double kSlightShare = 0.05;
+
+/// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
+constexpr double kMaxSplitPoints = 1 << 18;
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+double surface_m2(const Mesh& wood) {
+  double sum_m2 = 0.0;
+  for (std::size_t i = 0; i < wood.indices.size(); i += 3) {
+    const glm::dvec3 from(wood.positions[wood.indices[i]]);
+    const glm::dvec3 a = glm::dvec3(wood.positions[wood.indices[i + 1]]) - from, b = glm::dvec3(wood.positions[wood.indices[i + 2]]) - from;
+    sum_m2 += 0.5 * glm::length(glm::cross(a, b));
+  }
+  return sum_m2;
+}
+
+/// Height above the end by which the plant is held.
+double rise_m(const Stand& stand, const glm::vec3& point) {
+  return stand.hangs ? stand.top_y_m - point.y : point.y - stand.base_y_m;
+}
+
+/// Points from which distances count: those near the ground, of each piece that stands on it.
+std::vector<std::uint32_t> ground_points(const WoodGraph& graph, const Stand& stand) {
+  std::vector<double> lows_m(graph.points.size(), kFar);
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
+    double& low_m = lows_m[graph.pieces[i]];
+    low_m = std::min(low_m, rise_m(stand, graph.points[i]));
+  }
+  const double near_m = kGroundShare * stand.height_m();
+  const double ground_m = std::max(*std::ranges::min_element(lows_m), 0.0) + near_m;
+  double largest_m2 = 0.0;
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i)
+    if (lows_m[i] <= ground_m) largest_m2 = std::max(largest_m2, graph.piece_areas_m2[i]);
+  std::vector<std::uint32_t> points;
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
+    const std::uint32_t piece = graph.pieces[i];
+    const bool stands = lows_m[piece] <= ground_m && graph.piece_areas_m2[piece] >= kSlightShare * largest_m2;
+    if (stands && rise_m(stand, graph.points[i]) <= std::max(lows_m[piece], 0.0) + near_m) points.push_back(i);
+  }
+  return points;
+}
+
+/// Distances from the ground, and the point through which the way there goes.
+struct Ways {
+  std::vector<double> distances_m;
+  std::vector<std::uint32_t> from;   ///< kNone for points on the ground
+  std::vector<std::uint32_t> order;  ///< points in the order in which they were reached
+};
+
+Ways ways_from_ground(const WoodGraph& graph, const Stand& stand) {
+  Ways ways{std::vector<double>(graph.points.size(), kFar), std::vector<std::uint32_t>(graph.points.size(), kNone), {}};
+  std::vector<bool> is_reached(graph.points.size(), false);
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> next;
+  for (const std::uint32_t point : ground_points(graph, stand)) {
+    ways.distances_m[point] = 0.0;
+    next.emplace(0.0, point);
+  }
+  while (!next.empty()) {
+    const auto [distance_m, point] = next.top();
+    next.pop();
+    if (is_reached[point]) continue;
+    is_reached[point] = true;
+    ways.order.push_back(point);
+    for (const std::uint32_t to : graph.links_of(point)) {
+      const double reached_m = distance_m + glm::distance(glm::dvec3(graph.points[point]), glm::dvec3(graph.points[to]));
+      if (!(reached_m < ways.distances_m[to])) continue;
+      ways.distances_m[to] = reached_m;
+      ways.from[to] = point;
+      next.emplace(reached_m, to);
+    }
+  }
+  return ways;
+}
+
+/// The ring of each point. Rings are numbered as they were reached, so a ring's parent comes before it.
+struct Bands {
+  std::vector<std::uint32_t> ring_of;  ///< [points]
+  std::vector<std::uint32_t> parents;  ///< [rings]
+};
+
+Bands take_bands(const WoodGraph& graph, const Ways& ways, double ring_m) {
+  const auto band = [&](std::uint32_t point) { return std::floor(ways.distances_m[point] / ring_m); };
+  UnionFind sets(graph.points.size());
+  for (std::uint32_t point = 0; point < graph.points.size(); ++point)
+    for (const std::uint32_t to : graph.links_of(point))
+      if (to > point && graph.pieces[to] == graph.pieces[point] && band(to) == band(point)) sets.join(point, to);
+  Bands bands{std::vector<std::uint32_t>(graph.points.size(), kNone), {}};
+  std::vector<std::uint32_t> ring_of_set(graph.points.size(), kNone);
+  for (const std::uint32_t point : ways.order) {
+    std::uint32_t& ring = ring_of_set[sets.find(point)];
+    if (ring == kNone) {
+      ring = static_cast<std::uint32_t>(bands.parents.size());
+      bands.parents.push_back(ways.from[point] == kNone ? kNone : bands.ring_of[ways.from[point]]);
+    }
+    bands.ring_of[point] = ring;
+  }
+  return bands;
+}
+
+/// Merges bumps into their parent: a ring without children, beside one with children, is no branch.
+Bands without_bumps(const Bands& bands) {
+  const std::size_t count = bands.parents.size();
+  std::vector<std::uint32_t> child_counts(count, 0u), longer_children(count, 0u);
+  for (const std::uint32_t parent : bands.parents)
+    if (parent != kNone) ++child_counts[parent];
+  for (std::size_t i = 0; i < count; ++i)
+    if (bands.parents[i] != kNone && child_counts[i] > 0) ++longer_children[bands.parents[i]];
+  Bands kept{bands.ring_of, {}};
+  std::vector<std::uint32_t> number(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t parent = bands.parents[i];
+    if (parent != kNone && child_counts[i] == 0 && longer_children[parent] > 0) {
+      number[i] = number[parent];
+      continue;
+    }
+    number[i] = static_cast<std::uint32_t>(kept.parents.size());
+    kept.parents.push_back(parent == kNone ? kNone : number[parent]);
+  }
+  for (std::uint32_t& ring : kept.ring_of) ring = number[ring];
+  return kept;
+}
+
+void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& rings) {
+  std::vector<double> counts(rings.size(), 0.0);
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
+    rings[bands.ring_of[i]].center += glm::dvec3(graph.points[i]);
+    counts[bands.ring_of[i]] += 1.0;
+  }
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].center /= counts[i];
+}
+
+/// [ring] Its direction: away from its parent, or up for a ring on the ground.
+std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
+  constexpr glm::dvec3 kUp(0.0, 1.0, 0.0);
+  std::vector<glm::dvec3> axes(rings.size(), kUp);
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    if (rings[i].parent == kNone) continue;
+    const glm::dvec3 away = rings[i].center - rings[rings[i].parent].center;
+    const double length_m = glm::length(away);
+    if (length_m > 0.0) axes[i] = away / length_m;
+  }
+  return axes;
+}
+
+void set_radii(const WoodGraph& graph, const Bands& bands, double min_m, std::vector<Ring>& rings) {
+  const std::vector<glm::dvec3> axes = ring_axes(rings);
+  std::vector<double> sums_m(rings.size(), 0.0), counts(rings.size(), 0.0);
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
+    const std::uint32_t ring = bands.ring_of[i];
+    sums_m[ring] += glm::length(glm::cross(glm::dvec3(graph.points[i]) - rings[ring].center, axes[ring]));
+    counts[ring] += 1.0;
+  }
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], min_m);
+}
+
+/// Replaces each radius by the median of the ring's and those of up to two rings below and two above: rings at forks come out too thick,
+/// those of stems in several pieces too thin.
+void smooth_radii(std::vector<Ring>& rings) {
+  std::vector<std::uint32_t> thickest_child(rings.size(), kNone);
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    if (rings[i].parent == kNone) continue;
+    std::uint32_t& child = thickest_child[rings[i].parent];
+    if (child == kNone || rings[i].radius_m > rings[child].radius_m) child = i;
+  }
+  std::vector<double> middles_m;
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    std::vector<double> radii_m{rings[i].radius_m};
+    for (std::uint32_t step = 0, at = rings[i].parent; step < 2 && at != kNone; ++step, at = rings[at].parent)
+      radii_m.push_back(rings[at].radius_m);
+    for (std::uint32_t step = 0, at = thickest_child[i]; step < 2 && at != kNone; ++step, at = thickest_child[at])
+      radii_m.push_back(rings[at].radius_m);
+    const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
+    std::ranges::nth_element(radii_m, middle);
+    middles_m.push_back(*middle);
+  }
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = middles_m[i];
+}
+
+}  // namespace
+
+std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
+  if (wood.indices.empty() || !(ring_m > 0.0)) return {};
+  // Triangles that are split at their longest edges have about three corners for each square of that edge.
+  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
+  const WoodGraph graph = wood_graph(wood, ring_m);
+  const Ways ways = ways_from_ground(graph, stand);
+  const Bands bands = without_bumps(take_bands(graph, ways, ring_m));
+  std::vector<Ring> rings(bands.parents.size());
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].parent = bands.parents[i];
+  set_centers(graph, bands, rings);
+  set_radii(graph, bands, 1e-3 * ring_m, rings);
+  smooth_radii(rings);
+  for (Ring& ring : rings)
+    if (ring.parent != kNone) ring.length_m = glm::distance(ring.center, rings[ring.parent].center);
+  return rings;
+}
+
+}  // namespace coppice::bake

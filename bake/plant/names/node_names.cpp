@@ -1,0 +1,136 @@
+#include "node_names.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <span>
+
+#include "material_words.h"
+
+namespace coppice::bake {
+namespace {
+
+// Unreal's prefixes of collision shapes: convex, box, sphere, capsule.
+constexpr std::array<std::string_view, 4> kUnrealShapes{"ucx", "ubx", "usp", "ucp"};
+constexpr std::array<std::string_view, 8> kCollisionWords{"collision",   "collisions", "collider",      "colliders",
+                                                          "convcolonly", "colonly",    "collisionmesh", "physicsmesh"};
+constexpr std::array<std::string_view, 2> kMaybeCollisionWords{"col", "hull"};
+constexpr std::array<std::string_view, 6> kBillboardWords{"billboard", "billboards", "impostor", "impostors", "imposter", "imposters"};
+constexpr std::array<std::string_view, 15> kSizeWords{"small", "medium", "large", "big",     "tall",   "short",  "young", "old",
+                                                      "tiny",  "huge",   "mid",   "sapling", "mature", "little", "adult"};
+constexpr std::array<std::string_view, 12> kVariantWords{"variant",  "variants", "variation", "var",   "version", "type",
+                                                         "variante", "option",   "form",      "style", "model",   "v"};
+// Names that programs give by themselves, and words for pieces of anything.
+constexpr std::array<std::string_view, 41> kEmptyWords{
+    "object",       "mesh",      "node",     "cube",     "plane",       "circle",  "cylinder",  "sphere",  "cone",
+    "curve",        "empty",     "group",    "polygon",  "shape",       "part",    "piece",     "section", "layer",
+    "ring",         "primitive", "geometry", "geo",      "polysurface", "torus",   "icosphere", "grid",    "beziercurve",
+    "beziercircle", "nurbspath", "element",  "material", "mat",         "submesh", "chunk",     "card",    "cards",
+    "crown",        "blade",     "nodes",    "meshes",   "objects"};
+
+// Words of foliage that are whole plants as well.
+constexpr std::array<std::string_view, 10> kPlantWords{"grass", "gras",   "grasses", "fern",  "ferns",
+                                                       "ivy",   "flower", "flowers", "fleur", "flor"};
+
+bool is_one_of(std::string_view word, std::span<const std::string_view> words) {
+  return std::ranges::find(words, word) != words.end();
+}
+
+bool is_number(std::string_view word) {
+  return !word.empty() && std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// A level's number: three digits or more number copies.
+std::optional<std::uint32_t> level_number(const std::string& word) {
+  std::uint32_t number = 0;
+  if (!is_number(word) || word.size() > 2) return {};
+  std::from_chars(word.data(), word.data() + word.size(), number);
+  return number;
+}
+
+/// Takes the words of a level out of `words`.
+void take_level(std::vector<std::string>& words, NodeName& name) {
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    std::string& word = words[i];
+    const auto number = level_number(words[i + 1]);
+    // "oaklod1": the letters before "lod" are the stem's.
+    if (!number || !word.ends_with("lod")) continue;
+    name.level = number;
+    word.resize(word.size() - 3);
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i + 1));
+    if (word.empty()) words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
+    return;
+  }
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    if (words[i] != "l" || !level_number(words[i + 1])) continue;
+    name.weak_level = level_number(words[i + 1]);
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i), words.begin() + static_cast<std::ptrdiff_t>(i + 2));
+    return;
+  }
+}
+
+NodeRole role_of(const std::vector<std::string>& words, std::size_t index) {
+  if (index == 0 && words.size() > 1 && is_one_of(words[0], kUnrealShapes)) return NodeRole::collision;
+  if (is_one_of(words[index], kCollisionWords)) return NodeRole::collision;
+  if (is_one_of(words[index], kBillboardWords)) return NodeRole::billboard;
+  if (is_one_of(words[index], kMaybeCollisionWords)) return NodeRole::maybe_collision;
+  return NodeRole::shape;
+}
+
+}  // namespace
+
+std::vector<std::string> name_words(std::string_view name) {
+  enum class Kind { none, capital, small, digit };
+  const auto kind_of = [](char c) {
+    if (c >= '0' && c <= '9') return Kind::digit;
+    if (c >= 'A' && c <= 'Z') return Kind::capital;
+    return (c >= 'a' && c <= 'z') || static_cast<unsigned char>(c) >= 0x80 ? Kind::small : Kind::none;
+  };
+  std::vector<std::string> words;
+  Kind before = Kind::none;
+  for (const char c : name.substr(0, kMaxNameBytes)) {
+    const Kind kind = kind_of(c);
+    const bool goes_on = kind == before || (kind == Kind::small && before == Kind::capital);
+    if (kind != Kind::none && !goes_on) words.emplace_back();
+    if (kind != Kind::none) words.back() += kind == Kind::capital ? static_cast<char>(c - 'A' + 'a') : c;
+    before = kind;
+  }
+  return words;
+}
+
+NodeName read_node_name(std::string_view name) {
+  std::vector<std::string> words = name_words(name);
+  NodeName read;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const NodeRole role = role_of(words, i);
+    if (role == NodeRole::shape) continue;
+    read.role = role;
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
+    break;
+  }
+  take_level(words, read);
+  for (const std::string& word : words) read.stem += (read.stem.empty() ? "" : " ") + word;
+  return read;
+}
+
+bool is_variant_word(std::string_view word) {
+  return is_number(word) || (word.size() == 1 && word[0] >= 'a' && word[0] <= 'z') || is_one_of(word, kSizeWords) ||
+         is_one_of(word, kVariantWords);
+}
+
+bool says_variant(std::string_view name) {
+  constexpr std::array<std::string_view, 4> kSure{"var", "variant", "variation", "variante"};
+  return std::ranges::any_of(name_words(name), [&](const std::string& word) { return is_one_of(word, kSure); });
+}
+
+bool is_part_name(std::string_view name) {
+  std::vector<std::string> words = name_words(name);
+  std::string parts;
+  for (const std::string& word : words)
+    if (!is_one_of(word, kPlantWords)) parts += word + " ";
+  if (part_evidence(parts) != 0.0) return true;
+  return std::ranges::all_of(words, [](const std::string& word) { return is_variant_word(word) || is_one_of(word, kEmptyWords); });
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,43 @@
+#pragma once
+
+// What the names of nodes and meshes say about their role in a pack: "oak_B_LOD1", "UCX_oak", "Oak Billboard.001".
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace coppice::bake {
+
+enum class NodeRole : std::uint8_t {
+  shape,           ///< the name says nothing else
+  billboard,       ///< "billboard", "impostor"
+  collision,       ///< "UCX_", "collider", "colonly", ...
+  maybe_collision  ///< "col", "hull": also colours and husks
+};
+
+struct NodeName {
+  std::optional<std::uint32_t> level;       ///< 1 of "oak_LOD1", "oakLod1", "lod 1"
+  std::optional<std::uint32_t> weak_level;  ///< 1 of "oak_L1": a level only beside others of its series
+  NodeRole role = NodeRole::shape;
+  std::string stem;  ///< the other words, lower case, apart by spaces: the levels of one thing share them
+};
+
+NodeName read_node_name(std::string_view name);
+
+/// The words of a name, lower case: "OakTree_02b" is oak, tree, 02, b. They end at what is neither letter nor digit, between letters and
+/// digits, and before a capital that follows a small letter. Only the first 256 bytes of a name count.
+std::vector<std::string> name_words(std::string_view name);
+
+/// Whether a word distinguishes things of one kind: a number, a single letter, "small", "old", "variant", ...
+bool is_variant_word(std::string_view word);
+
+/// Whether the name says that it is a variant: "var", "variant", "variation".
+bool says_variant(std::string_view name);
+
+/// Whether a name says only which part of a plant something is (material_words.h), or only which tool made it: "leaves_02", "Circle.003".
+/// Such names may be numbered without being variants.
+bool is_part_name(std::string_view name);
+
+}  // namespace coppice::bake

@@ -1,0 +1,183 @@
+#pragma once
+
+// The data that the baker works on, from the imported file to the finished tree. Plain structs; each stage has a module of its own. Lengths
+// are metres, axes glTF's (right-handed, +Y up), colours linear.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "coppice/format.h"
+#include "piece_class.h"
+#include "still_wind.h"
+#include "tree.h"
+
+namespace coppice::bake {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// How far the normals that light leaves turn towards the crown's, by default.
+inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
+
+/// RGBA8, rows top to bottom; colour in sRGB, alpha linear.
+struct Image {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+  /// The image is a normal map: RGB is a unit vector, 0..255 for -1..1, x along u, y against v, z off the surface; alpha means nothing.
+  bool is_normal_map = false;
+  /// How much of the plant's surface shows each texel, relative (measure_shown_texels); empty: all texels alike.
+  std::vector<float> shown = {};
+};
+
+struct Material {
+  std::string name;
+  glm::vec4 base_color{1.0f};   ///< linear factor
+  std::uint32_t image = kNone;  ///< base colour image
+  float alpha_cutoff = 0.0f;    ///< 0: opaque
+  float roughness = 1.0f;
+  bool double_sided = true;
+  float crown_normals = kCrownNormals;  ///< leaves: 0 are lit by their own normals, 1 by the crown's
+  std::uint32_t normal_map = kNone;     ///< image; wood and leaf meshes show it, quads are too small for it
+};
+
+/// An indexed triangle mesh; the attribute arrays have one entry per vertex.
+struct Mesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;                 ///< unit
+  std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
+  std::vector<std::uint32_t> indices;             ///< 3 per triangle
+  std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
+  std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, the same for all of a triangle: core/tree.h; empty: kNoFade
+  std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
+  std::vector<float> wind_weights = {};           ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
+};
+
+/// A leaf as a run of the foliage mesh's triangles.
+struct LeafRange {
+  std::uint32_t first_triangle = 0;
+  std::uint32_t triangle_count = 0;
+};
+
+/// One species as imported: leaves are pieces of the foliage mesh (find_leaves.h), wood is everything else.
+struct Plant {
+  std::string name;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  Mesh foliage;
+  std::vector<LeafRange> leaves;      ///< in file order; together they are all triangles of `foliage`
+  Mesh wood;                          ///< may be empty
+  std::vector<PieceClass> classes;    ///< why pieces became leaves or wood, grouped by material
+  std::vector<std::string> warnings;  ///< what was guessed or dropped, one line each, for a person
+};
+
+/// What a leaf quad shows: corner i shows texture coordinate uv[i] of the material.
+struct Card {
+  std::uint32_t material = 0;
+  std::array<glm::vec2, 4> uv{};
+};
+
+/// Corners in ring order: 0 and 3 at the stalk, 1 and 2 at the tip; triangles (0, 1, 2) and (0, 2, 3).
+using Quad = std::array<glm::vec3, 4>;
+
+/// The plant's leaves as quads: the unit of collapse.
+struct Foliage {
+  std::vector<Quad> quads;               ///< [leaf_count]
+  std::vector<std::uint32_t> cards;      ///< [leaf_count] index into card_table
+  std::vector<std::uint8_t> fades = {};  ///< [leaf_count] core/tree.h; empty: kNoFade
+  std::vector<Card> card_table;          ///< at most COPPICE_MAX_CARDS
+  [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
+};
+
+/// Leaf quads and what they show. Holds references.
+struct ShownFoliage {
+  const Foliage& foliage;
+  const std::vector<Material>& materials;
+  const std::vector<Image>& images;
+};
+
+/// Replaces two live nodes by one. Ids: source leaves are 0..N-1, the result of merge i is N+i.
+struct Merge {
+  std::uint32_t first = 0, second = 0;    ///< first < second
+  std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
+  std::uint8_t fade = kNoFade;            ///< the result's: core/tree.h
+};
+
+/// The collapse sequence, N - 1 merges down to one leaf, and what it cost.
+struct CollapseSequence {
+  std::vector<Merge> merges;
+  std::uint64_t evaluations = 0;  ///< pairs whose cost was computed
+};
+
+/// A collapse sequence in refinement order: see core/tree.h. Vertices are the 4N source vertices, shared by all levels.
+struct Tree {
+  struct Node {
+    std::array<std::uint32_t, 4> vertices{};  ///< indices into `vertices`
+    std::uint32_t card = 0;
+    std::uint8_t fade = kNoFade;  ///< see core/tree.h
+  };
+  std::vector<glm::vec3> vertices;          ///< [4N]
+  std::vector<Node> nodes;                  ///< [2N - 1]
+  std::vector<std::uint32_t> split_parent;  ///< [N - 1] node replaced by nodes 2s+1 and 2s+2
+  std::vector<std::uint32_t> node_split;    ///< [2N - 1] split that replaces the node; kNone for a source leaf
+  std::vector<std::uint32_t> node_source;   ///< [2N - 1] source leaf of a leaf node; kNone otherwise
+  [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(split_parent.size() + 1); }
+};
+
+/// Measured image error of cuts: see "error table" in ARCHITECTURE.md.
+struct ErrorTable {
+  std::vector<std::uint32_t> leaf_counts;  ///< [L] ascending, 1 .. N
+  std::vector<float> sizes_px;             ///< [S] ascending, projected diameter of the bounding sphere
+  std::vector<float> error_px;             ///< [L * S] row per level, non-increasing down a column
+};
+
+/// Levels of detail of the wood, finest first.
+struct WoodLods {
+  std::vector<Mesh> lods;
+  std::vector<float> error_px;  ///< [lods * sizes] errors against the finest, at ErrorTable::sizes_px; non-decreasing down a column
+};
+
+/// Whole leaves as they were modelled: what one LEAF_MESH chunk holds.
+struct LeafMeshPart {
+  Mesh mesh;
+  std::vector<glm::vec3> stalks;  ///< [vertices] corner 0 of the quad of the vertex's leaf: it identifies leaves, and tints them
+};
+
+/// The leaves as they were modelled, for close views; no parts if the quads are the same.
+struct LeafMeshes {
+  std::vector<LeafMeshPart> parts;
+  std::vector<float> error_px;  ///< [sizes] error of all quads against them, at ErrorTable::sizes_px; non-decreasing
+};
+
+/// How wind moves a plant: format.h.
+struct Wind {
+  coppice_file_wind head = kStillWind;
+  std::vector<coppice_file_wind_node> nodes;  ///< [head.node_side^3] x fastest, then y, then z
+};
+
+/// A bounding sphere about the centre of a bounding box.
+struct Sphere {
+  glm::vec3 center{0.0f};
+  float radius = 0.0f;
+};
+
+/// Everything that goes into a .coppice file.
+struct BakedPlant {
+  std::string name;
+  std::uint32_t metric = 0;  ///< coppice_metric
+  Tree tree;
+  std::vector<Card> card_table;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  ErrorTable errors;
+  WoodLods wood;
+  LeafMeshes leaf_meshes;
+  Wind wind;
+  Sphere sphere;  ///< bounds leaves, leaf meshes and wood: what the error table's sizes measure, and what the runtime culls
+};
+
+}  // namespace coppice::bake

@@ -1,0 +1,57 @@
+#include "plant_size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <glm/common.hpp>
+
+namespace coppice::bake {
+namespace {
+
+// The tallest tree alive is 116 m high, duckweed a few millimetres wide.
+constexpr double kLargestPlant_m = 120.0, kSmallestPlant_m = 0.01;
+/// A warning suggests the first power of ten that brings a plant within these sizes: most plants are.
+constexpr double kLargestUsual_m = 60.0, kSmallestUsual_m = 0.1;
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  // printf would write 1234.5 as 1.23e+03.
+  if (std::abs(value) >= 1000.0 && std::abs(value) < 1e6) std::snprintf(text.data(), text.size(), "%.0f", value);
+  return text.data();
+}
+
+}  // namespace
+
+std::array<double, 3> plant_size_m(const Plant& plant) {
+  glm::vec3 low(0.0f), high(0.0f);
+  bool any = false;
+  for (const Mesh* mesh : {&plant.foliage, &plant.wood})
+    for (const glm::vec3& position : mesh->positions) {
+      low = any ? glm::min(low, position) : position;
+      high = any ? glm::max(high, position) : position;
+      any = true;
+    }
+  const glm::dvec3 size = glm::dvec3(high) - glm::dvec3(low);
+  return {size.x, size.y, size.z};
+}
+
+std::string size_text(const std::array<double, 3>& size_m) {
+  return number_text(size_m[1]) + " m high, " + number_text(size_m[0]) + " x " + number_text(size_m[2]) + " m wide";
+}
+
+std::string size_warning(const std::array<double, 3>& size_m, double metres_per_unit) {
+  const double largest = *std::ranges::max_element(size_m);
+  const bool is_large = largest > kLargestPlant_m;
+  if (!is_large && (largest >= kSmallestPlant_m || largest <= 0.0)) return {};
+  double factor = is_large ? 0.01 : 100.0;
+  while (is_large ? factor * largest > kLargestUsual_m : factor * largest < kSmallestUsual_m) factor *= is_large ? 0.1 : 10.0;
+  const double unit_m = metres_per_unit * factor;
+  const bool is_cm = std::abs(unit_m - 0.01) < 1e-9, is_mm = std::abs(unit_m - 0.001) < 1e-9;
+  const std::string unit = is_cm ? "cm" : is_mm ? "mm" : number_text(unit_m);
+  const std::string guess = is_cm ? "centimetres" : is_mm ? "millimetres" : "units of " + unit + " m";
+  return size_text(size_m) + ": looks like " + guess + ": --unit " + unit;
+}
+
+}  // namespace coppice::bake

@@ -1,0 +1,103 @@
+#include "image_decode.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <string_view>
+
+#define STB_IMAGE_RESIZE_IMPLEMENTATION
+#define STB_IMAGE_RESIZE_STATIC
+#include <stb_image_resize.h>
+#include <webp/decode.h>
+
+#include "image_limits.h"
+#include "jpeg_decode.h"
+#include "png_decode.h"
+#include "text_bytes.h"
+
+namespace coppice::bake {
+namespace {
+
+using namespace std::string_view_literals;
+
+Error bad(const char* what) {
+  return Error{Status::bad_file, what};
+}
+Error unsupported(const char* what) {
+  return Error{Status::unsupported, what};
+}
+
+/// Whether a file starts with these bytes; '?' stands for any.
+bool starts_like(std::string_view file, std::string_view start) {
+  const auto fits = [](char byte, char wanted) { return byte == wanted || wanted == '?'; };
+  return std::equal(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(std::min(file.size(), start.size())), start.begin(), fits);
+}
+
+Error webp_error(VP8StatusCode status) {
+  if (status == VP8_STATUS_OUT_OF_MEMORY) return Error{Status::out_of_memory, "out of memory"};
+  return bad(status == VP8_STATUS_NOT_ENOUGH_DATA || status == VP8_STATUS_SUSPENDED ? kImageEndsEarly : kImageDamaged);
+}
+
+Result<Image> decode_webp(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kRiffHeadBytes = 8;
+  std::uint32_t riff_bytes = 0;
+  std::memcpy(&riff_bytes, bytes.data() + 4, sizeof riff_bytes);
+  if (riff_bytes > bytes.size() - kRiffHeadBytes) return bad(kImageEndsEarly);
+  WebPDecoderConfig config;
+  if (WebPInitDecoderConfig(&config) == 0) return Error{Status::internal, "libwebp of another version"};
+  if (const VP8StatusCode status = WebPGetFeatures(bytes.data(), bytes.size(), &config.input); status != VP8_STATUS_OK)
+    return webp_error(status);
+  if (config.input.has_animation != 0) return unsupported("animated image");
+  if (config.input.width < 1 || config.input.height < 1) return bad(kImageDamaged);
+  Image image;
+  image.width = static_cast<std::uint32_t>(config.input.width);
+  image.height = static_cast<std::uint32_t>(config.input.height);
+  if (is_too_large(image.width, image.height)) return unsupported(kImageTooLarge);
+  image.rgba.resize(std::size_t{image.width} * image.height * 4);
+  config.output.colorspace = MODE_RGBA;
+  config.output.is_external_memory = 1;
+  config.output.u.RGBA = {image.rgba.data(), config.input.width * 4, image.rgba.size()};
+  if (const VP8StatusCode status = WebPDecode(bytes.data(), bytes.size(), &config); status != VP8_STATUS_OK) return webp_error(status);
+  return image;
+}
+
+Result<Image> decode_any(std::span<const std::uint8_t> bytes) {
+  struct Format {
+    std::string_view start;
+    Result<Image> (*decode)(std::span<const std::uint8_t>);
+  };
+  constexpr std::array<Format, 3> kFormats{
+      {{"\x89PNG\r\n\x1a\n"sv, decode_png}, {"\xff\xd8\xff"sv, decode_jpeg}, {"RIFF????WEBP"sv, decode_webp}}};
+  const std::string_view file = as_text(bytes);
+  for (const Format& format : kFormats)
+    if (starts_like(file, format.start)) return file.size() < format.start.size() ? bad(kImageEndsEarly) : format.decode(bytes);
+  if (starts_like(file, "\xabKTX ")) return unsupported(kKtxImage);
+  return unsupported("not a PNG, JPEG or WebP image");
+}
+
+int scaled(int side, int longer_side, std::uint32_t max_side_px) {
+  const auto rounded = (static_cast<std::int64_t>(side) * max_side_px + longer_side / 2) / longer_side;
+  return static_cast<int>(std::max<std::int64_t>(rounded, 1));
+}
+
+}  // namespace
+
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px, ImageAlpha alpha) {
+  COPPICE_TRY(source, decode_any(bytes));
+  for (std::size_t i = 3; i < source.rgba.size() && alpha == ImageAlpha::ignored; i += 4) source.rgba[i] = 255;
+  const std::uint32_t longer_side = std::max(source.width, source.height);
+  if (longer_side <= max_side_px) return source;
+
+  const int width = static_cast<int>(source.width), height = static_cast<int>(source.height);
+  Image image;
+  image.width = static_cast<std::uint32_t>(scaled(width, static_cast<int>(longer_side), max_side_px));
+  image.height = static_cast<std::uint32_t>(scaled(height, static_cast<int>(longer_side), max_side_px));
+  image.rgba.resize(std::size_t{image.width} * image.height * 4);
+  if (stbir_resize_uint8_srgb(source.rgba.data(), width, height, 0, image.rgba.data(), static_cast<int>(image.width),
+                              static_cast<int>(image.height), 0, 4, 3, 0) == 0)
+    return Error{Status::out_of_memory, "image resize"};
+  return image;
+}
+
+}  // namespace coppice::bake

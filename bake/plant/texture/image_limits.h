@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+
+namespace coppice::bake {
+
+inline constexpr std::uint32_t kMaxSourceSide_px = 16384;
+#ifdef COPPICE_BUILD_FUZZ
+// 2^26 pixels take a minute with sanitizers, which the fuzzer would count as a hang.
+inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 20;
+#else
+inline constexpr std::uint64_t kMaxSourcePixels = std::uint64_t{1} << 26;
+#endif
+
+/// Whether an image has no pixels, or more than are decoded.
+inline bool is_too_large(std::uint64_t width, std::uint64_t height) {
+  return width < 1 || height < 1 || width > kMaxSourceSide_px || height > kMaxSourceSide_px || width * height > kMaxSourcePixels;
+}
+
+inline constexpr const char* kImageEndsEarly = "image ends early";
+inline constexpr const char* kImageDamaged = "damaged image";
+inline constexpr const char* kImageTooLarge = "image too large";
+inline constexpr const char* kKtxImage = "KTX2 is not read; `gltf-transform ktxdecompress in.glb out.glb` makes PNG of it";
+
+}  // namespace coppice::bake

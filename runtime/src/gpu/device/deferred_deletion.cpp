@@ -1,0 +1,15 @@
+#include "deferred_deletion.h"
+
+namespace coppice::gpu {
+
+void DeferredDeletion::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number) {
+  frame_ = frame_number;
+  std::erase_if(items_, [&](Item& item) {
+    if (item.last_frame > completed_number) return false;
+    destroy_buffer(device_, item.buffer);
+    destroy_set(device_, item.set);
+    return true;
+  });
+}
+
+}  // namespace coppice::gpu

@@ -61,7 +61,7 @@ Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
   return caches;
 }
 
-void BatchCaches::failed(const BatchResult& result) {
+void BatchCaches::note_use(const BatchResult& result) {
   const bool has_failed = !result.cache_failure.empty();
   if (has_failed && report_.trouble.empty()) report_.trouble = result.cache_failure;
   if (server_) {
@@ -79,12 +79,12 @@ void BatchCaches::ended(const BatchResult& result) {
   if (!server_) ++report_.lacking;
   const bool takes = !server_ || jobs_.server_mode == CacheMode::read_write;
   if (takes) ++(result.cache_failure.empty() ? report_.sent : report_.unsent);
-  failed(result);
+  note_use(result);
 }
 
 void BatchCaches::missed(const BatchResult& result) {
   ++report_.lacking;
-  failed(result);
+  note_use(result);
 }
 
 CacheReport BatchCaches::report() const {

@@ -36,7 +36,8 @@ class BatchCaches {
  private:
   Result<void> open_folder(const BatchOptions& options);
 
-  void failed(const BatchResult& result);
+  /// Takes note of whether a cache was of use to a plant.
+  void note_use(const BatchResult& result);
 
   JobCache jobs_;
   std::optional<FileLock> lock_;

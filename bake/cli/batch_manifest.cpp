@@ -19,7 +19,7 @@ Error wrong(Status status, const char* what, const std::string& place, const std
 }
 
 /// The name of an option as a key.
-std::string key_of(const BakeOption& option) {
+std::string list_key(const BakeOption& option) {
   std::string key = option.name;
   std::ranges::replace(key, '-', '_');
   return key;
@@ -28,7 +28,7 @@ std::string key_of(const BakeOption& option) {
 /// "input, output, metric, views, ..."
 std::string known_keys() {
   std::string text = "input, output";
-  for (const BakeOption& option : bake_option_table()) text += ", " + key_of(option);
+  for (const BakeOption& option : bake_option_table()) text += ", " + list_key(option);
   return text;
 }
 
@@ -44,7 +44,7 @@ Result<BakeRequest> entry_request(const Json& entry, const std::string& place, c
   for (const auto& [key, value] : entry.items()) {
     if (key == "input" || key == "output") continue;
     const std::string here = std::string(place).append(".").append(key);
-    const auto option = std::ranges::find(bake_option_table(), key, key_of);
+    const auto option = std::ranges::find(bake_option_table(), key, list_key);
     if (option == bake_option_table().end())
       return wrong(Status::invalid_argument, "no such key in a manifest", here, "there are " + known_keys());
     const auto text = value_text(value);
@@ -111,7 +111,7 @@ Result<std::string> manifest_entry(const BatchPlant& plant, const std::filesyste
   Json entry = {{"input", std::filesystem::absolute(plant.input).lexically_normal().string()},
                 {"output", plant.output.lexically_relative(output_folder).string()}};
   for (const BakeOption& option : bake_option_table())
-    if (const auto value = option.get(plant.options)) entry[key_of(option)] = *value;
+    if (const auto value = option.get(plant.options)) entry[list_key(option)] = *value;
   try {
     return entry.dump();
   } catch (const Json::exception&) {

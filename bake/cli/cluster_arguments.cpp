@@ -98,9 +98,12 @@ Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBat
 Result<std::optional<std::vector<BatchResult>>> follow_on_cluster(ClusterBatch& batch, bool quiet) {
   ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
   batch.progress = [&bar](const ClusterStatus& status) { bar.show("bake-all", status.fraction, status_text(status)); };
-  batch.say = [&bar](const std::string& line) {
+  batch.warn = [&bar](const std::string& line) {
     bar.clear();
     std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
+  };
+  batch.say = [&batch, quiet](const std::string& line) {
+    if (!quiet) batch.warn(line);
   };
   batch.is_stopped = [] { return interrupted != 0; };
   const LeaveOnInterrupt leave;

@@ -239,7 +239,7 @@ TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
 }
 
 TEST_F(SlurmBake, ANodeDiesInTheMiddle) {
-  const auto submitter = start(submit());
+  const auto submitter = start(submit({"--quiet"}));
   // One that bakes, and has baked.
   ASSERT_TRUE(comes_true([&] { return baked_count() >= 1 && !bakers(*cluster_, 0).empty(); })) << submitter->err();
   cluster_->kill_node(0);
@@ -248,6 +248,7 @@ TEST_F(SlurmBake, ANodeDiesInTheMiddle) {
   for (const char* task : {"_0", "_1"})
     static_cast<void>(cluster_->run("scontrol", {"update", "JobId=" + queued_job() + task, "StartTime=now"}));
   EXPECT_EQ(submitter->wait(), 0) << submitter->err();
+  EXPECT_EQ(submitter->err(), "") << "nothing was lost";
   expect_whole();
 }
 

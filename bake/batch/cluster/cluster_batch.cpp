@@ -12,8 +12,6 @@
 #include <thread>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "atomic_file.h"
 #include "batch_plan.h"
 #include "file_lock.h"
@@ -210,7 +208,7 @@ class ClusterRun {
       const auto known = query_job(submission.name());
       if (known && known->is_live()) return {};
       std::error_code error;
-      fs::remove_all(submission.folder, error);
+      if (known || known.error().status == Status::unsupported) fs::remove_all(submission.folder, error);
       return job.error();
     }
     const std::string tasks = std::to_string(submission.tasks.size()) + (submission.tasks.size() == 1 ? " task" : " tasks");
@@ -231,11 +229,13 @@ class ClusterRun {
       if (job) answered = Clock::now();
       read_journals(folder);
       if (job && !job->is_live()) {
-        read_journals(folder);
         job_ = *std::move(job);
         return true;
       }
-      if (job) std::tie(status.running, status.pending) = std::pair(job->running, job->pending);
+      if (job) {
+        status.running = job->running;
+        status.pending = job->pending;
+      }
       show(status);
       // Controllers are shared: long runs ask rarely.
       const double interval_s = std::clamp(seconds_since(start) / 30.0, 1.0, 15.0);
@@ -288,8 +288,8 @@ class ClusterRun {
           results_[plant].error = "its task ended as " + state + "; " + submission.file(task, ".log").string() + " may say why";
     }
     for (const auto& [state, count] : lost)
-      batch_.say(std::to_string(count) + (count == 1 ? " task" : " tasks") + " did not finish: " + state + "; " +
-                 submission.folder.string() + " has the logs");
+      batch_.warn(std::to_string(count) + (count == 1 ? " task" : " tasks") + " did not finish: " + state + "; " +
+                  submission.folder.string() + " has the logs");
   }
 
   const ClusterBatch& batch_;
@@ -313,6 +313,7 @@ Result<std::string> write_tasks(const ClusterBatch& batch) {
   std::vector<std::uint32_t> plants;
   for (std::uint32_t plant = 0; plant < batch.plants.size(); ++plant)
     if (batch.plants[plant].failure.empty()) plants.push_back(plant);
+  if (plants.empty()) return std::string();
   COPPICE_TRY(submission, plan_submission(batch, plants, 1, 0));
   return script_text(batch, submission);
 }

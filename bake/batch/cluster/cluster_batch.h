@@ -38,8 +38,9 @@ struct ClusterBatch {
   std::vector<std::string> sbatch_options;  ///< the user's
   BatchOptions options;                     ///< the caches in which plants are looked up before there are tasks
   std::function<void(const ClusterStatus&)> progress;
-  std::function<void(const std::string&)> say;  ///< a line for a person: what was submitted, what was lost
-  std::function<bool()> is_stopped;             ///< the user leaves
+  std::function<void(const std::string&)> say;   ///< a line for a person: what was submitted, what is waited for
+  std::function<void(const std::string&)> warn;  ///< likewise: what was lost
+  std::function<bool()> is_stopped;              ///< the user leaves
 };
 
 /// Bakes the plants that no cache has. Where tasks of an earlier command are still in the queue, waits for them first. Submits one array of
@@ -51,8 +52,8 @@ struct ClusterBatch {
 /// thread   as bake_batch
 Result<std::optional<std::vector<BatchResult>>> bake_on_cluster(const ClusterBatch& batch);
 
-/// Writes the lists of all plants and returns the script of their tasks, for other schedulers: it takes the number of a task.
-/// errors  io
+/// Writes the lists of all plants and returns the script of their tasks, for other schedulers: it takes the number of a task. Empty where
+/// no plant can be baked. errors  io
 Result<std::string> write_tasks(const ClusterBatch& batch);
 
 }  // namespace coppice::bake

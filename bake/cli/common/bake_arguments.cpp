@@ -24,7 +24,7 @@ void add_bake_options(CLI::App& command, BakeRequest& request, std::initializer_
 }
 
 void check_bake_request(const BakeRequest& request) {
-  if (request.options.areas == Areas::vulkan && request.options.metric != Metric::mi) throw CLI::ValidationError("--areas", kAreasNeedMi);
+  if (const auto possible = check_areas(request.options); !possible) throw CLI::ValidationError("--areas", possible.error().what);
 }
 
 }  // namespace coppice::bake

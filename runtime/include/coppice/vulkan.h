@@ -171,9 +171,9 @@ COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_des
  * first plants arrive: wood without a texture, normal maps, leaf meshes, a debug view. No frame waits for them. Meanwhile
  * coppice_stats.pipelines_built is below pipelines_wanted, and a replacement draws if there is one: the hardware for the compute
  * rasteriser, the pipeline with textures for plants without, quads for leaf meshes. Normal maps, debug views and everything else are
- * missing. An engine may show a loading screen until the first pipelines are ready, with frames or without. If the processor does the GPU's
- * work they take seconds of time, however many frames that is; the default pool runs reads and decodes first. A pipeline that cannot be
- * built is an error in the log, and what it draws stays missing.
+ * missing. An engine may show a loading screen until the first pipelines are ready, with frames or without. Building takes seconds if the
+ * processor does the GPU's work; the default pool runs reads and decodes first. A pipeline that cannot be built is an error in the log, and
+ * what it draws stays missing.
  * ready: out; VK_FALSE on an error
  * errors: COPPICE_ERROR_INVALID_ARGUMENT; else the error of the first pipeline that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
  * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */

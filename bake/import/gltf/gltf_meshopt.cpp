@@ -18,28 +18,22 @@ Error bad(Status status, const char* what, const MeshoptView& view, const std::s
   return Error{status, what, Error::kNoOffset, "bufferViews[" + std::to_string(view.view) + "].extensions." + view.extension + more};
 }
 
-/// The high half of a coded view's first byte names the content, the low half the coding's version.
-constexpr unsigned kAttributesCode = 0xa0, kTrianglesCode = 0xe0, kIndicesCode = 0xd0;
+/// How a mode is coded. The high half of a coded view's first byte names the mode, the low half the coding's version.
+struct Coding {
+  unsigned code = 0, newest_version = 0;
+  int (*decode)(void*, std::size_t, std::size_t, const unsigned char*, std::size_t) = nullptr;
+};
 
-unsigned code_of(Mode mode) {
+Coding coding_of(Mode mode) {
   switch (mode) {
     case Mode::attributes:
-      return kAttributesCode;
+      return {0xa0, 0, meshopt_decodeVertexBuffer};
     case Mode::triangles:
-      return kTrianglesCode;
+      return {0xe0, 1, meshopt_decodeIndexBuffer};
     case Mode::indices:
       break;
   }
-  return kIndicesCode;
-}
-
-Result<void> check_header(const MeshoptView& view, std::span<const unsigned char> coded) {
-  const unsigned newest = view.mode == Mode::attributes ? 0u : 1u;
-  if (coded.empty() || (coded[0] & 0xf0u) != code_of(view.mode))
-    return bad(Status::bad_file, "bytes are not of the view's mode", view, ".mode");
-  const unsigned version = coded[0] & 0x0fu;
-  if (version <= newest) return {};
-  return bad(Status::unsupported, "newer version of the meshopt coding", view, ": version " + std::to_string(version));
+  return {0xd0, 1, meshopt_decodeIndexSequence};
 }
 
 void apply_filter(const MeshoptView& view, std::vector<unsigned char>& bytes) {
@@ -49,21 +43,14 @@ void apply_filter(const MeshoptView& view, std::vector<unsigned char>& bytes) {
 }
 
 Result<std::vector<unsigned char>> decode(const MeshoptView& view, std::span<const unsigned char> coded) {
-  COPPICE_CHECK(check_header(view, coded));
+  const Coding coding = coding_of(view.mode);
+  if (coded.empty() || (coded[0] & 0xf0u) != coding.code) return bad(Status::bad_file, "bytes are not of the view's mode", view, ".mode");
+  const unsigned version = coded[0] & 0x0fu;
+  if (version > coding.newest_version)
+    return bad(Status::unsupported, "newer version of the meshopt coding", view, ": version " + std::to_string(version));
   std::vector<unsigned char> bytes(view.count * view.stride_bytes);
-  int failed = 0;
-  switch (view.mode) {
-    case Mode::attributes:
-      failed = meshopt_decodeVertexBuffer(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size());
-      break;
-    case Mode::triangles:
-      failed = meshopt_decodeIndexBuffer(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size());
-      break;
-    case Mode::indices:
-      failed = meshopt_decodeIndexSequence(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size());
-      break;
-  }
-  if (failed != 0) return bad(Status::bad_file, "damaged meshopt data", view);
+  if (coding.decode(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size()) != 0)
+    return bad(Status::bad_file, "damaged meshopt data", view);
   apply_filter(view, bytes);
   return bytes;
 }

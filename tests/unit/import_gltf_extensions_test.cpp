@@ -18,7 +18,7 @@
 
 #include "gltf_builder.h"
 #include "gltf_compress.h"
-#include "gltf_screen_extensions.h"
+#include "gltf_screen.h"
 #include "import_gltf.h"
 #include "mentions.h"
 #include "plants_folder.h"

@@ -17,7 +17,6 @@
 #include <tiny_gltf.h>
 
 #include "atomic_file.h"
-#include "gltf_codes.h"
 #include "gltf_draco.h"
 #include "gltf_meshopt.h"
 #include "gltf_screen.h"
@@ -153,7 +152,7 @@ Result<tinygltf::Image> make_image(const ScreenedImage& screened, const std::str
 }
 
 Result<void> parse(const std::string& json, tinygltf::Model& model) {
-  if (json.size() > gltf_code::kMaxFileBytes) return damaged("JSON over 4 GiB");
+  if (json.size() > kMaxGltfBytes) return damaged("JSON over 4 GiB");
   std::string message, warning;
   try {
     if (tinygltf::TinyGLTF().LoadASCIIFromString(&model, &message, &warning, json.data(), static_cast<unsigned>(json.size()), ""))
@@ -168,12 +167,12 @@ Result<void> parse(const std::string& json, tinygltf::Model& model) {
                message.substr(0, std::min(message.find('\n'), kMaxChars))};
 }
 
-Result<ModelPointer> load(const ScreenedGltf& screened, const Source& source) {
+Result<ModelPointer> load_screened(const ScreenedGltf& screened, const Source& source) {
   ModelPointer model(new tinygltf::Model);
   COPPICE_CHECK(parse(screened.json, *model));
   for (std::size_t i = 0; i < screened.buffers.size(); ++i)
-    COPPICE_CHECK(move_into(model->buffers.emplace_back().data,
-                            load_buffer(screened.buffers[i], "buffers[" + std::to_string(i) + "].uri", source)));
+    COPPICE_CHECK(
+        move_into(model->buffers.emplace_back().data, load_buffer(screened.buffers[i], "buffers[" + std::to_string(i) + "].uri", source)));
   for (std::size_t i = 0; i < screened.images.size(); ++i) {
     COPPICE_TRY(image, make_image(screened.images[i], "images[" + std::to_string(i) + "].uri", source));
     model->images.push_back(std::move(image));
@@ -220,12 +219,12 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
   COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
-  return load(screened, {parts, folder.empty() ? "." : folder, outside});
+  return load_screened(screened, {parts, folder.empty() ? "." : folder, outside});
 }
 
 Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
   std::error_code error;
-  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > gltf_code::kMaxFileBytes)
+  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxGltfBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
   if (const std::string how = conversion_advice(path); !how.empty())

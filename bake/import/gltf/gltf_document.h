@@ -15,6 +15,9 @@ class Model;
 
 namespace coppice::bake {
 
+/// The header of a .glb holds its size in 32 bits.
+inline constexpr std::uint64_t kMaxGltfBytes = 0xffffffff;
+
 struct DeleteModel {
   void operator()(tinygltf::Model* model) const;
 };

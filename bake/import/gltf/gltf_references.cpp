@@ -44,8 +44,8 @@ std::string percent_decoded(std::string_view uri) {
   while (!uri.empty()) {
     const std::string_view digits = uri.substr(1, 2);
     unsigned char value = 0;
-    const bool is_coded = uri[0] == '%' && digits.size() == 2 &&
-                          std::from_chars(digits.data(), digits.data() + 2, value, 16).ptr == digits.data() + 2;
+    const bool is_coded =
+        uri[0] == '%' && digits.size() == 2 && std::from_chars(digits.data(), digits.data() + 2, value, 16).ptr == digits.data() + 2;
     text += is_coded ? static_cast<char>(value) : uri[0];
     uri.remove_prefix(is_coded ? 3 : 1);
   }

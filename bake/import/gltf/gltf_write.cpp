@@ -13,7 +13,7 @@
 
 #include "atomic_file.h"
 #include "check.h"
-#include "gltf_codes.h"
+#include "gltf_document.h"
 
 namespace coppice::bake {
 namespace {
@@ -239,8 +239,7 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
     if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
   for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
   // Leaves a mebibyte for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
-  if (model.buffers.front().data.size() > gltf_code::kMaxFileBytes - (1u << 20))
-    return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
+  if (model.buffers.front().data.size() > kMaxGltfBytes - (1u << 20)) return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
   if (model.buffers.front().data.empty()) model.buffers.clear();
   return serialise(model);
 }

@@ -8,7 +8,7 @@
 
 #include <tiny_gltf.h>
 
-#include "gltf_screen_extensions.h"
+#include "gltf_screen.h"
 #include "material_words.h"
 #include "node_names.h"
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <span>
 
 #include "plant_size.h"
 #include "printable.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -44,18 +44,12 @@ const char* part_name(const PieceClass& each) {
   return each.part == PlantPart::leaf ? "leaf" : each.part == PlantPart::wood ? "wood" : "dropped";
 }
 
-template <class... Values>
-std::string line(const char* format, Values... values) {
-  std::array<char, 512> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
-
 std::string class_line(const PieceClass& each) {
-  const std::string shape = each.triangle_count == 0 ? "without area"
-                                                     : "x " + std::to_string(each.triangle_count) + " triangles, " +
-                                                           std::to_string(each.point_count) + " points, " + line("%.3g m", each.length_m);
-  return line("  %9u %-40s %-8s %s\n", each.piece_count, shape.c_str(), part_name(each), printable(each.reason).c_str());
+  const std::string shape = each.triangle_count == 0
+                                ? "without area"
+                                : "x " + std::to_string(each.triangle_count) + " triangles, " + std::to_string(each.point_count) +
+                                      " points, " + formatted("%.3g m", each.length_m);
+  return formatted("  %9u %-40s %-8s %s\n", each.piece_count, shape.c_str(), part_name(each), printable(each.reason).c_str());
 }
 
 /// The printable beginning of a name that fits into `bytes`; cuts no character in two.
@@ -71,12 +65,12 @@ std::string material_lines(const std::string& name, std::span<const PieceClass> 
   std::uint64_t triangles = 0, pieces = 0;
   for (const PieceClass& each : classes) triangles += each.total_triangles, pieces += each.piece_count;
   const std::string shown = name.empty() ? "(unnamed)" : printable_front(name, 32);
-  std::string text = line("%-32s %10llu %9llu %8zu  %s\n", shown.c_str(), static_cast<unsigned long long>(triangles),
-                          static_cast<unsigned long long>(pieces), classes.size(), becomes(classes).c_str());
+  std::string text = formatted("%-32s %10llu %9llu %8zu  %s\n", shown.c_str(), static_cast<unsigned long long>(triangles),
+                               static_cast<unsigned long long>(pieces), classes.size(), becomes(classes).c_str());
   for (const PieceClass& each : classes.first(std::min(classes.size(), kMaxClasses))) text += class_line(each);
   if (classes.size() > kMaxClasses) {
     const std::span rest = classes.subspan(kMaxClasses);
-    text += line("            and %zu smaller classes: %s\n", rest.size(), becomes(rest).c_str());
+    text += formatted("            and %zu smaller classes: %s\n", rest.size(), becomes(rest).c_str());
   }
   return text;
 }
@@ -84,14 +78,14 @@ std::string material_lines(const std::string& name, std::span<const PieceClass> 
 }  // namespace
 
 std::string parts_table(const Plant& plant) {
-  std::string text = line("%-32s %10s %9s %8s  %s\n", "material", "triangles", "pieces", "classes", "becomes");
+  std::string text = formatted("%-32s %10s %9s %8s  %s\n", "material", "triangles", "pieces", "classes", "becomes");
   const std::span<const PieceClass> all(plant.classes);
   for (std::size_t first = 0, last = 0; first < all.size(); first = last) {
     while (last < all.size() && all[last].material == all[first].material) ++last;
     text += material_lines(plant.materials[all[first].material].name, all.subspan(first, last - first));
   }
-  text += line("%zu leaves of %zu triangles; wood of %zu triangles\n", plant.leaves.size(), plant.foliage.triangle_materials.size(),
-               plant.wood.triangle_materials.size());
+  text += formatted("%zu leaves of %zu triangles; wood of %zu triangles\n", plant.leaves.size(), plant.foliage.triangle_materials.size(),
+                    plant.wood.triangle_materials.size());
   return text + size_text(plant_size_m(plant)) + "\n";
 }
 

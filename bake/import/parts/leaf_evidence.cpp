@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <optional>
@@ -16,6 +15,7 @@
 
 #include "find_leaves.h"
 #include "material_words.h"
+#include "text_number.h"
 #include "texture_mips.h"
 
 namespace coppice::bake {
@@ -168,26 +168,20 @@ double company_evidence(const PieceClass& of, const PieceClass& leaves) {
   return is_tube || is_ball || is_longer || is_bulky ? kOdd : 0.0;
 }
 
-std::string number(const char* format, double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
 std::string explain(const PieceClass& of) {
   const LeafEvidence& evidence = of.evidence;
   std::string text;
   const auto add = [&](double value, const std::string& what) {
-    if (std::abs(value) >= 0.05) text += (text.empty() ? "" : ", ") + what + number(" %+.1f", value);
+    if (std::abs(value) >= 0.05) text += (text.empty() ? "" : ", ") + what + formatted(" %+.1f", value);
   };
   add(evidence.name, "name");
   add(evidence.holes, "holes");
   add(evidence.colour, evidence.colour > 0.0 ? "green" : "brown");
-  add(evidence.flatness, number("flat %.2f", of.flatness));
+  add(evidence.flatness, formatted("flat %.2f", of.flatness));
   add(evidence.repetition, "repeated");
   add(evidence.size, evidence.size > 0.0 ? "small" : "large");
   add(evidence.company, "unlike the leaves beside it");
-  return text + number(" = %.1f", evidence.sum());
+  return text + formatted(" = %.1f", evidence.sum());
 }
 
 const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::uint32_t triangle_count) {

@@ -38,40 +38,6 @@ struct Contact {
   std::vector<std::uint32_t> points_a, points_b;
 };
 
-/// Triangles sorted by piece, ascending within each.
-struct Sorted {
-  std::vector<std::uint32_t> triangles;
-  std::vector<LeafRange> ranges;
-  [[nodiscard]] std::span<const std::uint32_t> of(std::size_t i) const {
-    return std::span(triangles).subspan(ranges[i].first_triangle, ranges[i].triangle_count);
-  }
-};
-
-Sorted sort_by_piece(const std::vector<std::uint32_t>& piece_of) {
-  Sorted sorted;
-  std::vector<std::uint32_t> number_of(piece_of.size(), kNone);
-  for (const std::uint32_t piece : piece_of) {
-    if (piece == kNone) continue;
-    if (number_of[piece] == kNone) {
-      number_of[piece] = static_cast<std::uint32_t>(sorted.ranges.size());
-      sorted.ranges.emplace_back();
-    }
-    ++sorted.ranges[number_of[piece]].triangle_count;
-  }
-  std::uint32_t first = 0;
-  for (LeafRange& range : sorted.ranges) {
-    range.first_triangle = first;
-    first += std::exchange(range.triangle_count, 0);
-  }
-  sorted.triangles.resize(first);
-  for (std::uint32_t t = 0; t < piece_of.size(); ++t) {
-    if (piece_of[t] == kNone) continue;
-    LeafRange& range = sorted.ranges[number_of[piece_of[t]]];
-    sorted.triangles[range.first_triangle + range.triangle_count++] = t;
-  }
-  return sorted;
-}
-
 /// A point at which several pieces meet, and one of them; in order.
 using Meeting = std::pair<std::uint32_t, std::uint32_t>;
 std::vector<Meeting> find_meetings(const Points& points, const std::vector<std::uint32_t>& piece_of) {
@@ -116,7 +82,10 @@ class LobeJoiner {
 
   /// Numbers all pieces of the sizes that touch anywhere.
   void number_pieces(const std::vector<Meeting>& meetings) {
-    const Sorted sorted = sort_by_piece(piece_of_);
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t t = 0; t < piece_of_.size(); ++t)
+      if (piece_of_[t] != kNone) triangles.push_back(t);
+    const Groups sorted = group_by(triangles, piece_of_.size(), [&](std::uint32_t t) { return piece_of_[t]; });
     std::set<std::pair<std::uint32_t, std::size_t>> sizes;
     std::vector<bool> meets(piece_of_.size(), false);
     for (const auto& [point, piece] : meetings) meets[piece] = true;

@@ -183,7 +183,7 @@ PieceKind measure_kind(const Mesh& mesh, const NumberedPiece& piece) {
   kind.triangle_count = static_cast<std::uint32_t>(triangles.size());
   kind.point_count = shape.point_count;
   kind.length_m = shape.length_m;
-  kind.elongation = shape.length_m / std::max(shape.width_m, 1e-3 * shape.length_m);
+  kind.elongation = shape.elongation();
   kind.flatness = shape.flatness;
   return kind;
 }

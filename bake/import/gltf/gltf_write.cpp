@@ -171,15 +171,7 @@ std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const s
 }
 
 Result<void> add_image(tinygltf::Model& model, const Image& image) {
-  std::vector<std::uint8_t> png;
-  const auto append = [](void* user, void* data, int byte_count) {
-    auto& out = *static_cast<std::vector<std::uint8_t>*>(user);
-    out.insert(out.end(), static_cast<std::uint8_t*>(data), static_cast<std::uint8_t*>(data) + byte_count);
-  };
-  const int width = static_cast<int>(image.width), height = static_cast<int>(image.height);
-  if (stbi_write_png_to_func(append, &png, width, height, 4, image.rgba.data(), 4 * width) == 0)
-    return Error{Status::internal, "image cannot be encoded as PNG"};
-
+  COPPICE_TRY(png, encode_png(image.width, image.height, 4, image.rgba));
   tinygltf::Image out;
   out.mimeType = "image/png";
   out.bufferView = add_view(model, png.data(), png.size(), 0);
@@ -248,6 +240,20 @@ Result<void> write_glb(const std::filesystem::path& path, const std::vector<Gltf
                        const std::vector<Image>& images) {
   COPPICE_TRY(bytes, encode_glb(parts, materials, images));
   return write_file_atomically(path, bytes);
+}
+
+Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+                                             std::span<const std::uint8_t> pixels) {
+  std::vector<std::uint8_t> png;
+  const auto append = [](void* user, void* data, int byte_count) {
+    const auto* bytes = static_cast<const std::uint8_t*>(data);
+    auto& out = *static_cast<std::vector<std::uint8_t>*>(user);
+    out.insert(out.end(), bytes, bytes + byte_count);
+  };
+  const int columns = static_cast<int>(width), rows = static_cast<int>(height), components = static_cast<int>(channels);
+  if (stbi_write_png_to_func(append, &png, columns, rows, components, pixels.data(), components * columns) == 0)
+    return Error{Status::internal, "image cannot be encoded as PNG"};
+  return png;
 }
 
 Mesh foliage_mesh(const Foliage& foliage) {

@@ -223,19 +223,14 @@ class Decoding {
     if (extension == primitive.extensions.end()) return {};
     const std::string where = place + ".extensions." + kDracoExtension;
     COPPICE_TRY(view, decoded(extension->second.Get("bufferView").GetNumberAsInt(), where));
-    if (view->indices < 0) {
-      COPPICE_TRY(indices, add_indices(model_, *view->mesh, where));
-      view->indices = indices;
-    }
+    if (view->indices < 0) COPPICE_CHECK(move_into(view->indices, add_indices(model_, *view->mesh, where)));
     const tinygltf::Value& ids = extension->second.Get("attributes");
     for (const std::string& name : ids.Keys()) {
       const auto id = static_cast<std::uint32_t>(ids.Get(name).GetNumberAsInt());
       int& declared = primitive.attributes.at(name);
       const auto [accessor, is_new] = view->attributes.try_emplace(id, -1);
-      if (is_new) {
-        COPPICE_TRY(added, add_attribute(model_, *view->mesh, id, declared, where + ".attributes." + name.substr(0, 64)));
-        accessor->second = added;
-      }
+      const std::string attribute_place = where + ".attributes." + name.substr(0, 64);
+      if (is_new) COPPICE_CHECK(move_into(accessor->second, add_attribute(model_, *view->mesh, id, declared, attribute_place)));
       declared = accessor->second;
     }
     primitive.indices = view->indices;
@@ -251,8 +246,7 @@ class Decoding {
       const std::size_t bytes = model_.bufferViews.at(static_cast<std::size_t>(view_index)).byteLength;
       if (bytes > bytes_left_) return failed(Status::bad_file, "compressed views share their bytes", place);
       bytes_left_ -= bytes;
-      COPPICE_TRY(mesh, decode_view(model_, view_index, place));
-      found->second.mesh = std::move(mesh);
+      COPPICE_CHECK(move_into(found->second.mesh, decode_view(model_, view_index, place)));
     }
     return &found->second;
   }

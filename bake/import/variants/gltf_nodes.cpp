@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include <tiny_gltf.h>
@@ -54,10 +55,7 @@ Result<void> add_corners(const tinygltf::Model& model, const tinygltf::Primitive
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES) return {};
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
-  if (primitive.indices >= 0) {
-    COPPICE_TRY(read, read_indices(model, primitive.indices));
-    order = std::move(read);
-  }
+  if (primitive.indices >= 0) COPPICE_CHECK(move_into(order, read_indices(model, primitive.indices)));
   for (const std::uint32_t index : order)
     if (index < points.size()) corners.push_back(points[index]);
   return {};
@@ -143,28 +141,32 @@ std::pair<std::vector<std::uint32_t>, std::vector<std::uint32_t>> parted(const L
   return parts;
 }
 
-/// [nodes] What a node's own name, its mesh's or the nearest parent's says, and the node that says it.
+/// [nodes] What a node itself says, as own(position) tells it, or the nearest parent that says something; else `none`.
+template <class Value, class Own>
+std::vector<Value> inherited(const GltfNodes& scene, const Value& none, const Own& own) {
+  std::vector<Value> values;
+  values.reserve(scene.nodes.size());
+  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+    const std::uint32_t parent = scene.nodes[i].parent;
+    const std::optional<Value> found = own(i);
+    values.push_back(found ? *found : parent != kNone ? Value(values[parent]) : none);
+  }
+  return values;
+}
+
+/// What a node's name, or its mesh's, says that it is.
 struct NamedRole {
   NodeRole role = NodeRole::shape;
   std::uint32_t by = kNone;
   std::string stem;
 };
 std::vector<NamedRole> named_roles(const GltfNodes& scene) {
-  std::vector<NamedRole> roles;
-  roles.reserve(scene.nodes.size());
-  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
-    const GltfNode& node = scene.nodes[i];
-    NodeName name = read_node_name(node.name);
-    if (name.role == NodeRole::shape && node.item != kNone) {
-      NodeName of_mesh = read_node_name(node.mesh_name);
-      if (of_mesh.role != NodeRole::shape) name = std::move(of_mesh);
-    }
-    if (name.role != NodeRole::shape)
-      roles.push_back({name.role, i, name.stem});
-    else
-      roles.push_back(node.parent != kNone ? roles[node.parent] : NamedRole{});
-  }
-  return roles;
+  return inherited(scene, NamedRole{}, [&](std::uint32_t i) -> std::optional<NamedRole> {
+    NodeName name = read_node_name(scene.nodes[i].name);
+    if (name.role == NodeRole::shape && scene.nodes[i].item != kNone) name = read_node_name(scene.nodes[i].mesh_name);
+    if (name.role == NodeRole::shape) return {};
+    return NamedRole{name.role, i, name.stem};
+  });
 }
 
 /// The level of a thing, and the node that says so.
@@ -173,11 +175,6 @@ struct Level {
   std::uint32_t by = kNone;  ///< the node whose name it is
   std::string family;        ///< equal for levels of one thing; empty: no level
 };
-
-/// The family of a name's level. Levels with nothing else in their names are of one thing only below one parent.
-std::string family_of(const NodeName& name, const GltfNode& node) {
-  return name.stem.empty() ? "#" + std::to_string(node.parent) : name.stem;
-}
 
 /// "trunk_L0", "trunk_L1": whether these items, by rising level, get coarser and stay as large.
 bool is_series(const GltfNodes& scene, const std::map<std::uint32_t, std::uint32_t>& item_of_level) {
@@ -217,17 +214,14 @@ void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Le
 
 /// [nodes] The level that each node's name says.
 std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
-  std::vector<Level> levels;
-  levels.reserve(scene.nodes.size());
-  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+  std::vector<Level> levels = inherited(scene, Level{}, [&](std::uint32_t i) -> std::optional<Level> {
     const GltfNode& node = scene.nodes[i];
     NodeName name = read_node_name(node.name);
     if (!name.level && node.item != kNone) name = read_node_name(node.mesh_name);
-    if (name.level)
-      levels.push_back({*name.level, i, family_of(name, node)});
-    else
-      levels.push_back(node.parent != kNone ? levels[node.parent] : Level{});
-  }
+    if (!name.level) return {};
+    // Levels with nothing else in their names are of one thing only below one parent.
+    return Level{*name.level, i, name.stem.empty() ? "#" + std::to_string(node.parent) : name.stem};
+  });
   add_weak_levels(scene, left, levels);
   return levels;
 }
@@ -285,11 +279,8 @@ void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
 void leave_msft_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
   const std::set<std::uint32_t> coarse = msft_coarser_nodes(model);
   if (coarse.empty()) return;
-  std::vector<std::uint32_t> by;  // [nodes] the coarser level that each is below
-  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
-    const std::uint32_t parent = scene.nodes[i].parent;
-    by.push_back(coarse.contains(scene.nodes[i].node) ? i : parent != kNone ? by[parent] : kNone);
-  }
+  const auto by =
+      inherited(scene, kNone, [&](std::uint32_t i) { return coarse.contains(scene.nodes[i].node) ? std::optional(i) : std::nullopt; });
   const auto [coarser, rest] = parted(left, [&](std::uint32_t item) { return by[scene.items[item].position] != kNone; });
   if (rest.empty()) return;
   for (const std::uint32_t item : coarser) leave(left, item, LeftReason::coarser_level, by[scene.items[item].position]);
@@ -310,10 +301,7 @@ Result<GltfNodes> read_gltf_nodes(const tinygltf::Model& model, std::span<const 
     const std::size_t first = next;
     while (next < instances.size() && instances[next].node == each.node) ++next;
     if (first == next) continue;
-    if (!facts[mesh].is_known) {
-      COPPICE_TRY(read, mesh_facts(model, model.meshes[mesh]));
-      facts[mesh] = std::move(read);
-    }
+    if (!facts[mesh].is_known) COPPICE_CHECK(move_into(facts[mesh], mesh_facts(model, model.meshes[mesh])));
     if (facts[mesh].triangles == 0) continue;
     added.item = static_cast<std::uint32_t>(scene.items.size());
     scene.items.push_back(

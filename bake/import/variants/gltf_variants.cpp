@@ -491,10 +491,7 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
   LeftOut left{std::vector<LeftReason>(scene->items.size()), std::vector<std::uint32_t>(scene->items.size(), kNone)};
   if (choice.node) COPPICE_CHECK(keep_chosen(*scene, *choice.node, left));
   ChosenNodes chosen;
-  if (!choice.whole && !taken_items(left).empty()) {
-    COPPICE_TRY(contents, weigh(model, *scene, choice, left));
-    chosen.contents = std::move(contents);
-  }
+  if (!choice.whole && !taken_items(left).empty()) COPPICE_CHECK(move_into(chosen.contents, weigh(model, *scene, choice, left)));
   std::set<std::uint32_t> left_nodes;
   for (std::size_t i = 0; i < scene->items.size(); ++i)
     if (left.reason[i] != LeftReason::none) left_nodes.insert(scene->nodes[scene->items[i].position].node);

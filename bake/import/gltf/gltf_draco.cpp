@@ -25,6 +25,8 @@
 #include <draco/mesh/mesh.h>
 #include <tiny_gltf.h>
 
+#include "gltf_accessor.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -39,17 +41,11 @@ Error failed(Status status, const char* what, std::string place) {
   return Error{status, what, Error::kNoOffset, std::move(place)};
 }
 
-/// Thrown to stop a decoder.
-struct Refusal {
-  Status status = Status::ok;
-  const char* what = "";
-  std::string detail;
-};
-
 template <class Decoder>
 class BoundedDecoder final : public Decoder {
  public:
-  BoundedDecoder(std::uint64_t coded_bytes, Refusal& refusal) : coded_bytes_(coded_bytes), refusal_(refusal) {}
+  /// refusal  gets the reason if the decoder stops
+  BoundedDecoder(std::uint64_t coded_bytes, Error& refusal) : coded_bytes_(coded_bytes), refusal_(refusal) {}
 
  protected:
   bool DecodeConnectivity() override {
@@ -83,12 +79,12 @@ class BoundedDecoder final : public Decoder {
 
  private:
   bool refuse(Status status, const char* what, std::string detail) {
-    refusal_ = Refusal{status, what, std::move(detail)};
+    refusal_ = failed(status, what, std::move(detail));
     return false;
   }
 
   std::uint64_t coded_bytes_;
-  Refusal& refusal_;
+  Error& refusal_;
 };
 
 using DracoMesh = std::unique_ptr<draco::Mesh>;
@@ -102,7 +98,7 @@ Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std:
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok()) return failed(Status::bad_file, "not Draco data", place);
   if (header.encoder_type != draco::TRIANGULAR_MESH) return failed(Status::unsupported, "Draco data that is not a mesh", place);
 
-  Refusal refusal;
+  Error refusal{Status::ok};
   std::unique_ptr<draco::MeshDecoder> decoder;
   if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
     decoder = std::make_unique<BoundedDecoder<draco::MeshSequentialDecoder>>(coded.size(), refusal);
@@ -119,10 +115,8 @@ Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std:
 }
 
 Result<DracoMesh> decode_view(const tinygltf::Model& model, int view_index, const std::string& place) {
-  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
-  const std::span<const unsigned char> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
   try {
-    return decode_stream(buffer.subspan(view.byteOffset, view.byteLength), place);
+    return decode_stream(view_bytes(model, view_index, 0), place);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {

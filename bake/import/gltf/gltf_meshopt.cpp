@@ -8,6 +8,8 @@
 #include <meshoptimizer.h>
 #include <tiny_gltf.h>
 
+#include "gltf_accessor.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -72,8 +74,7 @@ Result<void> decode_meshopt_views(tinygltf::Model& model, const std::vector<Mesh
     tinygltf::BufferView& target = model.bufferViews.at(view.view);
     if (target.byteLength > bytes_left) return bad(Status::bad_file, "compressed views share their bytes", view);
     bytes_left -= target.byteLength;
-    const std::span<const unsigned char> buffer(model.buffers.at(static_cast<std::size_t>(target.buffer)).data);
-    COPPICE_TRY(bytes, decode(view, buffer.subspan(target.byteOffset, target.byteLength)));
+    COPPICE_TRY(bytes, decode(view, view_bytes(model, static_cast<int>(view.view), 0)));
     target.buffer = static_cast<int>(model.buffers.size());
     target.byteOffset = 0;
     target.byteLength = bytes.size();

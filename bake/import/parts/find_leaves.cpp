@@ -461,7 +461,7 @@ struct Finder {
       const std::uint32_t material = material_of(pieces.loose[i]);
       if (without_area[material] != PlantPart::dropped) continue;
       ++dropped[material].total_triangles;
-      if (counted.insert(pieces.loose_numbers[i]).second) ++dropped[material].piece_count;
+      if (counted.insert(pieces.loose_points[i]).second) ++dropped[material].piece_count;
     }
     for (std::uint32_t m = 0; m < dropped.size(); ++m) {
       if (dropped[m].piece_count == 0) continue;

@@ -306,7 +306,6 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
     for (const std::uint32_t t : pieces.of(i))
       for (const std::uint32_t point : points.of(t))
         if (piece_at[point] == kNone) piece_at[point] = static_cast<std::uint32_t>(i);
-  std::map<std::uint32_t, std::uint32_t> number_at;
   for (const std::uint32_t t : collapsed) {
     const auto corners = points.of(t);
     const auto touching = std::ranges::find_if(corners, [&](std::uint32_t point) { return piece_at[point] != kNone; });
@@ -315,10 +314,8 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
       pieces.seam_pieces.push_back(piece_at[*touching]);
       continue;
     }
-    const auto [found, is_new] = number_at.try_emplace(*std::ranges::min_element(corners), pieces.loose_count);
-    if (is_new) ++pieces.loose_count;
     pieces.loose.push_back(t);
-    pieces.loose_numbers.push_back(found->second);
+    pieces.loose_points.push_back(*std::ranges::min_element(corners));
   }
 }
 

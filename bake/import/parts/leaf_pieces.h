@@ -10,11 +10,10 @@ namespace coppice::bake {
 
 /// The triangles of a soup, grouped into pieces; each piece may be a leaf.
 struct Pieces : Groups {
-  std::vector<std::uint32_t> loose;          ///< collapsed triangles (two corners in one place) that touch no piece
-  std::vector<std::uint32_t> loose_numbers;  ///< [loose.size()] equal for those that lie together
-  std::uint32_t loose_count = 0;             ///< how many different numbers
-  std::vector<std::uint32_t> seams;          ///< collapsed triangles, and pieces without area, that touch a piece
-  std::vector<std::uint32_t> seam_pieces;    ///< [seams.size()] the piece that each touches
+  std::vector<std::uint32_t> loose;         ///< collapsed triangles (two corners in one place) that touch no piece
+  std::vector<std::uint32_t> loose_points;  ///< [loose.size()] the smallest point of each; equal for those that lie together
+  std::vector<std::uint32_t> seams;         ///< collapsed triangles, and pieces without area, that touch a piece
+  std::vector<std::uint32_t> seam_pieces;   ///< [seams.size()] the piece that each touches
 };
 
 /// Splits a soup into pieces, each of one mesh instance and one material.

@@ -372,7 +372,7 @@ std::string name_list(const std::vector<std::string>& names) {
   return names.size() > kShownNames ? text + " and " + std::to_string(names.size() - kShownNames) + " more" : text;
 }
 
-/// Leaves out items that are not below a node that `fits`. returns  whether any stay
+/// Leaves out items that are not below a node that `fits`, unless that would be all. returns  whether any are
 template <class Fits>
 bool keep_nodes(const GltfNodes& scene, const Fits& fits, LeftOut& left) {
   std::vector<bool> kept(scene.nodes.size());
@@ -380,22 +380,17 @@ bool keep_nodes(const GltfNodes& scene, const Fits& fits, LeftOut& left) {
     const GltfNode& node = scene.nodes[i];
     kept[i] = fits(node.name) || (node.item != kNone && fits(node.mesh_name)) || (node.parent != kNone && kept[node.parent]);
   }
-  bool any = false;
-  for (std::size_t i = 0; i < scene.items.size(); ++i) {
-    if (kept[scene.items[i].position])
-      any = true;
-    else
-      left.reason[i] = LeftReason::not_chosen;
-  }
-  return any;
+  const auto is_kept = [&](const NodeItem& item) { return kept[item.position]; };
+  if (std::ranges::none_of(scene.items, is_kept)) return false;
+  for (std::size_t i = 0; i < scene.items.size(); ++i)
+    if (!is_kept(scene.items[i])) left.reason[i] = LeftReason::not_chosen;
+  return true;
 }
 
 Result<void> keep_chosen(const GltfNodes& scene, const std::string& wanted, LeftOut& left) {
-  const LeftOut all = left;
   if (keep_nodes(
           scene, [&](const std::string& name) { return name == wanted; }, left))
     return {};
-  left = all;
   COPPICE_TRY(pattern, NamePattern::compile(wanted, "--node"));
   if (keep_nodes(
           scene, [&](const std::string& name) { return !name.empty() && pattern.is_in(name); }, left))

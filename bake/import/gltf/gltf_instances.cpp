@@ -47,7 +47,7 @@ std::vector<int> root_nodes(const tinygltf::Model& model) {
   return roots;
 }
 
-bool is_finite(const glm::dmat4& transform) {
+bool is_usable(const glm::dmat4& transform) {
   return is_finite(transform[0]) && is_finite(transform[1]) && is_finite(transform[2]) && is_finite(transform[3]);
 }
 
@@ -100,7 +100,7 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
   }
   for (std::size_t i = 0; i < transforms.size(); ++i) {
     const glm::dmat4 scene_from_mesh = scene_from_node * transforms[i];
-    if (!is_finite(scene_from_mesh))
+    if (!is_usable(scene_from_mesh))
       return Error{Status::bad_file, "instance transform is not finite", Error::kNoOffset,
                    instancing_place(node_index) + " instance " + std::to_string(i)};
     instances.push_back({static_cast<std::uint32_t>(node_index), static_cast<std::uint32_t>(node.mesh), scene_from_mesh});
@@ -148,7 +148,7 @@ Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, c
   for (const SceneNode& each : nodes) {
     const glm::dmat4& scene_from_parent = each.parent < scene_from_node.size() ? scene_from_node[each.parent] : scene_from_file;
     scene_from_node.push_back(scene_from_parent * local_transform(model.nodes.at(each.node)));
-    if (!is_finite(scene_from_node.back()))
+    if (!is_usable(scene_from_node.back()))
       return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
     COPPICE_CHECK(append_node(model, static_cast<int>(each.node), scene_from_node.back(), instances));
   }

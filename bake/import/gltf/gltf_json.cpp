@@ -31,23 +31,12 @@ Result<void> check_depth(std::string_view text) {
   return {};
 }
 
-std::string element(const std::string& place, std::size_t index) {
-  return place + "[" + std::to_string(index) + "]";
+std::string in_brackets(std::size_t index) {
+  return "[" + std::to_string(index) + "]";
 }
 
-Error bad_at(const char* what, std::string place) {
-  return Error{Status::bad_file, what, Error::kNoOffset, std::move(place)};
-}
-
-Result<std::uint64_t> whole_number(const Json& value, const std::string& place) {
-  if (!value.is_number_unsigned()) return bad_at("not a whole number of 0 or more", place);
-  return value.get<std::uint64_t>();
-}
-
-Result<void> check_below(const Json& value, const std::string& place, std::size_t limit) {
-  COPPICE_TRY(index, whole_number(value, place));
-  if (index < limit) return {};
-  return bad_at("index out of range", place + " is " + std::to_string(index) + " of " + std::to_string(limit));
+std::string of_limit(std::uint64_t index, std::size_t limit) {
+  return " is " + std::to_string(index) + " of " + std::to_string(limit);
 }
 
 }  // namespace
@@ -57,12 +46,14 @@ std::string JsonObject::place(const std::string& name) const {
 }
 
 Error JsonObject::bad(const char* what, const std::string& name, const std::string& more) const {
-  return bad_at(what, place(name) + more);
+  return Error{Status::bad_file, what, Error::kNoOffset, place(name) + more};
 }
 
 Result<std::uint64_t> JsonObject::integer(const std::string& name) const {
   if (!has(name)) return bad("missing member", name);
-  return whole_number((*json_)[name], place(name));
+  const Json& value = (*json_)[name];
+  if (!value.is_number_unsigned()) return bad("not a whole number of 0 or more", name);
+  return value.get<std::uint64_t>();
 }
 
 Result<std::uint64_t> JsonObject::integer(const std::string& name, std::uint64_t fallback) const {
@@ -82,14 +73,20 @@ Result<std::uint64_t> JsonObject::index(const std::string& name, std::size_t lim
 }
 
 Result<void> JsonObject::check_index(const std::string& name, std::size_t limit) const {
-  return has(name) ? check_below((*json_)[name], place(name), limit) : Result<void>();
+  COPPICE_TRY(index, integer(name, 0));
+  if (index < limit || !has(name)) return {};
+  return bad("index out of range", name, of_limit(index, limit));
 }
 
 Result<void> JsonObject::check_indices(const std::string& name, std::size_t limit) const {
   if (!has(name)) return {};
   const Json& values = (*json_)[name];
   if (!values.is_array()) return bad("not an array", name);
-  for (std::size_t i = 0; i < values.size(); ++i) COPPICE_CHECK(check_below(values[i], element(place(name), i), limit));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!values[i].is_number_unsigned()) return bad("not a whole number of 0 or more", name + in_brackets(i));
+    const auto index = values[i].get<std::uint64_t>();
+    if (index >= limit) return bad("index out of range", name + in_brackets(i), of_limit(index, limit));
+  }
   return {};
 }
 
@@ -121,7 +118,7 @@ Result<void> JsonObject::for_each(const std::string& name, const std::function<R
   Json& values = (*json_)[name];
   if (!values.is_array()) return bad("not an array", name);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const JsonObject each(values[i], element(place(name), i));
+    const JsonObject each(values[i], place(name) + in_brackets(i));
     if (!values[i].is_object()) return each.bad("not an object");
     COPPICE_CHECK(check(each));
   }
@@ -140,7 +137,7 @@ Result<Json> parse_gltf_json(std::string_view text) {
   } catch (const Json::parse_error& error) {
     return Error{Status::bad_file, "not valid JSON", error.byte};
   } catch (const Json::exception& error) {
-    return bad_at("not valid JSON", error.what());
+    return Error{Status::bad_file, "not valid JSON", Error::kNoOffset, error.what()};
   }
 }
 

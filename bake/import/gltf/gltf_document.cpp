@@ -119,9 +119,8 @@ Result<std::vector<std::uint8_t>> load_buffer(const ScreenedBuffer& buffer, cons
   };
   std::vector<std::uint8_t> bytes;
   if (buffer.uri->starts_with("data:")) {
-    const auto base64 = base64_of(*buffer.uri);
-    if (!base64) return cannot_load("not base64");
-    bytes = decoded(*base64);
+    bytes = decoded(base64_of(*buffer.uri).value_or(""));
+    if (bytes.empty()) return cannot_load("not base64");
   } else {
     COPPICE_TRY(path, resolve_reference(source.folder, *buffer.uri, place, source.outside));
     auto file = read_file(path, buffer.bytes);  // it may be longer

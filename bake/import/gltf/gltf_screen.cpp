@@ -247,7 +247,6 @@ class Screen {
     parents_.assign(length("nodes"), length("nodes"));
     for (const Section& section : kSections)
       COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) { return (this->*section.check)(object); }));
-    COPPICE_CHECK(check_ancestors());
     COPPICE_CHECK(root_.check_index("scene", length("scenes")));
     return std::move(screened_);
   }
@@ -464,7 +463,7 @@ class Screen {
     return primitive.has("indices") ? check_backed(primitive.json()["indices"].get<std::size_t>()) : Result<void>();
   }
 
-  /// Every node has at most one parent.
+  /// Every node has at most one parent. The last node completes the trees.
   Result<void> check_node(const JsonObject& node) {
     const std::size_t number = node_count_++;
     COPPICE_CHECK(node.check_index("mesh", length("meshes")));
@@ -484,7 +483,7 @@ class Screen {
       if (parent != parents_.size()) return bad_node("node has two parents", child.get<std::size_t>());
       parent = number;
     }
-    return {};
+    return node_count_ < parents_.size() ? Result<void>() : check_ancestors();
   }
 
   /// Following parents ends: then a walk from any root ends too, and meets each node once.

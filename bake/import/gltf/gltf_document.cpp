@@ -17,8 +17,7 @@
 #include <tiny_gltf.h>
 
 #include "atomic_file.h"
-#include "gltf_draco.h"
-#include "gltf_meshopt.h"
+#include "gltf_compression.h"
 #include "gltf_screen.h"
 #include "text_bytes.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "gltf_draco.h"
+#include "gltf_compression.h"
 #include "gltf_json.h"
 #include "image_limits.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gltf_meshopt.h"
+#include "gltf_compression.h"
 #include "result.h"
 
 namespace coppice::bake {

@@ -248,33 +248,25 @@ void append_values(const std::vector<Value>& values, std::size_t vertex_count, s
   all.resize(all_count, missing);
 }
 
-struct PrimitiveSize {
-  std::uint64_t vertices = 0, triangles = 0;
-};
-
-PrimitiveSize size_of(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
-  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
-  const std::uint64_t vertices = count(attribute_accessor(primitive, "POSITION"));
-  const std::uint64_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
-  // A strip makes one triangle of each index but two.
-  return {vertices, primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners};
-}
-
 }  // namespace
 
 Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts) {
+  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
   std::uint64_t vertices = 0, triangles = 0;
   for (std::size_t m = 0; m < instance_counts.size(); ++m)
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
       // gltf_screen.h and mesh_instance_counts keep both factors far below 2^32.
-      const PrimitiveSize size = size_of(model, primitive);
-      vertices += instance_counts[m] * size.vertices;
-      triangles += instance_counts[m] * size.triangles;
+      const std::uint64_t own_vertices = count(attribute_accessor(primitive, "POSITION"));
+      const std::uint64_t corners = primitive.indices < 0 ? own_vertices : count(primitive.indices);
+      // A strip makes one triangle of each index but two.
+      const std::uint64_t own_triangles = primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
+      vertices += instance_counts[m] * own_vertices;
+      triangles += instance_counts[m] * own_triangles;
       if (vertices <= kMaxVertices && triangles <= kMaxTriangles) continue;
       return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset,
-                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(size.triangles) +
+                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(own_triangles) +
                        " triangles, all together " + std::to_string(triangles)};
     }
   return {};

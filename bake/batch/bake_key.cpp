@@ -8,7 +8,6 @@
 #include "atomic_file.h"
 #include "checksum.h"
 #include "coppice/format.h"
-#include "gltf_text.h"
 #include "occlusion_areas.h"
 #include "option_table.h"
 

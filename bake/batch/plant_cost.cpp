@@ -8,7 +8,6 @@
 
 #include "atomic_file.h"
 #include "gltf_references.h"
-#include "gltf_text.h"
 
 namespace coppice::bake {
 namespace {

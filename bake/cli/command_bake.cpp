@@ -7,10 +7,9 @@
 
 #include "bake_arguments.h"
 #include "commands.h"
-#include "leaf_preview.h"
+#include "dry_run.h"
 #include "limit_arguments.h"
 #include "output.h"
-#include "parts_table.h"
 #include "plant_size.h"
 #include "printable.h"
 #include "progress_bar.h"

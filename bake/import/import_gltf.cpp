@@ -177,8 +177,8 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // The images' colours and holes are evidence for leaves.
-  COPPICE_TRY(images, take_images(model, used.sources, plant.materials, ImageFolder{folder, options.outside_files}, plant.warnings));
-  plant.images = std::move(images);
+  const ImageFolder image_folder{folder, options.outside_files};
+  COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   if (std::string warning = size_warning(plant_size_m(plant), options.metres_per_unit); !warning.empty())
     plant.warnings.push_back(std::move(warning));

@@ -28,7 +28,6 @@
 #include "replay.h"
 #include "texture_regions.h"
 #include "tree_order.h"
-#include "unused_materials.h"
 #include "wood_lods.h"
 
 namespace coppice::bake {

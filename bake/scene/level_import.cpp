@@ -14,7 +14,7 @@
 
 #include "gltf_document.h"
 #include "gltf_instances.h"
-#include "gltf_leave_out.h"
+#include "gltf_nodes.h"
 #include "name_pattern.h"
 #include "node_names.h"
 

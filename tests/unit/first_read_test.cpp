@@ -16,7 +16,7 @@
 #include "plants_folder.h"
 #include "random_tree.h"
 #include "reader.h"
-#include "unused_materials.h"
+#include "texture_regions.h"
 #include "wood_lods.h"
 
 namespace coppice::bake {

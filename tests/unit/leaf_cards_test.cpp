@@ -15,7 +15,7 @@
 #include "leaf_area.h"
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
-#include "unused_materials.h"
+#include "texture_regions.h"
 
 namespace coppice::bake {
 namespace leaf_cards_test {

@@ -22,9 +22,9 @@
 #include "pack.h"
 #include "random_tree.h"
 #include "reader.h"
+#include "texture_regions.h"
 #include "tree_order.h"
 #include "unpack.h"
-#include "unused_materials.h"
 #include "visibility.h"
 
 namespace coppice::bake {

@@ -1,4 +1,4 @@
-#include "leaf_preview.h"
+#include "dry_run.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 #include "gltf_accessor.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <span>
@@ -83,17 +84,19 @@ Result<void> visit_elements(const tinygltf::Model& model, int accessor_index, st
   return {};
 }
 
+/// Reads vectors of as many components as a Vector has.
 template <class Vector>
-Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index, int type) {
+Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index) {
+  constexpr std::array<const char*, 3> kOthers{"not a VEC2", "not a VEC3", "not a VEC4"};
+  static_assert(TINYGLTF_TYPE_VEC2 == 2 && TINYGLTF_TYPE_VEC3 == 3 && TINYGLTF_TYPE_VEC4 == 4);
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
-  if (accessor.type != type)
-    return bad(type == TINYGLTF_TYPE_VEC2 ? "not a VEC2" : type == TINYGLTF_TYPE_VEC3 ? "not a VEC3" : "not a VEC4", accessor_index);
+  if (accessor.type != Vector::length()) return bad(kOthers[std::size_t{Vector::length()} - 2], accessor_index);
   if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
     return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
   const std::size_t scalar_bytes = component_bytes(accessor.componentType);
   std::vector<Vector> values(accessor.count, Vector(0.0f));
-  COPPICE_CHECK(visit_elements(
-      model, accessor_index, scalar_bytes * static_cast<std::size_t>(Vector::length()), [&](std::size_t i, const unsigned char* bytes) {
+  COPPICE_CHECK(
+      visit_elements(model, accessor_index, scalar_bytes * std::size_t{Vector::length()}, [&](std::size_t i, const unsigned char* bytes) {
         for (int c = 0; c < Vector::length(); ++c)
           values[i][c] = load_float(bytes + static_cast<std::size_t>(c) * scalar_bytes, accessor.componentType, accessor.normalized);
       }));
@@ -109,15 +112,15 @@ std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view_
 }
 
 Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec3>(model, accessor, TINYGLTF_TYPE_VEC3);
+  return read_vectors<glm::vec3>(model, accessor);
 }
 
 Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec2>(model, accessor, TINYGLTF_TYPE_VEC2);
+  return read_vectors<glm::vec2>(model, accessor);
 }
 
 Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec4>(model, accessor, TINYGLTF_TYPE_VEC4);
+  return read_vectors<glm::vec4>(model, accessor);
 }
 
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor) {

@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "result.h"
 
@@ -35,6 +37,12 @@ Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, in
 
 /// The bytes of a buffer view from `offset` on. The offset is in range.
 std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
+
+/// Whether no component is infinite or NaN.
+template <glm::length_t Length, class Number>
+bool is_finite(const glm::vec<Length, Number>& v) {
+  return !glm::any(glm::isnan(v)) && !glm::any(glm::isinf(v));
+}
 
 /// Names an accessor in messages: "accessors[3]".
 std::string accessor_place(int accessor);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 #include <cstring>
+#include <exception>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,9 +17,7 @@
 #include <tiny_gltf.h>
 
 #include "atomic_file.h"
-#include "gltf_codes.h"
-#include "gltf_draco.h"
-#include "gltf_meshopt.h"
+#include "gltf_compression.h"
 #include "gltf_screen.h"
 #include "text_bytes.h"
 
@@ -26,8 +26,7 @@ namespace {
 
 constexpr std::size_t kGlbHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
-constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
-constexpr std::uint32_t kBinChunk = 0x004e4942;
+constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
 
 Error damaged(const char* what, std::uint64_t offset = Error::kNoOffset) {
   return Error{Status::bad_file, what, offset};
@@ -83,132 +82,101 @@ Result<Parts> split(std::span<const std::uint8_t> file) {
   return parts;
 }
 
-void append_u32(std::vector<std::uint8_t>& bytes, std::size_t value) {
-  for (unsigned shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(value >> shift));
-}
-
-void append_chunk(std::vector<std::uint8_t>& glb, std::uint32_t type, std::span<const std::uint8_t> content, std::uint8_t padding) {
-  const std::size_t padded_bytes = (content.size() + 3) / 4 * 4;
-  append_u32(glb, padded_bytes);
-  append_u32(glb, type);
-  glb.insert(glb.end(), content.begin(), content.end());
-  glb.resize(glb.size() + padded_bytes - content.size(), padding);
-}
-
-/// Builds a .glb round the screened JSON, with sizes that tinygltf accepts.
-std::vector<std::uint8_t> assemble_glb(std::string_view json, std::span<const std::uint8_t> bin) {
-  std::vector<std::uint8_t> glb;
-  glb.reserve(kGlbHeaderBytes + 2 * kChunkHeaderBytes + json.size() + bin.size() + 8);
-  for (const char c : std::string_view("glTF")) glb.push_back(static_cast<std::uint8_t>(c));
-  append_u32(glb, 2);
-  append_u32(glb, 0);
-  append_chunk(glb, kJsonChunk, bytes_of(json), ' ');
-  append_chunk(glb, kBinChunk, bin, 0);
-  const auto length = static_cast<std::uint32_t>(glb.size());
-  std::memcpy(glb.data() + 8, &length, sizeof length);
-  return glb;
-}
-
-/// What the file callbacks know about the load in progress.
-struct LoadState {
-  std::vector<std::filesystem::path> buffer_files;  ///< empty paths for buffers that are in the document
-  const tinygltf::Model* model = nullptr;
-  const std::vector<std::uint64_t>* buffer_bytes = nullptr;
-
-  /// Index of the buffer that is being loaded: tinygltf loads buffers first and in order.
-  [[nodiscard]] std::size_t next_buffer() const { return model->buffers.size(); }
+/// What is loaded, and which files that may take.
+struct Source {
+  Parts parts;
+  std::filesystem::path folder;
+  OutsideFiles outside;
 };
 
-/// tinygltf looks for a file under several names. find_files knows the right one, so any name will do. Images are read when they are used.
-bool is_buffer_file(const std::string&, void* user) {
-  const auto& state = *static_cast<const LoadState*>(user);
-  return state.next_buffer() < state.buffer_files.size();
+/// The base64 text of a data URI; nothing for any other URI.
+std::optional<std::string_view> base64_of(std::string_view uri) {
+  constexpr std::string_view kMark = ";base64,";
+  constexpr std::size_t kMaxHeaderChars = 128;
+  const std::size_t mark = uri.find(kMark);
+  if (!uri.starts_with("data:") || mark > kMaxHeaderChars) return {};
+  return uri.substr(mark + kMark.size());
 }
 
-std::string keep_name(const std::string& name, void*) {
-  return name;
+/// Empty if the text is not base64.
+std::vector<std::uint8_t> decoded(std::string_view base64) {
+  std::vector<std::uint8_t> bytes;
+  // tinygltf knows few media types. The bytes say what they are.
+  std::string media_type;
+  tinygltf::DecodeDataURI(&bytes, media_type, "data:application/octet-stream;base64," + std::string(base64), 0, false);
+  return bytes;
 }
 
-/// A file may be longer than its buffer, but tinygltf insists on equality.
-bool read_buffer(std::vector<unsigned char>* bytes, std::string* error, const std::string&, void* user) {
-  const auto& state = *static_cast<const LoadState*>(user);
-  Result<std::vector<std::uint8_t>> file = read_file(state.buffer_files[state.next_buffer()], (*state.buffer_bytes)[state.next_buffer()]);
-  if (!file) {
-    *error = file.error().message();
-    return false;
+Result<std::vector<std::uint8_t>> load_buffer(const ScreenedBuffer& buffer, const std::string& place, const Source& source) {
+  if (buffer.is_fallback) return std::vector<std::uint8_t>();
+  if (!buffer.uri) {
+    const auto chunk = source.parts.bin->first(buffer.bytes);
+    return std::vector<std::uint8_t>(chunk.begin(), chunk.end());
   }
-  *bytes = *std::move(file);
-  return true;
-}
-
-// tinygltf dictates the parameters.
-// NOLINTNEXTLINE(readability-function-size)
-bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size, void*) {
-  // Bytes that are in a buffer stay there: any number of images may share a view.
-  if (image->bufferView < 0) image->image.assign(bytes, bytes + std::max(size, 0));
-  image->as_is = true;
-  return true;
-}
-
-/// Takes one line: tinygltf's messages have several and may quote a whole data URI.
-std::string first_line(const std::string& text) {
-  constexpr std::size_t kMaxChars = 160;
-  return text.substr(0, std::min(text.find('\n'), kMaxChars));
-}
-
-/// Names what could not be loaded: tinygltf stops at the first such buffer, then at the first such image.
-Error load_error(const tinygltf::Model& model, const ScreenedGltf& screened, const std::string& message) {
-  const std::size_t buffer = model.buffers.size();
-  if (buffer < screened.buffer_bytes.size())
-    return Error{Status::io, "cannot load a buffer", Error::kNoOffset,
-                 "buffers[" + std::to_string(buffer) + "].uri: " + first_line(message)};
-  const std::size_t image = model.images.size();
-  if (message.starts_with("Failed to decode 'uri' for image"))
-    return Error{Status::bad_file, "not base64", Error::kNoOffset, "images[" + std::to_string(image) + "].uri"};
-  return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset, first_line(message)};
-}
-
-/// Finds the files of the buffers, and checks those of images.
-Result<std::vector<std::filesystem::path>> find_files(const ScreenedGltf& screened, const std::filesystem::path& folder,
-                                                      OutsideFiles outside) {
-  std::vector<std::filesystem::path> buffer_files(screened.buffer_bytes.size());
-  for (const GltfReference& reference : screened.references) {
-    const std::string place = reference.place();
-    const auto file = resolve_reference(folder, reference.uri, place, outside);
-    // A missing image is an error only where it is used.
-    if (!file && (reference.is_buffer || file.error().status != Status::io)) return file.error();
-    if (reference.is_buffer) buffer_files[reference.index] = *file;
+  const auto cannot_load = [&](const std::string& why) {
+    return Error{Status::io, "cannot load a buffer", Error::kNoOffset, place + ": " + why};
+  };
+  std::vector<std::uint8_t> bytes;
+  if (buffer.uri->starts_with("data:")) {
+    bytes = decoded(base64_of(*buffer.uri).value_or(""));
+    if (bytes.empty()) return cannot_load("not base64");
+  } else {
+    COPPICE_TRY(path, resolve_reference(source.folder, *buffer.uri, place, source.outside));
+    auto file = read_file(path, buffer.bytes);  // it may be longer
+    if (!file) return cannot_load(file.error().message());
+    bytes = *std::move(file);
   }
-  return buffer_files;
+  if (bytes.size() == buffer.bytes) return bytes;
+  return cannot_load(std::to_string(bytes.size()) + " bytes instead of " + std::to_string(buffer.bytes));
 }
 
-Result<ModelPointer> parse(const Parts& parts, const ScreenedGltf& screened, const std::filesystem::path& folder, OutsideFiles outside) {
-  ModelPointer model(new tinygltf::Model);
-  COPPICE_TRY(buffer_files, find_files(screened, folder, outside));
-  LoadState state{std::move(buffer_files), model.get(), &screened.buffer_bytes};
-  tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(keep_encoded, nullptr);
-  loader.SetFsCallbacks({is_buffer_file, keep_name, read_buffer, nullptr, &state});
+/// Files of images are read when they are used, but no file outside the folder may be named.
+Result<tinygltf::Image> make_image(const ScreenedImage& screened, const std::string& place, const Source& source) {
+  tinygltf::Image image;
+  image.name = screened.name;
+  image.bufferView = screened.view;
+  if (screened.view >= 0) return image;
+  if (const auto base64 = base64_of(screened.uri)) {
+    image.image = decoded(*base64);
+    if (image.image.empty()) return Error{Status::bad_file, "not base64", Error::kNoOffset, place};
+    return image;
+  }
+  image.uri = screened.uri;
+  if (image.uri.starts_with("data:")) return image;
+  const auto file = resolve_reference(source.folder, image.uri, place, source.outside);
+  // A missing image is an error only where it is used.
+  if (!file && file.error().status != Status::io) return file.error();
+  return image;
+}
+
+Result<void> parse(const std::string& json, tinygltf::Model& model) {
+  if (json.size() > kMaxGltfBytes) return damaged("JSON over 4 GiB");
   std::string message, warning;
-  bool loaded = false;
   try {
-    if (parts.bin) {
-      const std::vector<std::uint8_t> glb = assemble_glb(screened.json, *parts.bin);
-      if (glb.size() > gltf_code::kMaxFileBytes) return damaged("GLB over 4 GiB");
-      loaded = loader.LoadBinaryFromMemory(model.get(), &message, &warning, glb.data(), static_cast<unsigned>(glb.size()), folder.string());
-    } else {
-      if (screened.json.size() > gltf_code::kMaxFileBytes) return damaged("JSON over 4 GiB");
-      loaded = loader.LoadASCIIFromString(model.get(), &message, &warning, screened.json.data(),
-                                          static_cast<unsigned>(screened.json.size()), folder.string());
-    }
+    if (tinygltf::TinyGLTF().LoadASCIIFromString(&model, &message, &warning, json.data(), static_cast<unsigned>(json.size()), ""))
+      return {};
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
     message = error.what();
   }
-  if (!loaded) return load_error(*model, screened, message);
-  for (std::size_t i = 0; i < screened.buffer_bytes.size(); ++i)
-    if (model->buffers.at(i).data.size() < screened.buffer_bytes[i]) return damaged("buffer shorter than its byteLength");
+  constexpr std::size_t kMaxChars = 160;
+  return Error{Status::bad_file, "not a glTF that tinygltf can read", Error::kNoOffset,
+               message.substr(0, std::min(message.find('\n'), kMaxChars))};
+}
+
+Result<ModelPointer> load_screened(const ScreenedGltf& screened, const Source& source) {
+  ModelPointer model(new tinygltf::Model);
+  COPPICE_CHECK(parse(screened.json, *model));
+  for (std::size_t i = 0; i < screened.buffers.size(); ++i)
+    COPPICE_CHECK(
+        move_into(model->buffers.emplace_back().data, load_buffer(screened.buffers[i], "buffers[" + std::to_string(i) + "].uri", source)));
+  for (std::size_t i = 0; i < screened.images.size(); ++i) {
+    COPPICE_TRY(image, make_image(screened.images[i], "images[" + std::to_string(i) + "].uri", source));
+    model->images.push_back(std::move(image));
+  }
+  COPPICE_CHECK(decode_meshopt_views(*model, screened.meshopt_views));
+  COPPICE_CHECK(decode_draco_primitives(*model));
   return model;
 }
 
@@ -249,15 +217,12 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
   COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
-  COPPICE_TRY(model, parse(parts, screened, folder.empty() ? "." : folder, outside));
-  COPPICE_CHECK(decode_meshopt_views(*model, screened.meshopt_views));
-  COPPICE_CHECK(decode_draco_primitives(*model));
-  return model;
+  return load_screened(screened, {parts, folder.empty() ? "." : folder, outside});
 }
 
 Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
   std::error_code error;
-  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > gltf_code::kMaxFileBytes)
+  if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxGltfBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
   if (const std::string how = conversion_advice(path); !how.empty())

@@ -1,7 +1,6 @@
 #include "gltf_instances.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -48,11 +47,8 @@ std::vector<int> root_nodes(const tinygltf::Model& model) {
   return roots;
 }
 
-bool is_finite(const glm::dmat4& transform) {
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 4; ++row)
-      if (!std::isfinite(transform[column][row])) return false;
-  return true;
+bool is_usable(const glm::dmat4& transform) {
+  return is_finite(transform[0]) && is_finite(transform[1]) && is_finite(transform[2]) && is_finite(transform[3]);
 }
 
 std::string instancing_place(int node) {
@@ -71,14 +67,10 @@ std::size_t instance_count(const tinygltf::Model& model, const tinygltf::Node& n
 /// Reads EXT_mesh_gpu_instancing of a node: one transform an instance.
 Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, const tinygltf::Value& extension, std::size_t count) {
   const tinygltf::Value& attributes = extension.Get("attributes");
-  const auto accessor = [&](const std::string& name) { return attributes.Has(name) ? attributes.Get(name).GetNumberAsInt() : -1; };
   std::vector<glm::vec3> translations(count, glm::vec3(0.0f)), scales(count, glm::vec3(1.0f));
   std::vector<glm::vec4> rotations(count, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
-  const auto read = [&](const std::string& name, const auto& read_values, auto& values) -> Result<void> {
-    if (accessor(name) < 0) return {};
-    COPPICE_TRY(found, read_values(model, accessor(name)));
-    values = std::move(found);
-    return {};
+  const auto read = [&](const std::string& name, const auto& read_values, auto& values) {
+    return attributes.Has(name) ? move_into(values, read_values(model, attributes.Get(name).GetNumberAsInt())) : Result<void>();
   };
   COPPICE_CHECK(read("TRANSLATION", read_vec3, translations));
   COPPICE_CHECK(read("ROTATION", read_vec4, rotations));
@@ -108,7 +100,7 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
   }
   for (std::size_t i = 0; i < transforms.size(); ++i) {
     const glm::dmat4 scene_from_mesh = scene_from_node * transforms[i];
-    if (!is_finite(scene_from_mesh))
+    if (!is_usable(scene_from_mesh))
       return Error{Status::bad_file, "instance transform is not finite", Error::kNoOffset,
                    instancing_place(node_index) + " instance " + std::to_string(i)};
     instances.push_back({static_cast<std::uint32_t>(node_index), static_cast<std::uint32_t>(node.mesh), scene_from_mesh});
@@ -135,15 +127,12 @@ std::vector<SceneNode> scene_nodes(const tinygltf::Model& model) {
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
   std::vector<std::uint64_t> counts(model.meshes.size(), 0);
   std::uint64_t total = 0;
-  for (std::vector<int> stack = root_nodes(model); !stack.empty();) {
-    const int index = stack.back();
-    stack.pop_back();
-    const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(index));
-    stack.insert(stack.end(), node.children.begin(), node.children.end());
+  for (const SceneNode& each : scene_nodes(model)) {
+    const tinygltf::Node& node = model.nodes.at(each.node);
     if (node.mesh < 0) continue;
     const std::uint64_t count = instance_count(model, node);
     if (count > kMaxInstances - total)
-      return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(index) + "]"};
+      return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
     total += count;
     counts.at(static_cast<std::size_t>(node.mesh)) += count;
   }
@@ -159,7 +148,7 @@ Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, c
   for (const SceneNode& each : nodes) {
     const glm::dmat4& scene_from_parent = each.parent < scene_from_node.size() ? scene_from_node[each.parent] : scene_from_file;
     scene_from_node.push_back(scene_from_parent * local_transform(model.nodes.at(each.node)));
-    if (!is_finite(scene_from_node.back()))
+    if (!is_usable(scene_from_node.back()))
       return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
     COPPICE_CHECK(append_node(model, static_cast<int>(each.node), scene_from_node.back(), instances));
   }

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
-namespace coppice::bake::gltf_json {
+namespace coppice::bake {
 namespace {
 
-// No glTF needs deeper nesting; tinygltf reads `extras` by recursion.
+using Json = nlohmann::json;
+
+// No glTF needs deeper nesting.
 constexpr std::size_t kMaxDepth = 64;
 
 Result<void> check_depth(std::string_view text) {
@@ -31,114 +31,114 @@ Result<void> check_depth(std::string_view text) {
   return {};
 }
 
+std::string in_brackets(std::size_t index) {
+  return "[" + std::to_string(index) + "]";
+}
+
+std::string of_limit(std::uint64_t index, std::size_t limit) {
+  return " is " + std::to_string(index) + " of " + std::to_string(limit);
+}
+
 }  // namespace
 
-Error bad(const char* what, std::string place) {
-  return Error{Status::bad_file, what, Error::kNoOffset, std::move(place)};
+std::string JsonObject::place(const std::string& name) const {
+  return place_.empty() || name.empty() ? place_ + name : place_ + "." + name;
 }
 
-std::string element(const std::string& place, std::size_t index) {
-  return place + "[" + std::to_string(index) + "]";
+Error JsonObject::bad(const char* what, const std::string& name, const std::string& more) const {
+  return Error{Status::bad_file, what, Error::kNoOffset, place(name) + more};
 }
 
-std::string member(const std::string& place, const char* name) {
-  return place.empty() ? name : place + "." + name;
+Result<std::uint64_t> JsonObject::integer(const std::string& name) const {
+  if (!has(name)) return bad("missing member", name);
+  const Json& value = (*json_)[name];
+  if (!value.is_number_unsigned()) return bad("not a whole number of 0 or more", name);
+  return value.get<std::uint64_t>();
 }
 
-std::string extension_place(const std::string& place, const char* name) {
-  return member(member(place, "extensions"), name);
+Result<std::uint64_t> JsonObject::integer(const std::string& name, std::uint64_t fallback) const {
+  return has(name) ? integer(name) : fallback;
 }
 
-Result<std::uint64_t> read_integer(const Json& object, const char* name, const std::string& place, std::uint64_t fallback) {
-  const auto found = object.find(name);
-  if (found == object.end()) return fallback;
-  if (!found->is_number_unsigned()) return bad("not a whole number of 0 or more", member(place, name));
-  const auto value = found->get<std::uint64_t>();
-  return value;
+Result<std::string> JsonObject::text(const std::string& name) const {
+  if (!has(name)) return std::string();
+  if (!(*json_)[name].is_string()) return bad("not a string", name);
+  return (*json_)[name].get<std::string>();
 }
 
-Result<std::uint64_t> require_integer(const Json& object, const char* name, const std::string& place) {
-  if (!object.contains(name)) return bad("missing member", member(place, name));
-  return read_integer(object, name, place, 0);
-}
-
-Result<std::string> read_text(const Json& object, const char* name, const std::string& place) {
-  const auto found = object.find(name);
-  if (found == object.end()) return std::string();
-  if (!found->is_string()) return bad("not a string", member(place, name));
-  return found->get<std::string>();
-}
-
-Result<void> check_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  if (!object.contains(name)) return {};
-  COPPICE_TRY(index, read_integer(object, name, place, 0));
-  if (index < limit) return {};
-  return bad("index out of range", member(place, name) + " is " + std::to_string(index) + " of " + std::to_string(limit));
-}
-
-Result<std::uint64_t> require_index(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  COPPICE_TRY(index, require_integer(object, name, place));
-  COPPICE_CHECK(check_index(object, name, place, limit));
+Result<std::uint64_t> JsonObject::index(const std::string& name, std::size_t limit) const {
+  COPPICE_TRY(index, integer(name));
+  COPPICE_CHECK(check_index(name, limit));
   return index;
 }
 
-Result<void> check_indices(const Json& object, const char* name, const std::string& place, std::size_t limit) {
-  const auto found = object.find(name);
-  if (found == object.end()) return {};
-  if (!found->is_array()) return bad("not an array", member(place, name));
-  for (std::size_t i = 0; i < found->size(); ++i) {
-    const Json& value = (*found)[i];
-    const std::string where = element(member(place, name), i);
-    if (!value.is_number_unsigned()) return bad("not a whole number of 0 or more", where);
-    if (value.get<std::uint64_t>() >= limit)
-      return bad("index out of range", where + " is " + std::to_string(value.get<std::uint64_t>()) + " of " + std::to_string(limit));
+Result<void> JsonObject::check_index(const std::string& name, std::size_t limit) const {
+  COPPICE_TRY(index, integer(name, 0));
+  if (index < limit || !has(name)) return {};
+  return bad("index out of range", name, of_limit(index, limit));
+}
+
+Result<void> JsonObject::check_indices(const std::string& name, std::size_t limit) const {
+  if (!has(name)) return {};
+  const Json& values = (*json_)[name];
+  if (!values.is_array()) return bad("not an array", name);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!values[i].is_number_unsigned()) return bad("not a whole number of 0 or more", name + in_brackets(i));
+    const auto index = values[i].get<std::uint64_t>();
+    if (index >= limit) return bad("index out of range", name + in_brackets(i), of_limit(index, limit));
   }
   return {};
 }
 
-Result<void> check_numbers(const Json& object, const char* name, const std::string& place, std::size_t length) {
-  const auto found = object.find(name);
-  if (found == object.end()) return {};
+Result<void> JsonObject::check_number(const std::string& name) const {
+  return !has(name) || (*json_)[name].is_number() ? Result<void>() : bad("not a number", name);
+}
+
+Result<void> JsonObject::check_numbers(const std::string& name, std::size_t length) const {
+  if (!has(name)) return {};
+  const Json& values = (*json_)[name];
   const auto is_finite_number = [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
-  if (found->is_array() && found->size() == length && std::all_of(found->begin(), found->end(), is_finite_number)) return {};
-  return bad("wrong number or kind of components", member(place, name));
+  if (values.is_array() && values.size() == length && std::ranges::all_of(values, is_finite_number)) return {};
+  return bad("wrong number or kind of components", name);
 }
 
-Result<const Json*> find_object(const Json& parent, const char* name, const std::string& place) {
-  const auto found = parent.find(name);
-  if (found == parent.end()) return nullptr;
-  if (!found->is_object()) return bad("not an object", member(place, name));
-  return &*found;
+Result<std::optional<JsonObject>> JsonObject::object(const std::string& name) const {
+  if (!has(name)) return std::optional<JsonObject>();
+  if (!(*json_)[name].is_object()) return bad("not an object", name);
+  return std::optional(JsonObject((*json_)[name], place(name)));
 }
 
-Result<const Json*> find_extension(const Json& parent, const char* name, const std::string& place) {
-  COPPICE_TRY(extensions, find_object(parent, "extensions", place));
-  if (extensions == nullptr) return nullptr;
-  return find_object(*extensions, name, member(place, "extensions"));
+Result<std::optional<JsonObject>> JsonObject::extension(const std::string& name) const {
+  COPPICE_TRY(extensions, object("extensions"));
+  return extensions ? extensions->object(name) : std::optional<JsonObject>();
 }
 
-Result<void> for_each_object(const Json& parent, const char* name, const std::string& place,
-                             const std::function<Result<void>(const Json&, const std::string&)>& check) {
-  const auto found = parent.find(name);
-  if (found == parent.end()) return {};
-  if (!found->is_array()) return bad("not an array", member(place, name));
-  for (std::size_t i = 0; i < found->size(); ++i) {
-    const std::string where = element(member(place, name), i);
-    if (!(*found)[i].is_object()) return bad("not an object", where);
-    COPPICE_CHECK(check((*found)[i], where));
+Result<void> JsonObject::for_each(const std::string& name, const std::function<Result<void>(const JsonObject&)>& check) const {
+  if (!has(name)) return {};
+  Json& values = (*json_)[name];
+  if (!values.is_array()) return bad("not an array", name);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const JsonObject each(values[i], place(name) + in_brackets(i));
+    if (!values[i].is_object()) return each.bad("not an object");
+    COPPICE_CHECK(check(each));
   }
   return {};
 }
 
-Result<Json> parse(std::string_view text) {
+Result<void> JsonObject::for_each_name(const std::function<Result<void>(const std::string&)>& check) const {
+  for (const auto& member : json_->items()) COPPICE_CHECK(check(member.key()));
+  return {};
+}
+
+Result<Json> parse_gltf_json(std::string_view text) {
   COPPICE_CHECK(check_depth(text));
   try {
     return Json::parse(text.begin(), text.end());
   } catch (const Json::parse_error& error) {
     return Error{Status::bad_file, "not valid JSON", error.byte};
   } catch (const Json::exception& error) {
-    return bad("not valid JSON", error.what());
+    return Error{Status::bad_file, "not valid JSON", Error::kNoOffset, error.what()};
   }
 }
 
-}  // namespace coppice::bake::gltf_json
+}  // namespace coppice::bake

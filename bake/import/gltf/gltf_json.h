@@ -1,52 +1,60 @@
 #pragma once
 
-// Checked access to members of JSON objects, for the screens of a glTF document. `place` says where the object is, as in "accessors[3]"; an
-// error's `detail` begins with the place that is wrong. All errors are bad_file.
+// Checked access to the JSON of a glTF document. All errors are bad_file, and their `detail` begins with the place that is wrong.
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include "result.h"
 
-namespace coppice::bake::gltf_json {
+namespace coppice::bake {
 
-using Json = nlohmann::json;
+/// An object of a document that outlives it. Members may be absent unless a function says otherwise.
+class JsonObject {
+ public:
+  /// place  says where the object is, as in "accessors[3]"; empty for the document
+  JsonObject(nlohmann::json& json, std::string place) : json_(&json), place_(std::move(place)) {}
 
-Error bad(const char* what, std::string place);
-/// Returns "place[index]".
-std::string element(const std::string& place, std::size_t index);
-/// Returns "place.name".
-std::string member(const std::string& place, const char* name);
+  [[nodiscard]] nlohmann::json& json() const { return *json_; }
+  [[nodiscard]] bool has(const std::string& name) const { return json_->contains(name); }
+  /// Returns "place.name"; "place" without a name.
+  [[nodiscard]] std::string place(const std::string& name = {}) const;
+  /// An error whose detail is "place.name" and `more`.
+  [[nodiscard]] Error bad(const char* what, const std::string& name = {}, const std::string& more = {}) const;
 
-/// Reads a whole number of 0 or more; `fallback` if it is absent.
-Result<std::uint64_t> read_integer(const Json& object, const char* name, const std::string& place, std::uint64_t fallback);
-Result<std::uint64_t> require_integer(const Json& object, const char* name, const std::string& place);
-/// Reads a string; empty if it is absent.
-Result<std::string> read_text(const Json& object, const char* name, const std::string& place);
-/// Checks that an index, if present, is below `limit`.
-Result<void> check_index(const Json& object, const char* name, const std::string& place, std::size_t limit);
-Result<std::uint64_t> require_index(const Json& object, const char* name, const std::string& place, std::size_t limit);
-/// Checks that every number of an array, if present, is below `limit`.
-Result<void> check_indices(const Json& object, const char* name, const std::string& place, std::size_t limit);
-/// Checks that an array, if present, holds exactly `length` finite numbers.
-Result<void> check_numbers(const Json& object, const char* name, const std::string& place, std::size_t length);
-/// Finds the object of that name; null if it is absent.
-Result<const Json*> find_object(const Json& parent, const char* name, const std::string& place);
-/// Finds the object extensions.name; null if it is absent.
-Result<const Json*> find_extension(const Json& parent, const char* name, const std::string& place);
-/// Calls check(object, place) for every element of the array `name`; an absent array is empty.
-Result<void> for_each_object(const Json& parent, const char* name, const std::string& place,
-                             const std::function<Result<void>(const Json&, const std::string&)>& check);
+  /// Reads a whole number of 0 or more, which must be there or has a fallback.
+  [[nodiscard]] Result<std::uint64_t> integer(const std::string& name) const;
+  [[nodiscard]] Result<std::uint64_t> integer(const std::string& name, std::uint64_t fallback) const;
+  /// Reads a string; empty if it is absent.
+  [[nodiscard]] Result<std::string> text(const std::string& name) const;
+  /// Reads a number below `limit`, which must be there.
+  [[nodiscard]] Result<std::uint64_t> index(const std::string& name, std::size_t limit) const;
+  [[nodiscard]] Result<void> check_index(const std::string& name, std::size_t limit) const;
+  /// Checks that every number of an array is below `limit`.
+  [[nodiscard]] Result<void> check_indices(const std::string& name, std::size_t limit) const;
+  [[nodiscard]] Result<void> check_number(const std::string& name) const;
+  /// Checks that an array holds exactly `length` finite numbers.
+  [[nodiscard]] Result<void> check_numbers(const std::string& name, std::size_t length) const;
+  [[nodiscard]] Result<std::optional<JsonObject>> object(const std::string& name) const;
+  /// Finds the object extensions.name.
+  [[nodiscard]] Result<std::optional<JsonObject>> extension(const std::string& name) const;
+  /// Calls check(object) for every element of an array.
+  [[nodiscard]] Result<void> for_each(const std::string& name, const std::function<Result<void>(const JsonObject&)>& check) const;
+  /// Calls check(name) for every member of this object.
+  [[nodiscard]] Result<void> for_each_name(const std::function<Result<void>(const std::string&)>& check) const;
 
-/// Returns "place.extensions.name".
-std::string extension_place(const std::string& place, const char* name);
+ private:
+  nlohmann::json* json_;
+  std::string place_;
+};
 
-/// Parses a document that nests no deeper than 64 levels (tinygltf reads some of it by recursion).
-Result<Json> parse(std::string_view text);
+/// Parses a document that nests no deeper than 64 levels (nlohmann writes JSON, and tinygltf reads some of it, by recursion).
+Result<nlohmann::json> parse_gltf_json(std::string_view text);
 
-}  // namespace coppice::bake::gltf_json
+}  // namespace coppice::bake

@@ -115,8 +115,7 @@ Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint3
   if (source.bufferView >= 0) {
     bytes = view_bytes(model, source.bufferView, 0);
   } else if (!source.uri.empty() && !source.uri.starts_with("data:")) {
-    COPPICE_TRY(read, read_image_file(source.uri, place + ".uri", folder));
-    file = std::move(read);
+    COPPICE_CHECK(move_into(file, read_image_file(source.uri, place + ".uri", folder)));
     bytes = file;
   }
   Result<Image> image = decode_image(bytes, use.kind == ImageUse::normals ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px,

@@ -1,22 +1,19 @@
 #include "gltf_references.h"
 
-#include <optional>
+#include <algorithm>
+#include <charconv>
+#include <cstring>
 #include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "atomic_file.h"
 #include "printable.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
-
-std::optional<unsigned> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  const char lower = static_cast<char>(c | 0x20);
-  if (lower >= 'a' && lower <= 'f') return static_cast<unsigned>(lower - 'a' + 10);
-  return {};
-}
 
 /// Turns "file:///a/b" into "/a/b"; other text stays.
 std::string_view without_file_scheme(std::string_view name) {
@@ -27,15 +24,30 @@ std::string_view without_file_scheme(std::string_view name) {
   return name;
 }
 
+constexpr std::size_t kJsonStart = 20;  // the header of a .glb and that of its first chunk come before
+
+bool is_binary(std::span<const std::uint8_t> gltf) {
+  return as_text(gltf).starts_with("glTF");
+}
+
+std::uint32_t json_bytes(std::span<const std::uint8_t> glb) {
+  constexpr std::size_t kLength = 12;
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, glb.data() + kLength, sizeof bytes);
+  return bytes;
+}
+
 }  // namespace
 
 std::string percent_decoded(std::string_view uri) {
   std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : std::nullopt;
-    const auto low = high ? hex_digit(uri[i + 2]) : std::nullopt;
-    text += low ? static_cast<char>(*high * 16 + *low) : uri[i];
-    if (low) i += 2;
+  while (!uri.empty()) {
+    const std::string_view digits = uri.substr(1, 2);
+    unsigned char value = 0;
+    const bool is_coded =
+        uri[0] == '%' && digits.size() == 2 && std::from_chars(digits.data(), digits.data() + 2, value, 16).ptr == digits.data() + 2;
+    text += is_coded ? static_cast<char>(value) : uri[0];
+    uri.remove_prefix(is_coded ? 3 : 1);
   }
   return text;
 }
@@ -80,6 +92,19 @@ Result<std::filesystem::path> resolve_reference(const std::filesystem::path& fol
   if (!std::filesystem::is_regular_file(*file, unreadable))
     return Error{Status::io, "cannot open file", Error::kNoOffset, shown + ": not a plain file"};
   return file;
+}
+
+std::string_view gltf_text(std::span<const std::uint8_t> gltf) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  std::string_view text = as_text(gltf);
+  if (!is_binary(gltf)) return text.substr(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  return text.size() < kJsonStart ? std::string_view() : text.substr(kJsonStart, json_bytes(gltf));
+}
+
+Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t max_bytes) {
+  COPPICE_TRY(head, read_file(file, kJsonStart));
+  if (!is_binary(head) || head.size() < kJsonStart) return read_file(file, max_bytes);
+  return read_file(file, std::min<std::uint64_t>(max_bytes, kJsonStart + std::uint64_t{json_bytes(head)}));
 }
 
 }  // namespace coppice::bake

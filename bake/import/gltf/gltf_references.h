@@ -1,11 +1,12 @@
 #pragma once
 
 // The files that a glTF names: its buffers and images. Whoever made the glTF chose the names, so they reach files outside its folder only
-// if that is allowed.
+// if that is allowed. Also reads its JSON unchecked, for those who only look which files these are; a bake checks it (gltf_document.h).
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,5 +44,12 @@ std::vector<GltfReference> find_references(const nlohmann::json& document);
 ///         io: no such file, not a plain one, or the system's reason
 Result<std::filesystem::path> resolve_reference(const std::filesystem::path& folder, std::string_view uri, const std::string& place,
                                                 OutsideFiles outside);
+
+/// Finds the JSON in the bytes of a .gltf, without a byte order mark, or of a .glb; empty if there is none.
+std::string_view gltf_text(std::span<const std::uint8_t> gltf);
+
+/// Reads as many of a file's bytes as gltf_text needs: of a .glb those up to its JSON's end, at most `max_bytes`.
+/// errors  as read_file
+Result<std::vector<std::uint8_t>> read_gltf_text(const std::filesystem::path& file, std::uint64_t max_bytes);
 
 }  // namespace coppice::bake

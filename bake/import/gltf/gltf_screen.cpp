@@ -1,56 +1,33 @@
 #include "gltf_screen.h"
 
 #include <algorithm>
-#include <array>
+#include <limits>
+#include <span>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
-#include "gltf_codes.h"
-#include "gltf_draco.h"
+#include "gltf_compression.h"
 #include "gltf_json.h"
-#include "gltf_screen_extensions.h"
+#include "image_limits.h"
 
 namespace coppice::bake {
 namespace {
 
-using namespace gltf_json;
+using Json = nlohmann::json;
 
 // Limits accessors without a buffer view: they are all zeros, so no bytes of the file vouch for their length. Sparse accessors use them.
 constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
-// tinygltf keeps indices and sparse offsets in an int.
+// tinygltf keeps whole numbers and sparse offsets in an int; Draco's ids are 32 bits.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
-
-/// An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
-struct ArrayLimit {
-  const char* name;
-  std::size_t max_count;
-};
+// An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
 constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
-constexpr std::array<ArrayLimit, 9> kArrayLimits{{{"nodes", kMaxElements},
-                                                  {"meshes", kMaxElements},
-                                                  {"accessors", kMaxElements},
-                                                  {"bufferViews", kMaxElements},
-                                                  {"buffers", kMaxLargeElements},
-                                                  {"images", kMaxLargeElements},
-                                                  {"textures", kMaxLargeElements},
-                                                  {"materials", kMaxLargeElements},
-                                                  {"scenes", kMaxLargeElements}}};
+
+// The numbers of glTF 2.0: `componentType` of accessors, `mode` of primitives.
+enum ComponentType : std::uint64_t { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kInt, kUnsignedInt, kFloat };
+enum PrimitiveMode : std::uint64_t { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
 std::size_t component_bytes(std::uint64_t component_type) {
-  switch (component_type) {
-    case gltf_code::kByte:
-    case gltf_code::kUnsignedByte:
-      return 1;
-    case gltf_code::kShort:
-    case gltf_code::kUnsignedShort:
-      return 2;
-    case gltf_code::kUnsignedInt:
-    case gltf_code::kFloat:
-      return 4;
-    default:
-      return 0;
-  }
+  constexpr std::array<std::size_t, 7> kBytes{1, 1, 2, 2, 0, 4, 4};  // glTF has no kInt
+  return component_type >= kByte && component_type <= kFloat ? kBytes[component_type - kByte] : 0;
 }
 
 std::size_t component_count(const std::string& type) {
@@ -61,11 +38,195 @@ std::size_t component_count(const std::string& type) {
   return 0;
 }
 
-/// Whether `count` elements, `stride` bytes apart from `offset` on, fit into a view of `view_bytes`.
+/// Whether `count` elements, at least one, `stride` bytes apart from `offset` on, fit into a view of `view_bytes`.
 bool fits(std::uint64_t count, std::uint64_t element_bytes, std::uint64_t stride, std::uint64_t offset, std::uint64_t view_bytes) {
-  if (count == 0) return offset <= view_bytes;
   if (offset > view_bytes || view_bytes - offset < element_bytes) return false;
   return count - 1 <= (view_bytes - offset - element_bytes) / stride;
+}
+
+// The checks of extensions. Every extension may be absent.
+
+using Mode = MeshoptView::Mode;
+using Filter = MeshoptView::Filter;
+
+template <class Value, std::size_t N>
+Result<Value> read_choice(const JsonObject& object, const char* name, const std::array<std::pair<const char*, Value>, N>& choices) {
+  COPPICE_TRY(text, object.text(name));
+  for (const auto& [choice, value] : choices)
+    if (text == choice) return value;
+  return object.bad("unknown value", name, " is '" + text.substr(0, 32) + "'");
+}
+
+Result<Mode> read_mode(const JsonObject& extension) {
+  constexpr std::array<std::pair<const char*, Mode>, 3> kModes{
+      {{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}};
+  return extension.has("mode") ? read_choice(extension, "mode", kModes) : extension.bad("missing member", "mode");
+}
+
+Result<Filter> read_filter(const JsonObject& extension) {
+  constexpr std::array<std::pair<const char*, Filter>, 5> kFilters{{{"", Filter::none},
+                                                                    {"NONE", Filter::none},
+                                                                    {"OCTAHEDRAL", Filter::octahedral},
+                                                                    {"QUATERNION", Filter::quaternion},
+                                                                    {"EXPONENTIAL", Filter::exponential}}};
+  COPPICE_TRY(text, extension.text("filter"));
+  if (text == "COLOR")
+    return Error{Status::unsupported, "meshopt filter not supported", Error::kNoOffset, extension.place("filter") + " is COLOR"};
+  return read_choice(extension, "filter", kFilters);
+}
+
+/// Checks the extension's rules for the element size.
+Result<void> check_meshopt_stride(const MeshoptView& view, const JsonObject& extension) {
+  const std::size_t stride = view.stride_bytes;
+  const bool fits_mode = view.mode == Mode::attributes ? stride % 4 == 0 && stride >= 4 && stride <= 256 : stride == 2 || stride == 4;
+  const std::string more = " is " + std::to_string(stride);
+  if (!fits_mode) return extension.bad("stride does not fit the mode", "byteStride", more);
+  if (view.mode != Mode::attributes && view.filter != Filter::none) return extension.bad("indices have no filter", "filter");
+  if ((view.filter == Filter::octahedral && stride != 4 && stride != 8) || (view.filter == Filter::quaternion && stride != 8))
+    return extension.bad("stride does not fit the filter", "byteStride", more);
+  return {};
+}
+
+/// Checks where the coded bytes are, and that they can code so much.
+Result<void> check_meshopt_bytes(const MeshoptView& view, const JsonObject& extension, std::span<const ScreenedBuffer> buffers) {
+  COPPICE_TRY(buffer, extension.index("buffer", buffers.size()));
+  if (buffers[buffer].is_fallback) return extension.bad("compressed data in a fallback buffer", "buffer");
+  COPPICE_TRY(offset, extension.integer("byteOffset", 0));
+  COPPICE_TRY(bytes, extension.integer("byteLength"));
+  if (bytes == 0 || offset > buffers[buffer].bytes || bytes > buffers[buffer].bytes - offset)
+    return extension.bad(
+        "compressed view runs past the end of its buffer", "",
+        ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffers[buffer].bytes) + " bytes");
+  if (meshopt_is_plausible(view.mode, view.count, view.stride_bytes, bytes)) return {};
+  return extension.bad("more elements than so many bytes can code", "count",
+                       " is " + std::to_string(view.count) + " in " + std::to_string(bytes) + " bytes");
+}
+
+Result<MeshoptView> read_meshopt(const JsonObject& extension, std::span<const ScreenedBuffer> buffers) {
+  MeshoptView view;
+  COPPICE_CHECK(move_into(view.mode, read_mode(extension)));
+  COPPICE_CHECK(move_into(view.filter, read_filter(extension)));
+  COPPICE_CHECK(move_into(view.count, extension.integer("count")));
+  COPPICE_CHECK(move_into(view.stride_bytes, extension.integer("byteStride")));
+  COPPICE_CHECK(check_meshopt_stride(view, extension));
+  if (view.count == 0 || (view.mode == Mode::triangles && view.count % 3 != 0))
+    return extension.bad("count is no number of triangles or elements", "count", " is " + std::to_string(view.count));
+  COPPICE_CHECK(check_meshopt_bytes(view, extension, buffers));
+  return view;
+}
+
+/// Checks KHR_draco_mesh_compression of a primitive whose attributes have been checked.
+Result<void> check_draco(const JsonObject& primitive, std::size_t view_count) {
+  COPPICE_TRY(extension, primitive.extension(kDracoExtension));
+  if (!extension) return {};
+  COPPICE_TRY(mode, primitive.integer("mode", kTriangles));
+  if (mode != kTriangles && mode != kTriangleStrip) return primitive.bad("compressed primitive of neither triangles nor strips", "mode");
+  COPPICE_CHECK(extension->index("bufferView", view_count));
+  COPPICE_TRY(attributes, extension->object("attributes"));
+  if (!attributes || !attributes->has("POSITION")) return extension->bad("missing member", "attributes.POSITION");
+  return attributes->for_each_name([&](const std::string& name) -> Result<void> {
+    COPPICE_TRY(id, attributes->integer(name));
+    if (id > kMaxInt) return attributes->bad("Draco attribute id out of range", name.substr(0, 64));
+    if (primitive.json()["attributes"].contains(name)) return {};
+    return attributes->bad("compressed attribute that the primitive does not have", name.substr(0, 64));
+  });
+}
+
+/// Whether KHR_draco_mesh_compression codes that attribute of a checked primitive.
+bool is_draco_attribute(const JsonObject& primitive, const std::string& name) {
+  const auto extension = primitive.extension(kDracoExtension);
+  return extension && *extension && (**extension).json()["attributes"].contains(name);
+}
+
+/// Takes EXT_meshopt_compression or KHR_meshopt_compression of buffer view number `index`, which then is a view of its coded bytes; nothing
+/// if it has neither.
+/// errors  unsupported: a filter of KHR_meshopt_compression that is not in EXT_meshopt_compression
+Result<std::optional<MeshoptView>> take_meshopt(const JsonObject& view, std::size_t index, std::span<const ScreenedBuffer> buffers) {
+  for (const char* name : kMeshoptExtensions) {
+    COPPICE_TRY(extension, view.extension(name));
+    if (!extension) continue;
+    COPPICE_TRY(result, read_meshopt(*extension, buffers));
+    result.view = index;
+    result.extension = name;
+    COPPICE_TRY(view_stride, view.integer("byteStride", result.stride_bytes));
+    if (view_stride != result.stride_bytes) return view.bad("stride differs from that of the extension", "byteStride");
+    COPPICE_TRY(view_bytes, view.integer("byteLength"));
+    if (result.count > std::numeric_limits<std::uint64_t>::max() / result.stride_bytes || view_bytes != result.count * result.stride_bytes)
+      return view.bad(
+          "length is not count times stride of the extension", "byteLength",
+          " is " + std::to_string(view_bytes) + ", " + std::to_string(result.count) + " times " + std::to_string(result.stride_bytes));
+    const Json& coded = extension->json();
+    view.json().update(
+        {{"buffer", coded["buffer"]}, {"byteOffset", coded.value("byteOffset", std::uint64_t{0})}, {"byteLength", coded["byteLength"]}});
+    return std::optional(result);
+  }
+  return std::optional<MeshoptView>();
+}
+
+/// Checks KHR_texture_transform of a textureInfo.
+Result<void> check_texture_transform(const JsonObject& texture_info) {
+  COPPICE_TRY(transform, texture_info.extension("KHR_texture_transform"));
+  if (!transform) return {};
+  COPPICE_CHECK(transform->check_numbers("offset", 2));
+  COPPICE_CHECK(transform->check_numbers("scale", 2));
+  COPPICE_CHECK(transform->check_number("rotation"));
+  COPPICE_TRY(set, transform->integer("texCoord", 0));
+  return set <= kMaxInt ? Result<void>() : transform->bad("index out of range", "texCoord");
+}
+
+/// Checks EXT_texture_webp of a texture.
+Result<void> check_webp(const JsonObject& texture, std::size_t image_count) {
+  COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
+  return webp ? webp->check_index("source", image_count) : Result<void>();
+}
+
+/// Checks that a texture with KHR_texture_basisu, which is not read, names an image that is read.
+/// errors  unsupported: it names none; the error says how to convert the file
+Result<void> check_basisu_fallback(const JsonObject& texture) {
+  COPPICE_TRY(basisu, texture.extension("KHR_texture_basisu"));
+  COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
+  if (!basisu || webp || texture.has("source")) return {};
+  return Error{Status::unsupported, kKtxImage, Error::kNoOffset, basisu->place()};
+}
+
+/// Checks KHR_materials_pbrSpecularGlossiness of a material and writes its values as pbrMetallicRoughness: diffuse becomes the base colour,
+/// roughness is 1 - glossiness.
+Result<void> take_specular_glossiness(const JsonObject& material, std::size_t texture_count) {
+  COPPICE_TRY(extension, material.extension("KHR_materials_pbrSpecularGlossiness"));
+  if (!extension) return {};
+  COPPICE_CHECK(extension->check_numbers("diffuseFactor", 4));
+  COPPICE_CHECK(extension->check_number("glossinessFactor"));
+  COPPICE_TRY(texture, extension->object("diffuseTexture"));
+  if (texture) {
+    COPPICE_CHECK(texture->check_index("index", texture_count));
+    COPPICE_CHECK(check_texture_transform(*texture));
+  }
+  Json pbr = {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0 - extension->json().value("glossinessFactor", 1.0)}};
+  if (extension->has("diffuseFactor")) pbr["baseColorFactor"] = extension->json()["diffuseFactor"];
+  if (texture) pbr["baseColorTexture"] = texture->json();
+  material.json()["pbrMetallicRoughness"] = std::move(pbr);
+  return {};
+}
+
+/// Checks EXT_mesh_gpu_instancing of a node. counts  elements of each accessor
+Result<void> check_instancing(const JsonObject& node, std::span<const std::uint64_t> counts) {
+  COPPICE_TRY(extension, node.extension("EXT_mesh_gpu_instancing"));
+  if (!extension) return {};
+  COPPICE_TRY(attributes, extension->object("attributes"));
+  if (!attributes || attributes->json().empty()) return extension->bad("missing member", "attributes");
+  std::string first_name;
+  std::uint64_t first_count = 0;
+  return attributes->for_each_name([&](const std::string& name) -> Result<void> {
+    COPPICE_TRY(accessor, attributes->index(name, counts.size()));
+    if (first_count == 0) {
+      first_name = name.substr(0, 64);
+      first_count = counts[accessor];
+    }
+    if (counts[accessor] == first_count) return {};
+    return attributes->bad(
+        "instance attributes of unequal length", "",
+        ": " + name.substr(0, 64) + " has " + std::to_string(counts[accessor]) + ", " + first_name + " " + std::to_string(first_count));
+  });
 }
 
 struct View {
@@ -73,57 +234,51 @@ struct View {
   std::uint64_t stride = 0;  ///< 0: tightly packed
 };
 
-/// Checks one document; each check relies on the earlier ones.
+/// Checks one document; each check relies on the earlier ones. What tinygltf would not understand becomes plain glTF.
 class Screen {
  public:
-  Screen(const Json& root, std::optional<std::uint64_t> bin_chunk_bytes) : root_(root), bin_chunk_bytes_(bin_chunk_bytes) {}
+  Screen(Json& root, std::optional<std::uint64_t> bin_chunk_bytes) : root_(root, ""), bin_chunk_bytes_(bin_chunk_bytes) {}
 
-  Result<void> check() {
+  Result<ScreenedGltf> check() {
     COPPICE_CHECK(check_asset());
     COPPICE_CHECK(check_required_extensions());
-    COPPICE_CHECK(check_lengths());
+    for (const Section& section : kSections) COPPICE_CHECK(check_length(section));
     find_fallback_buffers();
-    COPPICE_CHECK(
-        for_each_object(root_, "buffers", "", [this](const Json& o, const std::string& place) { return check_buffer(o, place); }));
-    COPPICE_CHECK(
-        for_each_object(root_, "bufferViews", "", [this](const Json& o, const std::string& place) { return check_view(o, place); }));
-    COPPICE_CHECK(
-        for_each_object(root_, "accessors", "", [this](const Json& o, const std::string& place) { return check_accessor(o, place); }));
-    COPPICE_CHECK(for_each_object(root_, "images", "", [this](const Json& o, const std::string& place) { return check_image(o, place); }));
-    COPPICE_CHECK(
-        for_each_object(root_, "textures", "", [this](const Json& o, const std::string& place) { return check_texture(o, place); }));
-    COPPICE_CHECK(
-        for_each_object(root_, "materials", "", [this](const Json& o, const std::string& place) { return check_material(o, place); }));
-    COPPICE_CHECK(for_each_object(root_, "meshes", "", [this](const Json& o, const std::string& place) { return check_mesh(o, place); }));
-    COPPICE_CHECK(for_each_object(root_, "nodes", "", [this](const Json& o, const std::string& place) { return check_node(o, place); }));
-    COPPICE_CHECK(check_node_trees());
-    return check_scenes();
+    parents_.assign(length("nodes"), length("nodes"));
+    for (const Section& section : kSections)
+      COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) { return (this->*section.check)(object); }));
+    COPPICE_CHECK(root_.check_index("scene", length("scenes")));
+    return std::move(screened_);
   }
-  [[nodiscard]] const std::vector<ScreenedBuffer>& buffers() const { return buffers_; }
-  [[nodiscard]] const std::vector<MeshoptView>& meshopt_views() const { return meshopt_views_; }
 
  private:
+  struct Section {
+    const char* name;
+    std::size_t max_count;
+    Result<void> (Screen::*check)(const JsonObject&);
+  };
+  static const std::array<Section, 9> kSections;
+
   [[nodiscard]] std::size_t length(const char* name) const {
-    const auto found = root_.find(name);
-    return found != root_.end() && found->is_array() ? found->size() : 0;
+    const auto found = root_.json().find(name);
+    return found != root_.json().end() && found->is_array() ? found->size() : 0;
   }
 
   Result<void> check_asset() const {
-    const auto asset = root_.find("asset");
-    if (asset == root_.end() || !asset->is_object()) return bad("missing member", "asset");
-    const auto version = asset->find("version");
-    if (version == asset->end() || !version->is_string()) return bad("missing member", "asset.version");
-    const auto text = version->get<std::string>();
-    if (text.starts_with("2.")) return {};
-    return Error{Status::unsupported, "glTF version other than 2", Error::kNoOffset, "asset.version is " + text.substr(0, 16)};
+    const auto asset = root_.object("asset");
+    if (!asset || !*asset) return root_.bad("missing member", "asset");
+    const auto version = (**asset).text("version");
+    if (!version || !(**asset).has("version")) return (**asset).bad("missing member", "version");
+    if (version->starts_with("2.")) return {};
+    return Error{Status::unsupported, "glTF version other than 2", Error::kNoOffset, "asset.version is " + version->substr(0, 16)};
   }
 
   Result<void> check_required_extensions() const {
-    const auto required = root_.find("extensionsRequired");
-    if (required == root_.end()) return {};
-    if (!required->is_array()) return bad("not an array", "extensionsRequired");
+    const auto required = root_.json().find("extensionsRequired");
+    if (required == root_.json().end()) return {};
+    if (!required->is_array()) return root_.bad("not an array", "extensionsRequired");
     for (const Json& name : *required) {
-      if (!name.is_string()) return bad("not a string", "extensionsRequired");
+      if (!name.is_string()) return root_.bad("not a string", "extensionsRequired");
       const auto text = name.get<std::string>();
       if (!is_supported_extension(text))
         return Error{Status::unsupported, "required extension not supported", Error::kNoOffset,
@@ -133,17 +288,16 @@ class Screen {
   }
 
   [[nodiscard]] bool is_required(std::string_view extension) const {
-    const auto required = root_.find("extensionsRequired");
-    return required != root_.end() && std::ranges::find(*required, extension) != required->end();
+    const auto required = root_.json().find("extensionsRequired");
+    return required != root_.json().end() && std::ranges::find(*required, extension) != required->end();
   }
 
-  Result<void> check_lengths() const {
-    for (const ArrayLimit& limit : kArrayLimits)
-      if (length(limit.name) > limit.max_count)
-        return Error{Status::unsupported, "too many elements", Error::kNoOffset,
-                     std::string(limit.name) + " has " + std::to_string(length(limit.name)) + ", at most " +
-                         std::to_string(limit.max_count) + " are read; instances take EXT_mesh_gpu_instancing"};
-    return {};
+  [[nodiscard]] Result<void> check_length(const Section& section) const {
+    const std::size_t count = length(section.name);
+    if (count <= section.max_count) return {};
+    return Error{Status::unsupported, "too many elements", Error::kNoOffset,
+                 std::string(section.name) + " has " + std::to_string(count) + ", at most " + std::to_string(section.max_count) +
+                     " are read; instances take EXT_mesh_gpu_instancing"};
   }
 
   /// Finds fallback buffers: a buffer says that it is one, or it has no bytes and only compressed views use it. Runs before all checks.
@@ -151,299 +305,263 @@ class Screen {
     is_fallback_.assign(length("buffers"), false);
     for (std::size_t i = 0; i < is_fallback_.size(); ++i)
       for (const char* name : kMeshoptExtensions)
-        if (const auto extension = find_extension(root_["buffers"][i], name, ""); extension && *extension != nullptr)
-          if (const auto flag = (*extension)->find("fallback"); flag != (*extension)->end() && *flag == true) is_fallback_[i] = true;
+        if (const auto extension = JsonObject(root_.json()["buffers"][i], "").extension(name); extension && *extension)
+          if ((**extension).json().value("fallback", Json()) == true) is_fallback_[i] = true;
     for (std::size_t i = 0; i < length("bufferViews"); ++i)
       for (const char* name : kMeshoptExtensions) {
-        const Json& view = root_["bufferViews"][i];
-        if (const auto extension = find_extension(view, name, ""); !extension || *extension == nullptr) continue;
-        const auto buffer = read_integer(view, "buffer", "", is_fallback_.size());
-        if (!buffer || *buffer >= is_fallback_.size() || (*buffer == 0 && bin_chunk_bytes_)) continue;
-        if (!root_["buffers"][*buffer].contains("uri")) is_fallback_[*buffer] = true;
+        const JsonObject view(root_.json()["bufferViews"][i], "");
+        if (const auto extension = view.extension(name); !extension || !*extension) continue;
+        const auto buffer = view.index("buffer", is_fallback_.size());
+        if (!buffer || (*buffer == 0 && bin_chunk_bytes_)) continue;
+        if (!root_.json()["buffers"][*buffer].contains("uri")) is_fallback_[*buffer] = true;
       }
   }
 
-  Result<void> check_buffer(const Json& buffer, const std::string& place) {
-    COPPICE_TRY(bytes, require_integer(buffer, "byteLength", place));
-    if (bytes == 0) return bad("empty buffer", member(place, "byteLength"));
-    const bool is_fallback = is_fallback_[buffers_.size()];
-    const auto uri = buffer.find("uri");
-    if (uri == buffer.end() && !is_fallback) {
-      if (!bin_chunk_bytes_ || !buffers_.empty()) return bad("missing member", member(place, "uri"));
+  Result<void> check_buffer(const JsonObject& buffer) {
+    COPPICE_TRY(bytes, buffer.integer("byteLength"));
+    if (bytes == 0) return buffer.bad("empty buffer", "byteLength");
+    std::vector<ScreenedBuffer>& buffers = screened_.buffers;
+    ScreenedBuffer found{bytes, is_fallback_[buffers.size()], {}};
+    if (buffer.has("uri")) {
+      COPPICE_TRY(uri, buffer.text("uri"));
+      found.uri = std::move(uri);
+    } else if (!found.is_fallback) {
+      if (!bin_chunk_bytes_ || !buffers.empty()) return buffer.bad("missing member", "uri");
       if (bytes > *bin_chunk_bytes_)
-        return bad("buffer longer than the BIN chunk",
-                   member(place, "byteLength") + " is " + std::to_string(bytes) + " of " + std::to_string(*bin_chunk_bytes_));
-    } else if (uri != buffer.end() && !uri->is_string()) {
-      return bad("not a string", member(place, "uri"));
+        return buffer.bad("buffer longer than the BIN chunk", "byteLength",
+                          " is " + std::to_string(bytes) + " of " + std::to_string(*bin_chunk_bytes_));
     }
-    buffers_.push_back(ScreenedBuffer{bytes, is_fallback});
+    buffers.push_back(std::move(found));
     return {};
   }
 
-  Result<void> check_view(const Json& view, const std::string& place) {
-    COPPICE_TRY(buffer, require_index(view, "buffer", place, buffers_.size()));
-    COPPICE_TRY(offset, read_integer(view, "byteOffset", place, 0));
-    COPPICE_TRY(bytes, require_integer(view, "byteLength", place));
-    COPPICE_TRY(stride, read_integer(view, "byteStride", place, 0));
-    const std::uint64_t buffer_bytes = buffers_[buffer].bytes;
+  Result<void> check_view(const JsonObject& view) {
+    const std::vector<ScreenedBuffer>& buffers = screened_.buffers;
+    COPPICE_TRY(buffer, view.index("buffer", buffers.size()));
+    COPPICE_TRY(offset, view.integer("byteOffset", 0));
+    COPPICE_TRY(bytes, view.integer("byteLength"));
+    COPPICE_TRY(stride, view.integer("byteStride", 0));
+    const std::uint64_t buffer_bytes = buffers[buffer].bytes;
     if (offset > buffer_bytes || bytes > buffer_bytes - offset)
-      return bad("buffer view runs past the end of its buffer",
-                 place + ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffer_bytes) + " bytes");
-    if (bytes == 0) return bad("empty buffer view", member(place, "byteLength"));
-    if (stride > 252 || stride % 4 != 0) return bad("stride not a multiple of 4 up to 252", member(place, "byteStride"));
-    COPPICE_TRY(meshopt, read_meshopt(view, place, views_.size(), buffers_));
-    if (meshopt) meshopt_views_.push_back(*meshopt);
-    if (!meshopt && buffers_[buffer].is_fallback) return bad("view of a fallback buffer is not compressed", member(place, "buffer"));
+      return view.bad("buffer view runs past the end of its buffer", "",
+                      ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffer_bytes) + " bytes");
+    if (bytes == 0) return view.bad("empty buffer view", "byteLength");
+    if (stride > 252 || stride % 4 != 0) return view.bad("stride not a multiple of 4 up to 252", "byteStride");
+    COPPICE_TRY(meshopt, take_meshopt(view, views_.size(), buffers));
+    if (meshopt) screened_.meshopt_views.push_back(*meshopt);
+    if (!meshopt && buffers[buffer].is_fallback) return view.bad("view of a fallback buffer is not compressed", "buffer");
     views_.push_back(View{bytes, stride});
     return {};
   }
 
-  Result<void> check_accessor(const Json& accessor, const std::string& place) {
-    COPPICE_TRY(component_type, require_integer(accessor, "componentType", place));
+  Result<void> check_accessor(const JsonObject& accessor) {
+    COPPICE_TRY(component_type, accessor.integer("componentType"));
     const std::uint64_t scalar_bytes = component_bytes(component_type);
-    if (scalar_bytes == 0) return bad("unknown component type", member(place, "componentType") + " is " + std::to_string(component_type));
-    const auto type = accessor.find("type");
-    if (type == accessor.end() || !type->is_string()) return bad("missing member", member(place, "type"));
-    const std::uint64_t element_bytes = scalar_bytes * component_count(type->get<std::string>());
-    if (element_bytes == 0) return bad("unknown type", member(place, "type") + " is " + type->get<std::string>().substr(0, 16));
-    COPPICE_TRY(count, require_integer(accessor, "count", place));
-    if (count == 0) return bad("empty accessor", member(place, "count"));
-    COPPICE_TRY(offset, read_integer(accessor, "byteOffset", place, 0));
-    COPPICE_CHECK(check_index(accessor, "bufferView", place, views_.size()));
-    COPPICE_CHECK(check_sparse(accessor, place, count, element_bytes));
+    if (scalar_bytes == 0) return accessor.bad("unknown component type", "componentType", " is " + std::to_string(component_type));
+    const auto type = accessor.text("type");
+    if (!type || !accessor.has("type")) return accessor.bad("missing member", "type");
+    const std::uint64_t element_bytes = scalar_bytes * component_count(*type);
+    if (element_bytes == 0) return accessor.bad("unknown type", "type", " is " + type->substr(0, 16));
+    COPPICE_TRY(count, accessor.integer("count"));
+    if (count == 0) return accessor.bad("empty accessor", "count");
+    COPPICE_TRY(offset, accessor.integer("byteOffset", 0));
+    COPPICE_CHECK(accessor.check_index("bufferView", views_.size()));
+    COPPICE_CHECK(check_sparse(accessor, count, element_bytes));
     counts_.push_back(count);
-    if (!accessor.contains("bufferView")) return {};
-    return check_range(views_[accessor["bufferView"].get<std::size_t>()], count, element_bytes, offset, place);
+    if (!accessor.has("bufferView")) return {};
+    return check_range(accessor, views_[accessor.json()["bufferView"].get<std::size_t>()], count, element_bytes, offset);
   }
 
-  static Result<void> check_range(const View& view, std::uint64_t count, std::uint64_t element_bytes, std::uint64_t offset,
-                                  const std::string& place) {
-    if (view.stride != 0 && view.stride < element_bytes) return bad("elements overlap: stride shorter than one", place);
+  static Result<void> check_range(const JsonObject& object, const View& view, std::uint64_t count, std::uint64_t element_bytes,
+                                  std::uint64_t offset) {
+    if (view.stride != 0 && view.stride < element_bytes) return object.bad("elements overlap: stride shorter than one");
     if (fits(count, element_bytes, view.stride != 0 ? view.stride : element_bytes, offset, view.bytes)) return {};
-    return bad("accessor runs past the end of its buffer view", place + ": count " + std::to_string(count) + ", byteOffset " +
-                                                                    std::to_string(offset) + ", view of " + std::to_string(view.bytes) +
-                                                                    " bytes");
+    return object.bad("accessor runs past the end of its buffer view", "",
+                      ": count " + std::to_string(count) + ", byteOffset " + std::to_string(offset) + ", view of " +
+                          std::to_string(view.bytes) + " bytes");
   }
 
-  Result<void> check_sparse(const Json& accessor, const std::string& accessor_place, std::uint64_t accessor_count,
-                            std::uint64_t element_bytes) const {
-    COPPICE_TRY(sparse, find_object(accessor, "sparse", accessor_place));
-    if (sparse == nullptr) return {};
-    const std::string place = member(accessor_place, "sparse");
-    COPPICE_TRY(count, require_integer(*sparse, "count", place));
-    if (count == 0 || count > accessor_count) return bad("sparse count out of range", member(place, "count"));
-    const std::array<const char*, 2> names{"indices", "values"};
-    for (const char* name : names) {
-      const auto part = sparse->find(name);
-      const std::string where = member(place, name);
-      if (part == sparse->end() || !part->is_object()) return bad("missing member", where);
-      COPPICE_TRY(view, require_index(*part, "bufferView", where, views_.size()));
-      COPPICE_TRY(offset, read_integer(*part, "byteOffset", where, 0));
-      if (offset > kMaxInt) return bad("offset too large", member(where, "byteOffset"));
+  [[nodiscard]] Result<void> check_sparse(const JsonObject& accessor, std::uint64_t accessor_count, std::uint64_t element_bytes) const {
+    COPPICE_TRY(sparse, accessor.object("sparse"));
+    if (!sparse) return {};
+    COPPICE_TRY(count, sparse->integer("count"));
+    if (count == 0 || count > accessor_count) return sparse->bad("sparse count out of range", "count");
+    for (const std::string_view name : {"indices", "values"}) {
+      const auto part = sparse->object(std::string(name));
+      if (!part || !*part) return sparse->bad("missing member", std::string(name));
+      COPPICE_TRY(view, (**part).index("bufferView", views_.size()));
+      COPPICE_TRY(offset, (**part).integer("byteOffset", 0));
+      if (offset > kMaxInt) return (**part).bad("offset too large", "byteOffset");
       std::uint64_t bytes = element_bytes;
-      if (name == names[0]) {
-        COPPICE_TRY(component_type, require_integer(*part, "componentType", where));
-        if (component_type != gltf_code::kUnsignedByte && component_type != gltf_code::kUnsignedShort &&
-            component_type != gltf_code::kUnsignedInt)
-          return bad("unknown component type", member(where, "componentType"));
+      if (name == "indices") {
+        COPPICE_TRY(component_type, (**part).integer("componentType"));
+        if (component_type != kUnsignedByte && component_type != kUnsignedShort && component_type != kUnsignedInt)
+          return (**part).bad("unknown component type", "componentType");
         bytes = component_bytes(component_type);
       }
-      COPPICE_CHECK(check_range(View{views_[view].bytes, 0}, count, bytes, offset, where));
+      COPPICE_CHECK(check_range(**part, View{views_[view].bytes, 0}, count, bytes, offset));
     }
     return {};
   }
 
   /// Limits the length of accessors that are read and that no bytes of the file back. The index has been checked.
   [[nodiscard]] Result<void> check_backed(std::size_t accessor) const {
-    if (counts_[accessor] <= kMaxUnbackedCount || root_["accessors"][accessor].contains("bufferView")) return {};
-    return bad("accessor without a buffer view is too long",
-               member(element("accessors", accessor), "count") + " is " + std::to_string(counts_[accessor]));
+    if (counts_[accessor] <= kMaxUnbackedCount || root_.json()["accessors"][accessor].contains("bufferView")) return {};
+    return root_.bad("accessor without a buffer view is too long", "accessors",
+                     "[" + std::to_string(accessor) + "].count is " + std::to_string(counts_[accessor]));
   }
 
-  Result<void> check_image(const Json& image, const std::string& place) const {
-    if (image.contains("uri") == image.contains("bufferView")) return bad("needs either uri or bufferView", place);
-    if (image.contains("uri") && !image["uri"].is_string()) return bad("not a string", member(place, "uri"));
-    return check_index(image, "bufferView", place, views_.size());
-  }
-
-  Result<void> check_texture(const Json& texture, const std::string& place) const {
-    COPPICE_CHECK(check_index(texture, "source", place, length("images")));
-    if (is_required("KHR_texture_basisu")) COPPICE_CHECK(check_basisu_fallback(texture, place));
-    return check_webp(texture, place, length("images"));
-  }
-
-  Result<void> check_material(const Json& material, const std::string& place) const {
-    COPPICE_CHECK(check_specular_glossiness(material, place, length("textures")));
-    COPPICE_TRY(pbr, find_object(material, "pbrMetallicRoughness", place));
-    if (pbr == nullptr) return {};
-    const std::string where = member(place, "pbrMetallicRoughness");
-    COPPICE_CHECK(check_numbers(*pbr, "baseColorFactor", where, 4));
-    COPPICE_TRY(texture, find_object(*pbr, "baseColorTexture", where));
-    if (texture == nullptr) return {};
-    COPPICE_CHECK(check_index(*texture, "index", member(where, "baseColorTexture"), length("textures")));
-    return check_texture_transform(*texture, member(where, "baseColorTexture"));
-  }
-
-  Result<void> check_mesh(const Json& mesh, const std::string& place) const {
-    return for_each_object(mesh, "primitives", place,
-                           [this](const Json& primitive, const std::string& where) { return check_primitive(primitive, where); });
-  }
-
-  Result<void> check_primitive(const Json& primitive, const std::string& place) const {
-    COPPICE_TRY(mode, read_integer(primitive, "mode", place, gltf_code::kTriangles));
-    if (mode > gltf_code::kTriangleFan) return bad("unknown mode", member(place, "mode") + " is " + std::to_string(mode));
-    COPPICE_CHECK(check_index(primitive, "indices", place, length("accessors")));
-    COPPICE_CHECK(check_index(primitive, "material", place, length("materials")));
-    const auto attributes = primitive.find("attributes");
-    const std::string where = member(place, "attributes");
-    if (attributes == primitive.end() || !attributes->is_object()) return bad("missing member", where);
-    for (const auto& attribute : attributes->items())
-      COPPICE_CHECK(check_index(*attributes, attribute.key().c_str(), where, length("accessors")));
-    if (mode >= gltf_code::kTriangles && !attributes->contains("POSITION"))
-      return bad("triangles without positions", member(where, "POSITION"));
-    COPPICE_CHECK(check_draco(primitive, place, views_.size()));
-    // Attributes that Draco codes are not read from their accessors.
-    for (const auto& attribute : attributes->items())
-      if (!is_draco_attribute(primitive, attribute.key())) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
-    if (primitive.contains("indices") && !is_draco_attribute(primitive, "POSITION"))
-      COPPICE_CHECK(check_backed(primitive["indices"].get<std::size_t>()));
+  Result<void> check_image(const JsonObject& image) {
+    if (image.has("uri") == image.has("bufferView")) return image.bad("needs either uri or bufferView");
+    COPPICE_TRY(uri, image.text("uri"));
+    COPPICE_CHECK(image.check_index("bufferView", views_.size()));
+    const auto name = image.text("name");
+    screened_.images.push_back({name ? *name : "", std::move(uri), image.json().value("bufferView", -1)});
     return {};
   }
 
-  Result<void> check_node(const Json& node, const std::string& place) const {
-    COPPICE_CHECK(check_index(node, "mesh", place, length("meshes")));
-    COPPICE_CHECK(check_indices(node, "children", place, length("nodes")));
-    COPPICE_CHECK(check_numbers(node, "matrix", place, 16));
-    COPPICE_CHECK(check_numbers(node, "translation", place, 3));
-    COPPICE_CHECK(check_numbers(node, "rotation", place, 4));
-    COPPICE_CHECK(check_numbers(node, "scale", place, 3));
-    COPPICE_CHECK(check_instancing(node, place, counts_));
-    COPPICE_TRY(levels, find_extension(node, kLevelsExtension, place));
-    if (levels != nullptr) COPPICE_CHECK(check_indices(*levels, "ids", extension_place(place, kLevelsExtension), length("nodes")));
-    if (const auto instancing = find_extension(node, "EXT_mesh_gpu_instancing", place); instancing && *instancing != nullptr)
-      for (const auto& attribute : (**instancing)["attributes"].items()) COPPICE_CHECK(check_backed(attribute.value().get<std::size_t>()));
-    return {};
+  Result<void> check_texture(const JsonObject& texture) {
+    COPPICE_CHECK(texture.check_index("source", length("images")));
+    if (is_required("KHR_texture_basisu")) COPPICE_CHECK(check_basisu_fallback(texture));
+    return check_webp(texture, length("images"));
   }
 
-  /// Every node has at most one parent, and following parents ends: then a walk from any root ends too, and meets each node once.
-  Result<void> check_node_trees() {
-    const std::size_t count = length("nodes");
-    parents_.assign(count, count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto children = root_["nodes"][i].find("children");
-      if (children == root_["nodes"][i].end()) continue;
-      for (const Json& child : *children) {
-        std::size_t& parent = parents_[child.get<std::size_t>()];
-        if (parent != count) return bad("node has two parents", element("nodes", child.get<std::size_t>()));
-        parent = i;
+  Result<void> check_material(const JsonObject& material) {
+    COPPICE_TRY(pbr, material.object("pbrMetallicRoughness"));
+    if (pbr) {
+      COPPICE_CHECK(pbr->check_numbers("baseColorFactor", 4));
+      COPPICE_TRY(texture, pbr->object("baseColorTexture"));
+      if (texture) {
+        COPPICE_CHECK(texture->check_index("index", length("textures")));
+        COPPICE_CHECK(check_texture_transform(*texture));
       }
     }
+    return take_specular_glossiness(material, length("textures"));
+  }
+
+  Result<void> check_mesh(const JsonObject& mesh) {
+    return mesh.for_each("primitives", [this](const JsonObject& primitive) { return check_primitive(primitive); });
+  }
+
+  [[nodiscard]] Result<void> check_primitive(const JsonObject& primitive) const {
+    COPPICE_TRY(mode, primitive.integer("mode", kTriangles));
+    if (mode > kTriangleFan) return primitive.bad("unknown mode", "mode", " is " + std::to_string(mode));
+    COPPICE_CHECK(primitive.check_index("indices", length("accessors")));
+    COPPICE_CHECK(primitive.check_index("material", length("materials")));
+    const auto attributes = primitive.object("attributes");
+    if (!attributes || !*attributes) return primitive.bad("missing member", "attributes");
+    const JsonObject& members = **attributes;
+    COPPICE_CHECK(members.for_each_name([&](const std::string& name) { return members.check_index(name, length("accessors")); }));
+    if (mode >= kTriangles && !members.has("POSITION")) return members.bad("triangles without positions", "POSITION");
+    COPPICE_CHECK(check_draco(primitive, views_.size()));
+    // Attributes that Draco codes are not read from their accessors.
+    COPPICE_CHECK(members.for_each_name([&](const std::string& name) {
+      return is_draco_attribute(primitive, name) ? Result<void>() : check_backed(members.json()[name].get<std::size_t>());
+    }));
+    // Coded indices come with the coded positions, but tinygltf insists that indices have bytes.
+    if (is_draco_attribute(primitive, "POSITION")) primitive.json().erase("indices");
+    return primitive.has("indices") ? check_backed(primitive.json()["indices"].get<std::size_t>()) : Result<void>();
+  }
+
+  /// Every node has at most one parent. The last node completes the trees.
+  Result<void> check_node(const JsonObject& node) {
+    const std::size_t number = node_count_++;
+    COPPICE_CHECK(node.check_index("mesh", length("meshes")));
+    COPPICE_CHECK(node.check_indices("children", length("nodes")));
+    COPPICE_CHECK(node.check_numbers("matrix", 16));
+    COPPICE_CHECK(node.check_numbers("translation", 3));
+    COPPICE_CHECK(node.check_numbers("rotation", 4));
+    COPPICE_CHECK(node.check_numbers("scale", 3));
+    COPPICE_CHECK(check_instancing(node, counts_));
+    COPPICE_TRY(levels, node.extension(kLevelsExtension));
+    if (levels) COPPICE_CHECK(levels->check_indices("ids", length("nodes")));
+    COPPICE_TRY(instancing, node.extension("EXT_mesh_gpu_instancing"));
+    if (instancing)
+      for (const Json& accessor : instancing->json()["attributes"]) COPPICE_CHECK(check_backed(accessor.get<std::size_t>()));
+    for (const Json& child : node.json().value("children", Json::array())) {
+      std::size_t& parent = parents_[child.get<std::size_t>()];
+      if (parent != parents_.size()) return bad_node("node has two parents", child.get<std::size_t>());
+      parent = number;
+    }
+    return node_count_ < parents_.size() ? Result<void>() : check_ancestors();
+  }
+
+  /// Following parents ends: then a walk from any root ends too, and meets each node once.
+  [[nodiscard]] Result<void> check_ancestors() const {
+    const std::size_t count = parents_.size();
     std::vector<std::size_t> seen_from(count, count);
     for (std::size_t start = 0; start < count; ++start)
       for (std::size_t i = start; i != count && seen_from[i] == count; i = parents_[i]) {
         seen_from[i] = start;
-        if (parents_[i] != count && seen_from[parents_[i]] == start) return bad("node is its own ancestor", element("nodes", i));
+        if (parents_[i] != count && seen_from[parents_[i]] == start) return bad_node("node is its own ancestor", i);
       }
     return {};
   }
 
-  Result<void> check_scenes() const {
-    const std::size_t node_count = length("nodes");
-    COPPICE_CHECK(check_index(root_, "scene", "", length("scenes")));
-    return for_each_object(root_, "scenes", "", [&](const Json& scene, const std::string& place) -> Result<void> {
-      COPPICE_CHECK(check_indices(scene, "nodes", place, node_count));
-      std::vector<bool> listed(node_count, false);
-      for (const Json& node : scene.value("nodes", Json::array())) {
-        const auto index = node.get<std::size_t>();
-        const std::string where = member(place, "nodes") + ": " + std::to_string(index);
-        if (listed[index]) return bad("node listed twice", where);
-        if (parents_[index] != node_count) return bad("scene lists a node that is another's child", where);
-        listed[index] = true;
-      }
-      return {};
-    });
+  [[nodiscard]] Error bad_node(const char* what, std::size_t node) const {
+    return root_.bad(what, "nodes", "[" + std::to_string(node) + "]");
   }
 
-  const Json& root_;
+  Result<void> check_scene(const JsonObject& scene) {
+    COPPICE_CHECK(scene.check_indices("nodes", parents_.size()));
+    std::vector<bool> listed(parents_.size(), false);
+    for (const Json& node : scene.json().value("nodes", Json::array())) {
+      const auto index = node.get<std::size_t>();
+      if (listed[index]) return scene.bad("node listed twice", "nodes", ": " + std::to_string(index));
+      if (parents_[index] != parents_.size())
+        return scene.bad("scene lists a node that is another's child", "nodes", ": " + std::to_string(index));
+      listed[index] = true;
+    }
+    return {};
+  }
+
+  JsonObject root_;
   std::optional<std::uint64_t> bin_chunk_bytes_;
+  ScreenedGltf screened_;
   std::vector<bool> is_fallback_;  ///< [buffers]
-  std::vector<ScreenedBuffer> buffers_;
   std::vector<View> views_;
-  std::vector<MeshoptView> meshopt_views_;
   std::vector<std::uint64_t> counts_;  ///< [accessors]
   std::vector<std::size_t> parents_;   ///< [nodes] the number of nodes for a root
+  std::size_t node_count_ = 0;         ///< how many have been checked
 };
 
-/// Names the media type by the bytes themselves, since tinygltf knows a few types only.
-void normalise_data_uri(Json& object) {
-  constexpr std::string_view kMark = ";base64,";
-  constexpr std::size_t kMaxHeaderChars = 128;
-  const auto uri = object.find("uri");
-  if (uri == object.end()) return;
-  const auto& text = uri->get_ref<const std::string&>();
-  const std::size_t mark = text.find(kMark);
-  if (!text.starts_with("data:") || mark > kMaxHeaderChars) return;
-  *uri = "data:application/octet-stream;base64," + text.substr(mark + kMark.size());
-}
+// In the order in which they are checked.
+const std::array<Screen::Section, 9> Screen::kSections{{{"buffers", kMaxLargeElements, &Screen::check_buffer},
+                                                        {"bufferViews", kMaxElements, &Screen::check_view},
+                                                        {"accessors", kMaxElements, &Screen::check_accessor},
+                                                        {"images", kMaxLargeElements, &Screen::check_image},
+                                                        {"textures", kMaxLargeElements, &Screen::check_texture},
+                                                        {"materials", kMaxLargeElements, &Screen::check_material},
+                                                        {"meshes", kMaxElements, &Screen::check_mesh},
+                                                        {"nodes", kMaxElements, &Screen::check_node},
+                                                        {"scenes", kMaxLargeElements, &Screen::check_scene}}};
 
-/// Drops values that tinygltf would keep at 152 bytes each: those of `extras` and of extensions.
+/// Drops values that tinygltf would keep at 152 bytes each: those of `extras` and of extensions that are not read.
 void drop_unread_values(Json& value) {
-  constexpr std::array<std::string_view, 7> kRead{
-      "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
-      "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension};
   if (value.is_object()) {
     value.erase("extras");
     if (const auto extensions = value.find("extensions"); extensions != value.end() && extensions->is_object())
       for (const auto& extension : extensions->items())
-        if (std::find(kRead.begin(), kRead.end(), extension.key()) == kRead.end()) extension.value() = Json::object();
+        if (std::ranges::find(kReadExtensions, extension.key()) == kReadExtensions.end()) extension.value() = Json::object();
   }
   if (value.is_structured())
     for (Json& inner : value) drop_unread_values(inner);
 }
 
-/// Rewrites the document for tinygltf: compressed views become views of their coded bytes, fallback buffers one byte that no view needs,
-/// and so on.
-std::vector<std::uint64_t> rewrite(Json& root, const Screen& screen) {
-  for (const MeshoptView& view : screen.meshopt_views()) {
-    Json& target = root["bufferViews"][view.view];
-    const Json coded = target["extensions"][view.extension];
-    target["buffer"] = coded["buffer"];
-    target["byteOffset"] = coded.value("byteOffset", std::uint64_t{0});
-    target["byteLength"] = coded["byteLength"];
-  }
-  std::vector<std::uint64_t> buffer_bytes;
-  for (std::size_t i = 0; i < screen.buffers().size(); ++i) {
-    const ScreenedBuffer& buffer = screen.buffers()[i];
-    if (buffer.is_fallback) root["buffers"][i] = {{"byteLength", 1}, {"uri", "data:application/octet-stream;base64,AA=="}};
-    buffer_bytes.push_back(buffer.is_fallback ? 1 : buffer.bytes);
-  }
-  // Coded indices come with the coded attributes, but tinygltf insists that indices have bytes.
-  if (const auto meshes = root.find("meshes"); meshes != root.end())
-    for (Json& mesh : *meshes)
-      if (const auto primitives = mesh.find("primitives"); primitives != mesh.end())
-        for (Json& primitive : *primitives)
-          if (is_draco_attribute(primitive, "POSITION")) primitive.erase("indices");
-  for (const char* name : {"buffers", "images"})
-    if (const auto objects = root.find(name); objects != root.end())
-      for (Json& object : *objects) normalise_data_uri(object);
-  if (const auto materials = root.find("materials"); materials != root.end())
-    for (Json& material : *materials) take_specular_glossiness(material);
-  for (const char* unread : {"animations", "skins", "cameras", "samplers", "extensions"}) root.erase(unread);
-  drop_unread_values(root);
-  return buffer_bytes;
-}
-
 }  // namespace
 
+bool is_supported_extension(std::string_view name) {
+  return std::ranges::any_of(kKnownExtensions, [&](std::string_view known) {
+    return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
+  });
+}
+
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {
-  COPPICE_TRY(root, parse(json));
-  if (!root.is_object()) return bad("not a JSON object", "the document");
-  Screen screen(root, bin_chunk_bytes);
-  COPPICE_CHECK(screen.check());
-  ScreenedGltf screened;
-  screened.meshopt_views = screen.meshopt_views();
-  screened.buffer_bytes = rewrite(root, screen);
-  screened.references = find_references(root);
+  COPPICE_TRY(root, parse_gltf_json(json));
+  if (!root.is_object()) return Error{Status::bad_file, "not a JSON object", Error::kNoOffset, "the document"};
+  COPPICE_TRY(screened, Screen(root, bin_chunk_bytes).check());
+  for (const char* unread : {"buffers", "images", "animations", "skins", "cameras", "samplers", "extensions"}) root.erase(unread);
+  drop_unread_values(root);
   screened.json = root.dump(-1, ' ', false, Json::error_handler_t::replace);
   return screened;
 }

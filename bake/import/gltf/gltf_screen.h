@@ -1,28 +1,74 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "gltf_meshopt.h"
-#include "gltf_references.h"
+#include "gltf_compression.h"
 #include "result.h"
 
 namespace coppice::bake {
 
-/// The JSON of a glTF that has been checked, without what the importer does not read.
+/// An extension of a node: names the nodes that show it coarser.
+inline constexpr const char* kLevelsExtension = "MSFT_lod";
+
+/// The extensions that a document may require; a name that ends in '*' is a family. bake/import/README.md says how each is treated.
+inline constexpr std::array<std::string_view, 18> kKnownExtensions{"KHR_draco_mesh_compression",
+                                                                   "EXT_meshopt_compression",
+                                                                   "KHR_meshopt_compression",
+                                                                   "EXT_mesh_gpu_instancing",
+                                                                   "KHR_texture_transform",
+                                                                   "EXT_texture_webp",
+                                                                   kLevelsExtension,
+                                                                   "KHR_mesh_quantization",
+                                                                   "KHR_texture_basisu",
+                                                                   "KHR_materials_pbrSpecularGlossiness",
+                                                                   "KHR_materials_variants",
+                                                                   "KHR_materials_unlit",
+                                                                   "KHR_materials_emissive_strength",
+                                                                   "KHR_materials_diffuse_transmission",
+                                                                   "KHR_materials_transmission",
+                                                                   "KHR_materials_*",
+                                                                   "KHR_lights_punctual",
+                                                                   "KHR_xmp_json_ld"};
+/// Those whose members are read from tinygltf's model; of any other only the name is kept.
+inline constexpr std::span kReadExtensions = std::span(kKnownExtensions).first<7>();
+
+/// Whether an extension is read, or changes nothing that is read.
+bool is_supported_extension(std::string_view name);
+
+/// A buffer, as far as the document describes it.
+struct ScreenedBuffer {
+  std::uint64_t bytes = 0;
+  bool is_fallback = false;        ///< a placeholder for bytes that only the compressed form holds
+  std::optional<std::string> uri;  ///< without one it is the BIN chunk, or a fallback
+};
+
+/// An image has a URI or is a view of a buffer.
+struct ScreenedImage {
+  std::string name, uri;
+  int view = -1;
+};
+
+/// A glTF that has been checked. The importer reads the files and data URIs of buffers and images, tinygltf the rest.
 struct ScreenedGltf {
-  std::string json;
-  std::vector<std::uint64_t> buffer_bytes;  ///< buffers[i].byteLength
-  std::vector<GltfReference> references;    ///< the files of its buffers and images
-  std::vector<MeshoptView> meshopt_views;   ///< these views hold coded bytes; accessors lie within the decoded bytes
+  std::string json;  ///< the document without buffers, images and whatever the importer does not read
+  std::vector<ScreenedBuffer> buffers;
+  std::vector<ScreenedImage> images;
+  std::vector<MeshoptView> meshopt_views;  ///< these views hold coded bytes; accessors lie within the decoded bytes
 };
 
 /// Checks everything about a glTF 2.0 document that can be checked without its bytes: types, required members, every index into another
-/// array, every buffer view within its buffer, every accessor within its view, and that the nodes are trees. tinygltf, which parses the
-/// result, relies on all of these.
+/// array, every buffer view within its buffer, every accessor within its view, and that the nodes are trees. tinygltf relies on all of
+/// these.
+///
+/// tinygltf does not get the document as it is, since it refuses files that exporters write, and lets hostile ones take memory: it wants
+/// bytes for every buffer and every accessor of indices (EXT_meshopt_compression and Draco leave them out), knows few media types of data
+/// URIs, and keeps 152 bytes for each value of extras, unknown extensions and animations.
 /// json             the text of a .gltf, or the JSON chunk of a .glb
 /// bin_chunk_bytes  length of the .glb's BIN chunk; nothing for a .gltf or a .glb without one
 /// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, a required extension (named), or

@@ -27,15 +27,11 @@ constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
 // Limits coordinates so that squared areas still fit a float. No plant is this far from its origin in any unit.
 constexpr double kMaxCoordinate_m = 1e8;
 
+// A vertex without a wind weight.
+constexpr float kNoWeight = -1.0f;
+
 std::string primitive_place(std::size_t mesh, std::size_t primitive) {
   return "meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + "]";
-}
-
-bool is_finite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-bool is_finite(const glm::vec2& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y);
 }
 
 /// A primitive as the file holds it.
@@ -43,7 +39,7 @@ struct RawPrimitive {
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;  ///< empty when missing
   std::vector<glm::vec2> uvs;
-  std::vector<glm::vec4> colors;         ///< linear
+  std::vector<glm::vec4> colors;         ///< linear, 0..1
   std::vector<std::uint32_t> triangles;  ///< 3 vertices each
 };
 
@@ -69,7 +65,7 @@ Result<std::vector<std::uint32_t>> vertex_order(const tinygltf::Model& model, co
                                                 std::size_t vertex_count) {
   if (primitive.indices < 0) {
     std::vector<std::uint32_t> order(vertex_count);
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
+    std::iota(order.begin(), order.end(), 0u);
     return order;
   }
   COPPICE_TRY(order, read_indices(model, primitive.indices));
@@ -156,11 +152,18 @@ std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinyglt
   return *std::move(weights);
 }
 
+/// Returns a colour in 0..1; white for anything else, NaN too.
+glm::vec4 usable_color(const glm::vec4& color) {
+  glm::vec4 usable(1.0f);
+  for (int c = 0; c < 4; ++c)
+    if (color[c] >= 0.0f && color[c] <= 1.0f) usable[c] = color[c];
+  return usable;
+}
+
 Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed) {
   RawPrimitive raw;
   const int position_accessor = attribute_accessor(primitive, "POSITION");
-  COPPICE_TRY(positions, read_vec3(model, position_accessor));
-  raw.positions = std::move(positions);
+  COPPICE_CHECK(move_into(raw.positions, read_vec3(model, position_accessor)));
   for (std::size_t i = 0; i < raw.positions.size(); ++i)
     if (!is_finite(raw.positions[i]))
       return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
@@ -168,15 +171,10 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   const std::size_t count = raw.positions.size();
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
   const TextureUvs texture = texture_uvs(model, material);
-  const std::string uv_name = "TEXCOORD_" + std::to_string(texture.set);
-  COPPICE_TRY(normals, read_attribute(model, primitive, "NORMAL", count, read_vec3));
-  COPPICE_TRY(uvs, read_attribute(model, primitive, uv_name, count, read_vec2));
-  if (placed.wind_color_set != 0u) {
-    COPPICE_TRY(colors, read_attribute(model, primitive, "COLOR_0", count, read_colors));
-    raw.colors = std::move(colors);
-  }
-  raw.normals = std::move(normals);
-  raw.uvs = std::move(uvs);
+  COPPICE_CHECK(move_into(raw.normals, read_attribute(model, primitive, "NORMAL", count, read_vec3)));
+  COPPICE_CHECK(move_into(raw.uvs, read_attribute(model, primitive, "TEXCOORD_" + std::to_string(texture.set), count, read_vec2)));
+  if (placed.wind_color_set != 0u) COPPICE_CHECK(move_into(raw.colors, read_attribute(model, primitive, "COLOR_0", count, read_colors)));
+  for (glm::vec4& color : raw.colors) color = usable_color(color);
   if (texture.is_transformed)
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, vertex_order(model, primitive, count));
@@ -200,14 +198,6 @@ std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
 glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
   const double length = glm::length(v);
   return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
-}
-
-/// Returns a colour in 0..1; white for anything else, NaN too.
-glm::vec4 usable_color(const glm::vec4& color) {
-  glm::vec4 usable(1.0f);
-  for (int c = 0; c < 4; ++c)
-    if (color[c] >= 0.0f && color[c] <= 1.0f) usable[c] = color[c];
-  return usable;
 }
 
 Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
@@ -248,50 +238,35 @@ void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, s
   if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
 }
 
-/// Vertices before the first primitive that has colours are white.
-void append_colors(const RawPrimitive& raw, TriangleSoup& soup) {
-  if (raw.colors.empty() && soup.vertex_colors.empty()) return;
-  soup.vertex_colors.resize(soup.mesh.positions.size() - raw.positions.size(), glm::vec4(1.0f));
-  for (const glm::vec4& color : raw.colors) soup.vertex_colors.push_back(usable_color(color));
-  soup.vertex_colors.resize(soup.mesh.positions.size(), glm::vec4(1.0f));
-}
-
-/// Vertices before the first primitive that has weights have none.
-void append_wind_weights(const std::vector<float>& weights, std::size_t vertex_count, Mesh& mesh) {
-  constexpr float kNoWeight = -1.0f;
-  if (weights.empty() && mesh.wind_weights.empty()) return;
-  mesh.wind_weights.resize(mesh.positions.size() - vertex_count, kNoWeight);
-  mesh.wind_weights.insert(mesh.wind_weights.end(), weights.begin(), weights.end());
-  mesh.wind_weights.resize(mesh.positions.size(), kNoWeight);
-}
-
-struct PrimitiveSize {
-  std::uint64_t vertices = 0, triangles = 0;
-};
-
-PrimitiveSize size_of(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
-  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
-  const std::uint64_t vertices = count(attribute_accessor(primitive, "POSITION"));
-  const std::uint64_t corners = primitive.indices < 0 ? vertices : count(primitive.indices);
-  // A strip makes one triangle of each index but two.
-  return {vertices, primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners};
+/// Appends values of the last `vertex_count` vertices of all. Vertices of primitives that have none get `missing`, if any has some.
+template <class Value>
+void append_values(const std::vector<Value>& values, std::size_t vertex_count, std::size_t all_count, const Value& missing,
+                   std::vector<Value>& all) {
+  if (values.empty() && all.empty()) return;
+  all.resize(all_count - vertex_count, missing);
+  all.insert(all.end(), values.begin(), values.end());
+  all.resize(all_count, missing);
 }
 
 }  // namespace
 
 Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts) {
+  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
   std::uint64_t vertices = 0, triangles = 0;
   for (std::size_t m = 0; m < instance_counts.size(); ++m)
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
       // gltf_screen.h and mesh_instance_counts keep both factors far below 2^32.
-      const PrimitiveSize size = size_of(model, primitive);
-      vertices += instance_counts[m] * size.vertices;
-      triangles += instance_counts[m] * size.triangles;
+      const std::uint64_t own_vertices = count(attribute_accessor(primitive, "POSITION"));
+      const std::uint64_t corners = primitive.indices < 0 ? own_vertices : count(primitive.indices);
+      // A strip makes one triangle of each index but two.
+      const std::uint64_t own_triangles = primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
+      vertices += instance_counts[m] * own_vertices;
+      triangles += instance_counts[m] * own_triangles;
       if (vertices <= kMaxVertices && triangles <= kMaxTriangles) continue;
       return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset,
-                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(size.triangles) +
+                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(own_triangles) +
                        " triangles, all together " + std::to_string(triangles)};
     }
   return {};
@@ -323,8 +298,9 @@ Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitiv
     for (const std::uint32_t corner : {a, mirrored ? c : b, mirrored ? b : c}) mesh.indices.push_back(first_vertex + corner);
     mesh.triangle_materials.push_back(placed.material);
   }
-  append_colors(*raw, soup);
-  append_wind_weights(read_wind_weights(model, primitive, placed, place, warnings), raw->positions.size(), mesh);
+  const std::size_t vertex_count = raw->positions.size(), all_count = mesh.positions.size();
+  append_values(raw->colors, vertex_count, all_count, glm::vec4(1.0f), soup.vertex_colors);
+  append_values(read_wind_weights(model, primitive, placed, place, warnings), vertex_count, all_count, kNoWeight, mesh.wind_weights);
   if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(placed.material);
   return {};
 }

@@ -10,10 +10,12 @@
 #include <stb_image_write.h>
 #include <tiny_gltf.h>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_precision.hpp>
 
 #include "atomic_file.h"
 #include "check.h"
-#include "gltf_codes.h"
+#include "gltf_accessor.h"
+#include "gltf_document.h"
 
 namespace coppice::bake {
 namespace {
@@ -36,21 +38,17 @@ int add_view(tinygltf::Model& model, const void* bytes, std::size_t byte_count, 
   return static_cast<int>(model.bufferViews.size() - 1);
 }
 
-int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor) {
-  model.accessors.push_back(std::move(accessor));
-  return static_cast<int>(model.accessors.size() - 1);
-}
-
-/// Adds an accessor of glm vectors of floats, as they lie in memory.
-template <class Vector>
-tinygltf::Accessor float_accessor(tinygltf::Model& model, const std::vector<Vector>& values, int type) {
-  static_assert(sizeof(Vector) == sizeof(float) * static_cast<std::size_t>(Vector::length()));
+/// Adds an accessor of values as they lie in memory; returns its index.
+template <class Value>
+int add_values(tinygltf::Model& model, const std::vector<Value>& values, int type, int component_type,
+               int target = TINYGLTF_TARGET_ARRAY_BUFFER) {
   tinygltf::Accessor accessor;
-  accessor.bufferView = add_view(model, values.data(), values.size() * sizeof(Vector), TINYGLTF_TARGET_ARRAY_BUFFER);
-  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.bufferView = add_view(model, values.data(), values.size() * sizeof(Value), target);
+  accessor.componentType = component_type;
   accessor.type = type;
   accessor.count = values.size();
-  return accessor;
+  model.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model.accessors.size() - 1);
 }
 
 int add_positions(tinygltf::Model& model, const std::vector<glm::vec3>& positions) {
@@ -59,25 +57,18 @@ int add_positions(tinygltf::Model& model, const std::vector<glm::vec3>& position
     low = glm::min(low, position);
     high = glm::max(high, position);
   }
-  tinygltf::Accessor accessor = float_accessor(model, positions, TINYGLTF_TYPE_VEC3);
-  accessor.minValues = {low.x, low.y, low.z};
-  accessor.maxValues = {high.x, high.y, high.z};
-  return add_accessor(model, std::move(accessor));
+  const int index = add_values(model, positions, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT);
+  model.accessors.back().minValues = {low.x, low.y, low.z};
+  model.accessors.back().maxValues = {high.x, high.y, high.z};
+  return index;
 }
 
 int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indices, std::size_t vertex_count) {
-  tinygltf::Accessor accessor;
-  accessor.type = TINYGLTF_TYPE_SCALAR;
-  accessor.count = indices.size();
-  if (vertex_count <= 0xffff) {  // 0xffff itself may not be an index: it restarts primitives
-    const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
-    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
-    accessor.bufferView = add_view(model, narrow.data(), narrow.size() * sizeof(std::uint16_t), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-  } else {
-    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    accessor.bufferView = add_view(model, indices.data(), indices.size() * sizeof(std::uint32_t), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-  }
-  return add_accessor(model, std::move(accessor));
+  constexpr int kTarget = TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER;
+  // 0xffff itself may not be an index: it restarts primitives.
+  if (vertex_count > 0xffff) return add_values(model, indices, TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, kTarget);
+  const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
+  return add_values(model, narrow, TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, kTarget);
 }
 
 bool is_translucent(const Mesh& mesh, std::size_t triangle) {
@@ -86,20 +77,16 @@ bool is_translucent(const Mesh& mesh, std::size_t triangle) {
 
 /// Adds COLOR_0: grey of the brightness, which glTF limits to 1, with the opacity as alpha.
 int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
-  std::vector<std::uint8_t> colors;
-  colors.reserve(4 * fades.size());
+  std::vector<glm::u8vec4> colors;
+  colors.reserve(fades.size());
   for (const std::uint8_t fade : fades) {
     const auto alpha = static_cast<std::uint8_t>((255u * opacity_of(fade) + kOpaque / 2) / kOpaque);
     const auto gray = static_cast<std::uint8_t>(std::lround(255.0f * std::min(linear_brightness(fade), 1.0f)));
-    colors.insert(colors.end(), {gray, gray, gray, alpha});
+    colors.emplace_back(gray, gray, gray, alpha);
   }
-  tinygltf::Accessor accessor;
-  accessor.type = TINYGLTF_TYPE_VEC4;
-  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
-  accessor.normalized = true;
-  accessor.count = fades.size();
-  accessor.bufferView = add_view(model, colors.data(), colors.size(), TINYGLTF_TARGET_ARRAY_BUFFER);
-  return add_accessor(model, std::move(accessor));
+  const int index = add_values(model, colors, TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE);
+  model.accessors.back().normalized = true;
+  return index;
 }
 
 /// blended  [material] index of its blended copy in the file; kNone if there is none
@@ -116,8 +103,8 @@ void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<st
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.attributes["POSITION"] = add_positions(model, mesh.positions);
-  primitive.attributes["NORMAL"] = add_accessor(model, float_accessor(model, mesh.normals, TINYGLTF_TYPE_VEC3));
-  primitive.attributes["TEXCOORD_0"] = add_accessor(model, float_accessor(model, mesh.uvs, TINYGLTF_TYPE_VEC2));
+  primitive.attributes["NORMAL"] = add_values(model, mesh.normals, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT);
+  primitive.attributes["TEXCOORD_0"] = add_values(model, mesh.uvs, TINYGLTF_TYPE_VEC2, TINYGLTF_COMPONENT_TYPE_FLOAT);
   const bool any_faded = std::ranges::any_of(mesh.vertex_fades, [](std::uint8_t fade) { return fade != kNoFade; });
   if (any_faded) primitive.attributes["COLOR_0"] = add_fades(model, mesh.vertex_fades);
 
@@ -171,15 +158,7 @@ std::vector<std::uint32_t> add_blended_materials(tinygltf::Model& model, const s
 }
 
 Result<void> add_image(tinygltf::Model& model, const Image& image) {
-  std::vector<std::uint8_t> png;
-  const auto append = [](void* user, void* data, int byte_count) {
-    auto& out = *static_cast<std::vector<std::uint8_t>*>(user);
-    out.insert(out.end(), static_cast<std::uint8_t*>(data), static_cast<std::uint8_t*>(data) + byte_count);
-  };
-  const int width = static_cast<int>(image.width), height = static_cast<int>(image.height);
-  if (stbi_write_png_to_func(append, &png, width, height, 4, image.rgba.data(), 4 * width) == 0)
-    return Error{Status::internal, "image cannot be encoded as PNG"};
-
+  COPPICE_TRY(png, encode_png(image.width, image.height, 4, image.rgba));
   tinygltf::Image out;
   out.mimeType = "image/png";
   out.bufferView = add_view(model, png.data(), png.size(), 0);
@@ -198,9 +177,8 @@ Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
   COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
   COPPICE_ASSERT(std::ranges::all_of(mesh.indices, [&](std::uint32_t index) { return index < vertex_count; }));
   COPPICE_ASSERT(std::ranges::all_of(mesh.triangle_materials, [&](std::uint32_t index) { return index < material_count; }));
-  const bool finite = std::ranges::all_of(
-      mesh.positions, [](const glm::vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); });
-  if (!finite) return Error{Status::invalid_argument, "position is not finite in mesh", Error::kNoOffset, part.name};
+  if (!std::ranges::all_of(mesh.positions, is_finite<3, float>))
+    return Error{Status::invalid_argument, "position is not finite in mesh", Error::kNoOffset, part.name};
   return {};
 }
 
@@ -239,8 +217,7 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
     if (!part.mesh->indices.empty()) add_mesh(model, part, blended);
   for (const Image& image : images) COPPICE_CHECK(add_image(model, image));
   // Leaves a mebibyte for the JSON chunk, whose size follows from the number of parts and materials, not of triangles.
-  if (model.buffers.front().data.size() > gltf_code::kMaxFileBytes - (1u << 20))
-    return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
+  if (model.buffers.front().data.size() > kMaxGltfBytes - (1u << 20)) return Error{Status::invalid_argument, "a .glb holds at most 4 GiB"};
   if (model.buffers.front().data.empty()) model.buffers.clear();
   return serialise(model);
 }
@@ -249,6 +226,20 @@ Result<void> write_glb(const std::filesystem::path& path, const std::vector<Gltf
                        const std::vector<Image>& images) {
   COPPICE_TRY(bytes, encode_glb(parts, materials, images));
   return write_file_atomically(path, bytes);
+}
+
+Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+                                             std::span<const std::uint8_t> pixels) {
+  std::vector<std::uint8_t> png;
+  const auto append = [](void* user, void* data, int byte_count) {
+    const auto* bytes = static_cast<const std::uint8_t*>(data);
+    auto& out = *static_cast<std::vector<std::uint8_t>*>(user);
+    out.insert(out.end(), bytes, bytes + byte_count);
+  };
+  const int columns = static_cast<int>(width), rows = static_cast<int>(height), components = static_cast<int>(channels);
+  if (stbi_write_png_to_func(append, &png, columns, rows, components, pixels.data(), components * columns) == 0)
+    return Error{Status::internal, "image cannot be encoded as PNG"};
+  return png;
 }
 
 Mesh foliage_mesh(const Foliage& foliage) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts,
 /// errors  those of encode_glb; io: names the path and the operating system's reason
 Result<void> write_glb(const std::filesystem::path& path, const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
                        const std::vector<Image>& images);
+
+/// Writes an image of 8-bit channels, rows top to bottom, as a PNG file in memory. errors  internal
+Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+                                             std::span<const std::uint8_t> pixels);
 
 /// Makes a mesh of leaf quads: four vertices and two triangles a leaf, flat normals, the card's uvs.
 Mesh foliage_mesh(const Foliage& foliage);

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
 
-#include <glm/common.hpp>
+#include <glm/gtc/type_precision.hpp>
 
 #include "texture_shown.h"
 
@@ -64,11 +63,10 @@ TextureRegion snapped(const TextureRegion& region, const Image& image, const Ima
 
 /// The same region in an image of another size.
 TextureRegion rescaled(const TextureRegion& region, const Image& from, const Image& to) {
-  const auto scaled = [](std::uint32_t texel, std::uint32_t from_side, std::uint32_t to_side) {
-    return static_cast<std::uint32_t>(std::uint64_t{texel} * to_side / from_side);
+  const auto scaled = [&](const glm::uvec2& texel) {
+    return glm::uvec2(glm::u64vec2(texel) * glm::u64vec2(to.width, to.height) / glm::u64vec2(from.width, from.height));
   };
-  return {{scaled(region.first.x, from.width, to.width), scaled(region.first.y, from.height, to.height)},
-          {scaled(region.last.x, from.width, to.width), scaled(region.last.y, from.height, to.height)}};
+  return {scaled(region.first), scaled(region.last)};
 }
 
 Image cut(const Image& image, const TextureRegion& region) {
@@ -178,34 +176,23 @@ std::vector<UvChange> cut_images(Plant& plant) {
   return changes;
 }
 
-void drop_unused_images(Plant& plant) {
-  std::vector<std::uint32_t> numbers(plant.images.size(), kNone);
+/// Keeps the images that materials show, in order of first use.
+void drop_unused_images(std::vector<Material>& materials, std::vector<Image>& images) {
+  std::vector<std::uint32_t> numbers(images.size(), kNone);
   std::vector<Image> kept;
-  for (Material& material : plant.materials)
+  for (Material& material : materials)
     for (std::uint32_t* image : {&material.image, &material.normal_map}) {
       if (*image == kNone) continue;
       if (numbers[*image] == kNone) {
         numbers[*image] = static_cast<std::uint32_t>(kept.size());
-        kept.push_back(std::move(plant.images[*image]));
+        kept.push_back(std::move(images[*image]));
       }
       *image = numbers[*image];
     }
-  plant.images = std::move(kept);
+  images = std::move(kept);
 }
 
 }  // namespace
-
-UvBounds::UvBounds() : low(std::numeric_limits<double>::infinity()), high(-std::numeric_limits<double>::infinity()) {}
-
-void UvBounds::add(const glm::vec2& uv) {
-  low = glm::min(low, glm::dvec2(uv));
-  high = glm::max(high, glm::dvec2(uv));
-}
-
-void UvBounds::add(const UvBounds& other) {
-  low = glm::min(low, other.low);
-  high = glm::max(high, other.high);
-}
 
 TextureRegion texture_region(const UvBounds& bounds, const Image& image) {
   TextureRegion region{glm::uvec2(0), {image.width, image.height}};
@@ -223,8 +210,31 @@ void cut_texture_regions(Plant& plant) {
   const std::vector<UvChange> changes = cut_images(plant);
   change_uvs(plant.foliage, changes);
   change_uvs(plant.wood, changes);
-  drop_unused_images(plant);
+  drop_unused_images(plant.materials, plant.images);
   measure_shown_texels(plant);
+}
+
+void drop_unused_materials(BakedPlant& plant) {
+  std::vector<Mesh*> meshes;
+  for (Mesh& lod : plant.wood.lods) meshes.push_back(&lod);
+  for (LeafMeshPart& part : plant.leaf_meshes.parts) meshes.push_back(&part.mesh);
+  std::vector<bool> is_on_card(plant.materials.size(), false), is_on_mesh(plant.materials.size(), false);
+  for (const Card& card : plant.card_table) is_on_card[card.material] = true;
+  for (const Mesh* mesh : meshes)
+    for (const std::uint32_t material : mesh->triangle_materials) is_on_mesh[material] = true;
+  std::vector<std::uint32_t> numbers(plant.materials.size(), kNone);
+  std::vector<Material> kept;
+  for (std::size_t m = 0; m < plant.materials.size(); ++m) {
+    if (!is_on_card[m] && !is_on_mesh[m]) continue;
+    if (!is_on_mesh[m]) plant.materials[m].normal_map = kNone;
+    numbers[m] = static_cast<std::uint32_t>(kept.size());
+    kept.push_back(std::move(plant.materials[m]));
+  }
+  plant.materials = std::move(kept);
+  drop_unused_images(plant.materials, plant.images);
+  for (Card& card : plant.card_table) card.material = numbers[card.material];
+  for (Mesh* mesh : meshes)
+    for (std::uint32_t& material : mesh->triangle_materials) material = numbers[material];
 }
 
 }  // namespace coppice::bake

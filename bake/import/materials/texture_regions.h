@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 
 #include "plant.h"
@@ -10,11 +12,13 @@ namespace coppice::bake {
 
 /// Bounds of some texture coordinates; none before the first is added.
 struct UvBounds {
-  glm::dvec2 low, high;
+  glm::dvec2 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
 
-  UvBounds();
-  void add(const glm::vec2& uv);
-  void add(const UvBounds& other);
+  void add(const glm::vec2& uv) { add(UvBounds{glm::dvec2(uv), glm::dvec2(uv)}); }
+  void add(const UvBounds& other) {
+    low = glm::min(low, other.low);
+    high = glm::max(high, other.high);
+  }
   [[nodiscard]] bool none() const { return !(low.x <= high.x); }
 };
 
@@ -37,5 +41,8 @@ TextureRegion texture_region(const UvBounds& bounds, const Image& image);
 /// normal maps are cut alike. Same plant, same result.
 /// plant  foliage, wood, materials and images change; images that no material names any more are dropped
 void cut_texture_regions(Plant& plant);
+
+/// Drops materials that no card, leaf mesh or wood uses, and images that no material uses, and renumbers the rest.
+void drop_unused_materials(BakedPlant& plant);
 
 }  // namespace coppice::bake

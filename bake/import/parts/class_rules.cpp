@@ -49,8 +49,7 @@ Result<ClassRule> read_rule(const json& entry, const std::string& place) {
     if (std::find(kKeys.begin(), kKeys.end(), item.key()) == kKeys.end()) return bad_value("unknown key", place + "." + item.key());
   ClassRule rule;
   rule.source = place;
-  COPPICE_TRY(material, read_text(entry, "material", place));
-  rule.material = std::move(material);
+  COPPICE_CHECK(move_into(rule.material, read_text(entry, "material", place)));
   COPPICE_TRY(name, read_text(entry, "class", place));
   const std::optional<PlantPart> part = part_from_name(name);
   if (!part) return bad_value("not leaf, wood or drop", place + ".class is '" + name + "'");

@@ -19,7 +19,6 @@
 #include <glm/geometric.hpp>
 
 #include "piece_kinds.h"
-#include "piece_shape.h"
 #include "union_find.h"
 
 namespace coppice::bake {
@@ -37,40 +36,6 @@ struct Contact {
   std::uint32_t a = 0, b = 0;  ///< pieces
   std::vector<std::uint32_t> points_a, points_b;
 };
-
-/// Triangles sorted by piece, ascending within each.
-struct Sorted {
-  std::vector<std::uint32_t> triangles;
-  std::vector<LeafRange> ranges;
-  [[nodiscard]] std::span<const std::uint32_t> of(std::size_t i) const {
-    return std::span(triangles).subspan(ranges[i].first_triangle, ranges[i].triangle_count);
-  }
-};
-
-Sorted sort_by_piece(const std::vector<std::uint32_t>& piece_of) {
-  Sorted sorted;
-  std::vector<std::uint32_t> number_of(piece_of.size(), kNone);
-  for (const std::uint32_t piece : piece_of) {
-    if (piece == kNone) continue;
-    if (number_of[piece] == kNone) {
-      number_of[piece] = static_cast<std::uint32_t>(sorted.ranges.size());
-      sorted.ranges.emplace_back();
-    }
-    ++sorted.ranges[number_of[piece]].triangle_count;
-  }
-  std::uint32_t first = 0;
-  for (LeafRange& range : sorted.ranges) {
-    range.first_triangle = first;
-    first += std::exchange(range.triangle_count, 0);
-  }
-  sorted.triangles.resize(first);
-  for (std::uint32_t t = 0; t < piece_of.size(); ++t) {
-    if (piece_of[t] == kNone) continue;
-    LeafRange& range = sorted.ranges[number_of[piece_of[t]]];
-    sorted.triangles[range.first_triangle + range.triangle_count++] = t;
-  }
-  return sorted;
-}
 
 /// A point at which several pieces meet, and one of them; in order.
 using Meeting = std::pair<std::uint32_t, std::uint32_t>;
@@ -111,12 +76,15 @@ class LobeJoiner {
   }
 
  private:
-  [[nodiscard]] const PieceKind& kind_of(std::uint32_t piece) const { return table_.kinds[pieces_[piece].kind]; }
+  [[nodiscard]] const PieceShape& shape_of(std::uint32_t piece) const { return table_.kinds[pieces_[piece].kind].shape; }
   void unite(std::uint32_t a, std::uint32_t b) { joined_.join(pieces_[a].first_triangle, pieces_[b].first_triangle); }
 
   /// Numbers all pieces of the sizes that touch anywhere.
   void number_pieces(const std::vector<Meeting>& meetings) {
-    const Sorted sorted = sort_by_piece(piece_of_);
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t t = 0; t < piece_of_.size(); ++t)
+      if (piece_of_[t] != kNone) triangles.push_back(t);
+    const Groups sorted = group_by(triangles, piece_of_.size(), [&](std::uint32_t t) { return piece_of_[t]; });
     std::set<std::pair<std::uint32_t, std::size_t>> sizes;
     std::vector<bool> meets(piece_of_.size(), false);
     for (const auto& [point, piece] : meetings) meets[piece] = true;
@@ -291,9 +259,9 @@ class LobeJoiner {
   /// beside one that is at most three times as long or short.
   [[nodiscard]] bool may_be_one(std::uint32_t a, std::uint32_t b, std::uint32_t each) const {
     constexpr double kSlender = 2.5, kAboutAsLong = 3.0;
-    const PieceKind &first = kind_of(a), &second = kind_of(b);
+    const PieceShape &first = shape_of(a), &second = shape_of(b);
     if ((first.flatness < kTubeFlatness) != (second.flatness < kTubeFlatness)) return false;
-    if (std::max(first.elongation, second.elongation) > kSlender * std::min(first.elongation, second.elongation)) return false;
+    if (std::max(first.elongation(), second.elongation()) > kSlender * std::min(first.elongation(), second.elongation())) return false;
     return each == 1 || std::max(first.length_m, second.length_m) <= kAboutAsLong * std::min(first.length_m, second.length_m);
   }
 
@@ -321,14 +289,14 @@ class LobeJoiner {
   [[nodiscard]] bool may_be_strips(std::uint32_t piece, const std::vector<std::uint32_t>& points_a,
                                    const std::vector<std::uint32_t>& points_b) const {
     constexpr double kSideBySide = 0.6, kSlender = 4.0;
-    const PieceKind& kind = kind_of(piece);
+    const PieceShape& shape = shape_of(piece);
     const auto& vertices = pieces_[piece].vertices;
-    double nearest_m = kind.length_m;
+    double nearest_m = shape.length_m;
     for (const std::uint32_t a : points_a)
       for (const std::uint32_t b : points_b)
         nearest_m = std::min(nearest_m, static_cast<double>(glm::distance(mesh_.positions[vertices[a]], mesh_.positions[vertices[b]])));
-    const double longest_m = std::max(kind.length_m, 1e-30);
-    return nearest_m < kSideBySide * longest_m || kind.elongation >= kSlender;
+    const double longest_m = std::max(shape.length_m, 1e-30);
+    return nearest_m < kSideBySide * longest_m || shape.elongation() >= kSlender;
   }
 
   /// Joins the pairs if nearly all pieces are in chains of equal length that are no rings.

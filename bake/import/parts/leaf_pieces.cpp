@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <iterator>
 #include <map>
 #include <numeric>
 #include <span>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -31,9 +31,7 @@ constexpr double kSameShare = 0.99;
 /// Pieces with equal keys may be copies of each other.
 struct ClassKey {
   std::uint32_t material = 0, triangle_count = 0, point_count = 0;
-  bool operator<(const ClassKey& other) const {
-    return std::tie(material, triangle_count, point_count) < std::tie(other.material, other.triangle_count, other.point_count);
-  }
+  auto operator<=>(const ClassKey&) const = default;
 };
 
 /// How many sets of a class each partition has. `alone` counts those that are the same in all.
@@ -41,44 +39,7 @@ struct ClassCounts {
   std::uint32_t alone = 0, welded = 0, both = 0, by_edge = 0, by_index = 0;
 };
 
-using TriangleList = std::span<const std::uint32_t>;
-
-/// Items grouped by key: groups in order of their first item, items in order within each.
-struct Groups {
-  std::vector<std::uint32_t> items;
-  std::vector<LeafRange> ranges;
-  [[nodiscard]] TriangleList of(std::size_t group) const {
-    return {items.data() + ranges[group].first_triangle, ranges[group].triangle_count};
-  }
-};
-
-/// set_of  a number below `set_limit` for each item
-template <class SetOf>
-Groups group_by(TriangleList items, std::size_t set_limit, const SetOf& set_of) {
-  Groups groups;
-  std::vector<std::uint32_t> group_of(set_limit, kNone);
-  for (const std::uint32_t item : items) {
-    std::uint32_t& group = group_of[set_of(item)];
-    if (group == kNone) {
-      group = static_cast<std::uint32_t>(groups.ranges.size());
-      groups.ranges.emplace_back();
-    }
-    ++groups.ranges[group].triangle_count;
-  }
-  std::uint32_t first = 0;
-  for (LeafRange& range : groups.ranges) {
-    range.first_triangle = first;
-    first += std::exchange(range.triangle_count, 0);
-  }
-  groups.items.resize(items.size());
-  for (const std::uint32_t item : items) {
-    LeafRange& range = groups.ranges[group_of[set_of(item)]];
-    groups.items[range.first_triangle + range.triangle_count++] = item;
-  }
-  return groups;
-}
-
-/// part_by for few items: no array as long as the soup.
+/// group_by for few items: no array as long as the soup.
 template <class SetOf>
 std::vector<std::vector<std::uint32_t>> part_by(TriangleList items, const SetOf& set_of) {
   std::vector<std::vector<std::uint32_t>> parts;
@@ -342,10 +303,9 @@ void take_thin_pieces(const Points& points, std::vector<std::uint32_t>& piece_of
 void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces) {
   std::vector<std::uint32_t> piece_at(points.count(), kNone);
   for (std::size_t i = 0; i < pieces.ranges.size(); ++i)
-    for (std::uint32_t k = 0; k < pieces.ranges[i].triangle_count; ++k)
-      for (const std::uint32_t point : points.of(pieces.triangles[pieces.ranges[i].first_triangle + k]))
+    for (const std::uint32_t t : pieces.of(i))
+      for (const std::uint32_t point : points.of(t))
         if (piece_at[point] == kNone) piece_at[point] = static_cast<std::uint32_t>(i);
-  std::map<std::uint32_t, std::uint32_t> number_at;
   for (const std::uint32_t t : collapsed) {
     const auto corners = points.of(t);
     const auto touching = std::ranges::find_if(corners, [&](std::uint32_t point) { return piece_at[point] != kNone; });
@@ -354,10 +314,8 @@ void file_collapsed(const Points& points, TriangleList collapsed, Pieces& pieces
       pieces.seam_pieces.push_back(piece_at[*touching]);
       continue;
     }
-    const auto [found, is_new] = number_at.try_emplace(*std::ranges::min_element(corners), pieces.loose_count);
-    if (is_new) ++pieces.loose_count;
     pieces.loose.push_back(t);
-    pieces.loose_numbers.push_back(found->second);
+    pieces.loose_points.push_back(*std::ranges::min_element(corners));
   }
 }
 
@@ -371,9 +329,7 @@ Pieces split_with(const Mesh& mesh, const std::vector<std::uint32_t>& welded, co
   if (!whole.empty()) {
     std::vector<std::uint32_t> piece_of = piece_of_triangles(points, TriangleList(whole));
     take_thin_pieces(points, piece_of, whole, collapsed);
-    Groups groups = group_by(whole, mesh.triangle_materials.size(), [&](std::uint32_t t) { return piece_of[t]; });
-    pieces.triangles = std::move(groups.items);
-    pieces.ranges = std::move(groups.ranges);
+    static_cast<Groups&>(pieces) = group_by(whole, mesh.triangle_materials.size(), [&](std::uint32_t t) { return piece_of[t]; });
   }
   file_collapsed(points, collapsed, pieces);
   return pieces;
@@ -406,12 +362,12 @@ std::vector<std::uint32_t> join_materials(const Mesh& mesh, const std::vector<st
   const bool one_material =
       std::ranges::adjacent_find(mesh.triangle_materials, std::ranges::not_equal_to{}) == mesh.triangle_materials.end();
   for (std::uint32_t i = 0; i < pieces.ranges.size() && !one_material; ++i)
-    for (std::uint32_t k = 0; candidates[i] && k < pieces.ranges[i].triangle_count; ++k) {
-      const std::uint32_t* corners = &mesh.indices[3 * std::size_t{pieces.triangles[pieces.ranges[i].first_triangle + k]}];
+    for (const std::uint32_t t : candidates[i] ? pieces.of(i) : TriangleList()) {
+      const std::uint32_t* corners = &mesh.indices[3 * std::size_t{t}];
       for (std::size_t e = 0; e < 3; ++e) edges.push_back(edge_between(welded[corners[e]], welded[corners[(e + 1) % 3]], i));
     }
   std::ranges::sort(edges);
-  const auto material = [&](std::uint32_t piece) { return mesh.triangle_materials[pieces.triangles[pieces.ranges[piece].first_triangle]]; };
+  const auto material = [&](std::uint32_t piece) { return mesh.triangle_materials[pieces.of(piece)[0]]; };
   for (std::size_t i = 1; i < edges.size(); ++i) {
     const Edge &a = edges[i - 1], &b = edges[i];
     if (same_place(a, b) && material(a[2]) != material(b[2])) sets.join(a[2], b[2]);

@@ -3,20 +3,17 @@
 #include <cstdint>
 #include <vector>
 
+#include "piece_points.h"
 #include "plant.h"
-#include "triangle_soup.h"
 
 namespace coppice::bake {
 
 /// The triangles of a soup, grouped into pieces; each piece may be a leaf.
-struct Pieces {
-  std::vector<std::uint32_t> triangles;      ///< all pieces' triangles, ascending within each piece
-  std::vector<LeafRange> ranges;             ///< into `triangles`; pieces in order of their first triangle
-  std::vector<std::uint32_t> loose;          ///< collapsed triangles (two corners in one place) that touch no piece
-  std::vector<std::uint32_t> loose_numbers;  ///< [loose.size()] equal for those that lie together
-  std::uint32_t loose_count = 0;             ///< how many different numbers
-  std::vector<std::uint32_t> seams;          ///< collapsed triangles, and pieces without area, that touch a piece
-  std::vector<std::uint32_t> seam_pieces;    ///< [seams.size()] the piece that each touches
+struct Pieces : Groups {
+  std::vector<std::uint32_t> loose;         ///< collapsed triangles (two corners in one place) that touch no piece
+  std::vector<std::uint32_t> loose_points;  ///< [loose.size()] the smallest point of each; equal for those that lie together
+  std::vector<std::uint32_t> seams;         ///< collapsed triangles, and pieces without area, that touch a piece
+  std::vector<std::uint32_t> seam_pieces;   ///< [seams.size()] the piece that each touches
 };
 
 /// Splits a soup into pieces, each of one mesh instance and one material.

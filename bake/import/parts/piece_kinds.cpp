@@ -11,7 +11,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "piece_shape.h"
 #include "union_find.h"
 
 namespace coppice::bake {
@@ -171,21 +170,13 @@ std::vector<std::vector<std::uint32_t>> number_topologies(const Mesh& mesh, std:
   return members;
 }
 
-PieceKind measure_kind(const Mesh& mesh, const NumberedPiece& piece) {
+PieceShape shape_of(const Mesh& mesh, const NumberedPiece& piece) {
   Mesh alone;
   for (const std::uint32_t vertex : piece.vertices) alone.positions.push_back(mesh.positions[vertex]);
   alone.indices = piece.corners;
   std::vector<std::uint32_t> triangles(piece.corners.size() / 3);
   std::iota(triangles.begin(), triangles.end(), 0u);
-  const PieceShape shape = measure_piece(alone, triangles);
-  PieceKind kind;
-  kind.topology = piece.topology;
-  kind.triangle_count = static_cast<std::uint32_t>(triangles.size());
-  kind.point_count = shape.point_count;
-  kind.length_m = shape.length_m;
-  kind.elongation = shape.length_m / std::max(shape.width_m, 1e-3 * shape.length_m);
-  kind.flatness = shape.flatness;
-  return kind;
+  return measure_piece(alone, triangles);
 }
 
 /// Groups pieces by the part of the image that they show; empty if they show none, or each its own.
@@ -220,10 +211,7 @@ void add_kinds(const Mesh& mesh, std::vector<NumberedPiece>& pieces, const std::
     const std::uint32_t part = part_of.empty() ? 0 : part_of[i], form = form_of.empty() ? 0 : form_of[i];
     if (part == kNone || form == kNone) continue;
     const auto [found, is_new] = numbers.try_emplace({part, form}, static_cast<std::uint32_t>(table.kinds.size()));
-    if (is_new) {
-      table.kinds.push_back(measure_kind(mesh, pieces[members[i]]));
-      table.kinds.back().has_image_part = !part_of.empty();
-    }
+    if (is_new) table.kinds.push_back({shape_of(mesh, pieces[members[i]]), !part_of.empty()});
     pieces[members[i]].kind = found->second;
     ++table.kinds[found->second].count;
   }

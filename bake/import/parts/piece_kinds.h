@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "piece_points.h"
+#include "piece_shape.h"
 #include "plant.h"
 
 namespace coppice::bake {
@@ -29,10 +30,9 @@ NumberedPiece number_piece(const Mesh& mesh, const Points& points, std::span<con
 
 /// Copies of one piece, wherever they are, and however turned, scaled or bent along their edges.
 struct PieceKind {
-  std::uint32_t topology = 0, count = 0;
-  std::uint32_t triangle_count = 0, point_count = 0;
-  double length_m = 0.0, elongation = 1.0, flatness = 0.0;  ///< the first copy's; see PieceShape
-  bool has_image_part = false;                              ///< all show one part of the image
+  PieceShape shape;             ///< the first copy's
+  bool has_image_part = false;  ///< all show one part of the image
+  std::uint32_t count = 0;
 };
 
 struct KindTable {

@@ -12,16 +12,6 @@
 namespace coppice::bake {
 namespace {
 
-double weld_tolerance_m(const Mesh& mesh) {
-  if (mesh.positions.empty()) return 0.0;
-  glm::vec3 low = mesh.positions[0], high = low;
-  for (const glm::vec3& position : mesh.positions) {
-    low = glm::min(low, position);
-    high = glm::max(high, position);
-  }
-  return glm::distance(glm::dvec3(low), glm::dvec3(high)) * static_cast<double>(kWeldTolerance);
-}
-
 /// The smallest of a triangle's three heights.
 double height_m(const Mesh& mesh, std::size_t triangle) {
   const std::uint32_t* corners = &mesh.indices[3 * triangle];
@@ -31,6 +21,16 @@ double height_m(const Mesh& mesh, std::size_t triangle) {
 }
 
 }  // namespace
+
+double box_diagonal_m(const Mesh& mesh) {
+  if (mesh.positions.empty()) return 0.0;
+  glm::vec3 low = mesh.positions[0], high = low;
+  for (const glm::vec3& position : mesh.positions) {
+    low = glm::min(low, position);
+    high = glm::max(high, position);
+  }
+  return glm::distance(glm::dvec3(low), glm::dvec3(high));
+}
 
 Points::Points(const Mesh& mesh, const std::vector<std::uint32_t>& welded)
     : corners_(mesh.indices.size()), count_(welded.size()), has_area_(mesh.triangle_materials.size()) {
@@ -47,7 +47,7 @@ Points::Points(const Mesh& mesh, const std::vector<std::uint32_t>& welded)
     if (is_new) ++count_;
     corners_[i] = found->second;
   }
-  const double tolerance_m = weld_tolerance_m(mesh);
+  const double tolerance_m = box_diagonal_m(mesh) * static_cast<double>(kWeldTolerance);
   for (std::size_t t = 0; t < has_area_.size(); ++t) has_area_[t] = height_m(mesh, t) > tolerance_m;
 }
 

@@ -125,6 +125,9 @@ PieceShape measure_piece(const Mesh& mesh, std::span<const std::uint32_t> triang
   PieceShape shape;
   const std::vector<glm::vec3> points = distinct_points(mesh, triangles);
   shape.point_count = static_cast<std::uint32_t>(points.size());
+  const auto [low, high] = std::ranges::minmax(points, {}, [](const glm::vec3& point) { return point.y; });
+  shape.low_m = static_cast<double>(low.y);
+  shape.high_m = static_cast<double>(high.y);
   glm::dvec3 sum(0.0);
   for (const glm::vec3& point : points) sum += glm::dvec3(point);
   const glm::dvec3 middle = sum / static_cast<double>(points.size());

@@ -1,16 +1,20 @@
 #include "gltf_nodes.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include <tiny_gltf.h>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "gltf_accessor.h"
+#include "gltf_screen.h"
+#include "material_words.h"
+#include "node_names.h"
 
 namespace coppice::bake {
 namespace {
@@ -51,10 +55,7 @@ Result<void> add_corners(const tinygltf::Model& model, const tinygltf::Primitive
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES) return {};
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
-  if (primitive.indices >= 0) {
-    COPPICE_TRY(read, read_indices(model, primitive.indices));
-    order = std::move(read);
-  }
+  if (primitive.indices >= 0) COPPICE_CHECK(move_into(order, read_indices(model, primitive.indices)));
   for (const std::uint32_t index : order)
     if (index < points.size()) corners.push_back(points[index]);
   return {};
@@ -100,40 +101,192 @@ NodeItem make_item(const MeshFacts& facts, std::uint32_t position, std::span<con
   return item;
 }
 
-}  // namespace
-
-void NodeBox::add(const glm::dvec3& point) {
-  low = glm::min(low, point);
-  high = glm::max(high, point);
-}
-void NodeBox::add(const NodeBox& box) {
-  low = glm::min(low, box.low);
-  high = glm::max(high, box.high);
-}
-glm::dvec3 NodeBox::size() const {
-  return glm::max(high - low, glm::dvec3(0.0));
-}
-double NodeBox::width() const {
-  return std::max(size().x, size().z);
-}
-glm::dvec2 NodeBox::centre() const {
-  return {0.5 * (low.x + high.x), 0.5 * (low.z + high.z)};
-}
-
 bool overlap(const NodeBox& a, const NodeBox& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
-  return true;
+  return glm::all(glm::lessThanEqual(a.low, b.high)) && glm::all(glm::lessThanEqual(b.low, a.high));
 }
 
+/// Whether `outer` reaches over at least `share` of `box` along each axis.
 bool covers(const NodeBox& outer, const NodeBox& box, double share) {
-  if (!overlap(outer, box)) return false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double common = std::min(outer.high[axis], box.high[axis]) - std::max(outer.low[axis], box.low[axis]);
-    if (common < share * (box.high[axis] - box.low[axis])) return false;
+  const glm::dvec3 common = glm::min(outer.high, box.high) - glm::max(outer.low, box.low);
+  return overlap(outer, box) && glm::all(glm::greaterThanEqual(common, share * (box.high - box.low)));
+}
+
+/// Share of a thing's extent that a plant in the same place must reach over.
+constexpr double kSamePlace = 0.7;
+/// Minimum triangles of a plant, as a multiple of its billboards'.
+constexpr std::uint64_t kTimesABillboard = 4;
+
+std::uint64_t triangles_of(const GltfNodes& scene, std::span<const std::uint32_t> items) {
+  std::uint64_t sum = 0;
+  for (const std::uint32_t item : items) sum += scene.items[item].triangles;
+  return sum;
+}
+
+NodeBox box_of(const GltfNodes& scene, std::span<const std::uint32_t> items) {
+  NodeBox box;
+  for (const std::uint32_t item : items) box.add(scene.items[item].box);
+  return box;
+}
+
+void leave(LeftOut& left, std::uint32_t item, LeftReason reason, std::uint32_t by) {
+  left.reason[item] = reason;
+  left.by[item] = by;
+}
+
+/// Splits the taken items into those that `is_it` holds for and the rest.
+template <class Predicate>
+std::pair<std::vector<std::uint32_t>, std::vector<std::uint32_t>> parted(const LeftOut& left, const Predicate& is_it) {
+  std::pair<std::vector<std::uint32_t>, std::vector<std::uint32_t>> parts;
+  for (const std::uint32_t item : taken_items(left)) (is_it(item) ? parts.first : parts.second).push_back(item);
+  return parts;
+}
+
+/// [nodes] What a node itself says, as own(position) tells it, or the nearest parent that says something; else `none`.
+template <class Value, class Own>
+std::vector<Value> inherited(const GltfNodes& scene, const Value& none, const Own& own) {
+  std::vector<Value> values;
+  values.reserve(scene.nodes.size());
+  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+    const std::uint32_t parent = scene.nodes[i].parent;
+    const std::optional<Value> found = own(i);
+    values.push_back(found ? *found : parent != kNone ? Value(values[parent]) : none);
+  }
+  return values;
+}
+
+/// What a node's name, or its mesh's, says that it is.
+struct NamedRole {
+  NodeRole role = NodeRole::shape;
+  std::uint32_t by = kNone;
+  std::string stem;
+};
+std::vector<NamedRole> named_roles(const GltfNodes& scene) {
+  return inherited(scene, NamedRole{}, [&](std::uint32_t i) -> std::optional<NamedRole> {
+    NodeName name = read_node_name(scene.nodes[i].name);
+    if (name.role == NodeRole::shape && scene.nodes[i].item != kNone) name = read_node_name(scene.nodes[i].mesh_name);
+    if (name.role == NodeRole::shape) return {};
+    return NamedRole{name.role, i, name.stem};
+  });
+}
+
+/// The level of a thing, and the node that says so.
+struct Level {
+  std::uint32_t level = 0;
+  std::uint32_t by = kNone;  ///< the node whose name it is
+  std::string family;        ///< equal for levels of one thing; empty: no level
+};
+
+/// "trunk_L0", "trunk_L1": whether these items, by rising level, get coarser and stay as large.
+bool is_series(const GltfNodes& scene, const std::map<std::uint32_t, std::uint32_t>& item_of_level) {
+  if (item_of_level.size() < 2 || item_of_level.begin()->first != 0 || item_of_level.rbegin()->first + 1 != item_of_level.size())
+    return false;
+  const NodeItem* before = nullptr;
+  for (const auto& [level, item] : item_of_level) {
+    const NodeItem& next = scene.items[item];
+    if (before != nullptr) {
+      if (4 * next.triangles > 3 * before->triangles) return false;
+      const glm::dvec3 a = before->box.size(), b = next.box.size();
+      if (glm::any(glm::lessThan(glm::min(a, b), 0.6 * glm::max(a, b)))) return false;
+    }
+    before = &next;
   }
   return true;
 }
+
+/// Adds levels such as "_L1", which count only in a series.
+void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Level>& levels) {
+  std::map<std::pair<std::uint32_t, std::string>, std::map<std::uint32_t, std::uint32_t>> series;
+  for (const std::uint32_t item : taken_items(left)) {
+    const std::uint32_t at = scene.items[item].position;
+    if (!levels[at].family.empty()) continue;
+    NodeName name = read_node_name(scene.nodes[at].name);
+    if (!name.weak_level) name = read_node_name(scene.nodes[at].mesh_name);
+    if (name.weak_level) series[{scene.nodes[at].parent, name.stem}].try_emplace(*name.weak_level, item);
+  }
+  for (const auto& [key, item_of_level] : series) {
+    if (!is_series(scene, item_of_level)) continue;
+    for (const auto& [level, item] : item_of_level) {
+      const std::uint32_t at = scene.items[item].position;
+      levels[at] = {level, at, "l " + std::to_string(key.first) + " " + key.second};
+    }
+  }
+}
+
+/// [nodes] The level that each node's name says.
+std::vector<Level> named_levels(const GltfNodes& scene, const LeftOut& left) {
+  std::vector<Level> levels = inherited(scene, Level{}, [&](std::uint32_t i) -> std::optional<Level> {
+    const GltfNode& node = scene.nodes[i];
+    NodeName name = read_node_name(node.name);
+    if (!name.level && node.item != kNone) name = read_node_name(node.mesh_name);
+    if (!name.level) return {};
+    // Levels with nothing else in their names are of one thing only below one parent.
+    return Level{*name.level, i, name.stem.empty() ? "#" + std::to_string(node.parent) : name.stem};
+  });
+  add_weak_levels(scene, left, levels);
+  return levels;
+}
+
+/// The finest level of each family. "oak" beside "oak_LOD1" is its level 0.
+std::map<std::string, std::uint32_t> finest_levels(const GltfNodes& scene, const std::vector<std::uint32_t>& items,
+                                                   const std::vector<Level>& levels) {
+  std::map<std::string, std::uint32_t> finest;
+  for (const std::uint32_t item : items) {
+    const Level& level = levels[scene.items[item].position];
+    if (level.family.empty()) continue;
+    const auto [found, is_new] = finest.try_emplace(level.family, level.level);
+    if (!is_new) found->second = std::min(found->second, level.level);
+  }
+  for (const std::uint32_t item : items) {
+    const GltfNode& node = scene.nodes[scene.items[item].position];
+    if (!levels[scene.items[item].position].family.empty()) continue;
+    for (const std::string& name : {node.name, node.mesh_name})
+      if (const auto found = finest.find(read_node_name(name).stem); found != finest.end()) found->second = 0;
+  }
+  return finest;
+}
+
+/// Whether finer levels of other names stand in the same place as one node's items: "Tree_LOD1" for "Trunk_LOD0" and "Leaves_LOD0".
+bool is_shown_finer(const NodeBox& box, std::uint32_t level, const std::map<std::uint32_t, std::pair<std::uint32_t, NodeBox>>& levels) {
+  NodeBox finer;
+  for (const auto& [by, other] : levels)
+    if (other.first < level && overlap(other.second, box)) finer.add(other.second);
+  return covers(finer, box, kSamePlace);
+}
+
+void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
+  constexpr std::size_t kMaxNames = 2000;
+  const std::vector<std::uint32_t> items = taken_items(left);
+  const std::vector<Level> levels = named_levels(scene, left);
+  const std::map<std::string, std::uint32_t> finest = finest_levels(scene, items, levels);
+  std::map<std::uint32_t, std::pair<std::uint32_t, NodeBox>> of_node;
+  for (const std::uint32_t item : items)
+    if (const Level& level = levels[scene.items[item].position]; !level.family.empty()) {
+      of_node[level.by].first = level.level;
+      of_node[level.by].second.add(scene.items[item].box);
+    }
+  std::map<std::uint32_t, bool> is_coarse;
+  for (const std::uint32_t item : items) {
+    const Level& level = levels[scene.items[item].position];
+    if (level.family.empty()) continue;
+    const auto [coarse, is_new] = is_coarse.try_emplace(level.by, level.level > finest.at(level.family));
+    if (is_new && !coarse->second && level.level > 0 && of_node.size() <= kMaxNames)
+      coarse->second = is_shown_finer(of_node[level.by].second, level.level, of_node);
+    if (coarse->second) leave(left, item, LeftReason::coarser_level, level.by);
+  }
+}
+
+/// Leaves out what is below nodes that MSFT_lod names as coarser than others.
+void leave_msft_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
+  const std::set<std::uint32_t> coarse = msft_coarser_nodes(model);
+  if (coarse.empty()) return;
+  const auto by =
+      inherited(scene, kNone, [&](std::uint32_t i) { return coarse.contains(scene.nodes[i].node) ? std::optional(i) : std::nullopt; });
+  const auto [coarser, rest] = parted(left, [&](std::uint32_t item) { return by[scene.items[item].position] != kNone; });
+  if (rest.empty()) return;
+  for (const std::uint32_t item : coarser) leave(left, item, LeftReason::coarser_level, by[scene.items[item].position]);
+}
+
+}  // namespace
 
 Result<GltfNodes> read_gltf_nodes(const tinygltf::Model& model, std::span<const MeshInstance> instances) {
   GltfNodes scene;
@@ -148,10 +301,7 @@ Result<GltfNodes> read_gltf_nodes(const tinygltf::Model& model, std::span<const 
     const std::size_t first = next;
     while (next < instances.size() && instances[next].node == each.node) ++next;
     if (first == next) continue;
-    if (!facts[mesh].is_known) {
-      COPPICE_TRY(read, mesh_facts(model, model.meshes[mesh]));
-      facts[mesh] = std::move(read);
-    }
+    if (!facts[mesh].is_known) COPPICE_CHECK(move_into(facts[mesh], mesh_facts(model, model.meshes[mesh])));
     if (facts[mesh].triangles == 0) continue;
     added.item = static_cast<std::uint32_t>(scene.items.size());
     scene.items.push_back(
@@ -181,7 +331,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
         }
     }
   }
-  if (vertices <= kMaxBaseVertices && base.low.x <= base.high.x) return base;
+  if (vertices <= kMaxBaseVertices && !base.is_empty()) return base;
   const glm::dvec2 middle = all.centre();
   base = {};
   base.add({middle.x, all.low.y, middle.y});
@@ -191,6 +341,107 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
 std::string shown_name(const GltfNode& node) {
   if (!node.name.empty()) return node.name;
   return node.mesh_name.empty() ? "nodes[" + std::to_string(node.node) + "]" : node.mesh_name;
+}
+
+std::vector<std::uint32_t> taken_items(const LeftOut& left) {
+  std::vector<std::uint32_t> items;
+  for (std::uint32_t i = 0; i < left.reason.size(); ++i)
+    if (left.reason[i] == LeftReason::none) items.push_back(i);
+  return items;
+}
+
+std::set<std::uint32_t> msft_coarser_nodes(const tinygltf::Model& model) {
+  std::set<std::uint32_t> coarse;
+  for (const tinygltf::Node& node : model.nodes) {
+    const auto found = node.extensions.find(kLevelsExtension);
+    if (found == node.extensions.end() || !found->second.Has("ids")) continue;
+    const tinygltf::Value& ids = found->second.Get("ids");
+    for (std::size_t i = 0; i < ids.ArrayLen(); ++i)
+      coarse.insert(static_cast<std::uint32_t>(ids.Get(static_cast<int>(i)).GetNumberAsInt()));
+  }
+  return coarse;
+}
+
+void leave_collision_shapes(const GltfNodes& scene, LeftOut& left) {
+  const std::vector<NamedRole> roles = named_roles(scene);
+  const auto role_of = [&](std::uint32_t item) -> const NamedRole& { return roles[scene.items[item].position]; };
+  const auto [shapes, rest] = parted(left, [&](std::uint32_t item) {
+    return role_of(item).role == NodeRole::collision || role_of(item).role == NodeRole::maybe_collision;
+  });
+  if (shapes.empty() || rest.empty()) return;
+  const NodeBox box = box_of(scene, rest);
+  std::set<std::string> stems;
+  for (const std::uint32_t item : rest) {
+    const GltfNode& node = scene.nodes[scene.items[item].position];
+    stems.insert(read_node_name(node.name).stem);
+    stems.insert(read_node_name(node.mesh_name).stem);
+  }
+  for (const std::uint32_t item : shapes) {
+    const NamedRole& role = role_of(item);
+    const NodeItem& shape = scene.items[item];
+    // "trunk_col" may be the trunk in its colours. A collision shape has no material, or stands beside the thing whose shape it is.
+    const bool bare = shape.materials == std::vector{kNone};
+    const bool is_one = role.role == NodeRole::collision || ((bare || stems.contains(role.stem)) && covers(box, shape.box, kSamePlace));
+    if (is_one) leave(left, item, LeftReason::collision, role.by);
+  }
+}
+
+void leave_coarser_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
+  leave_msft_levels(model, scene, left);
+  leave_named_levels(scene, left);
+}
+
+void leave_named_billboards(const GltfNodes& scene, LeftOut& left) {
+  const std::vector<NamedRole> roles = named_roles(scene);
+  const auto [named, rest] =
+      parted(left, [&](std::uint32_t item) { return roles[scene.items[item].position].role == NodeRole::billboard; });
+  if (named.empty() || rest.empty()) return;
+  // Leaves are called billboards too: they stand in the plant, but are not as large. What stands alone is no billboard.
+  std::map<std::uint32_t, std::vector<std::uint32_t>> by_node;
+  for (const std::uint32_t item : named) by_node[roles[scene.items[item].position].by].push_back(item);
+  for (const auto& [by, items] : by_node) {
+    if (kTimesABillboard * triangles_of(scene, items) > triangles_of(scene, rest)) continue;
+    const NodeBox box = box_of(scene, items);
+    NodeBox beside;
+    for (const std::uint32_t item : rest)
+      if (overlap(scene.items[item].box, box)) beside.add(scene.items[item].box);
+    const bool alone = beside.is_empty();
+    if (!alone && (!covers(beside, box, kSamePlace) || triangles_of(scene, items) > kFewTriangles * items.size())) continue;
+    for (const std::uint32_t item : items) leave(left, item, LeftReason::billboard, by);
+  }
+}
+
+bool is_masked(const tinygltf::Model& model, std::uint32_t material) {
+  return material != kNone && model.materials.at(material).alphaMode != "OPAQUE";
+}
+
+bool is_billboard_shaped(const tinygltf::Model& model, const NodeItem& item) {
+  // A quad is two triangles, each half of the box if the quad is as wide as that; crossed quads lie across it.
+  constexpr double kLargeShare = 0.15;
+  const double face_m2 = item.box.height() * item.box.width();
+  return item.mean_triangle_m2 > 0.0 && item.mean_triangle_m2 >= kLargeShare * face_m2 &&
+         std::ranges::all_of(item.materials, [&](std::uint32_t material) { return is_masked(model, material); });
+}
+
+void leave_shaped_billboards(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items, LeftOut& left) {
+  constexpr std::uint64_t kTimesTheTriangles = 10;
+  constexpr double kSameExtent = 0.85;
+  std::vector<std::uint32_t> shaped, rest;
+  for (const std::uint32_t item : items) (is_billboard_shaped(model, scene.items[item]) ? shaped : rest).push_back(item);
+  if (shaped.empty() || triangles_of(scene, rest) < kTimesTheTriangles * triangles_of(scene, shaped)) return;
+  const NodeBox box = box_of(scene, rest);
+  const bool has_leaves = std::ranges::any_of(rest, [&](std::uint32_t item) {
+    return std::ranges::any_of(scene.items[item].materials, [&](std::uint32_t material) {
+      return is_masked(model, material) || (material != kNone && name_evidence(model.materials[material].name) > 0.0);
+    });
+  });
+  if (!has_leaves) return;
+  for (const std::uint32_t item : shaped) {
+    const NodeBox& board = scene.items[item].box;
+    if (!covers(box, board, kSameExtent) || board.height() < kSamePlace * box.height() || board.width() < kSamePlace * box.width())
+      continue;
+    leave(left, item, LeftReason::billboard, scene.items[item].position);
+  }
 }
 
 }  // namespace coppice::bake

@@ -1,13 +1,17 @@
 #pragma once
 
-// The nodes of a glTF scene with what they show: boxes, triangles, materials. gltf_variants.h decides by them.
+// The nodes of a glTF scene with what they show: boxes, triangles, materials. Also leaves out those that show a plant once more, or are no
+// part of its look: levels, billboards, collision shapes. The rules are in gltf_variants.h.
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -20,17 +24,17 @@ namespace coppice::bake {
 struct NodeBox {
   glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
 
-  void add(const glm::dvec3& point);
-  void add(const NodeBox& box);
-  [[nodiscard]] glm::dvec3 size() const;
+  void add(const glm::dvec3& point) { add(NodeBox{point, point}); }
+  void add(const NodeBox& box) {
+    low = glm::min(low, box.low);
+    high = glm::max(high, box.high);
+  }
+  [[nodiscard]] bool is_empty() const { return low.x > high.x; }
+  [[nodiscard]] glm::dvec3 size() const { return glm::max(high - low, glm::dvec3(0.0)); }
   [[nodiscard]] double height() const { return size().y; }
-  [[nodiscard]] double width() const;       ///< the plan's larger side
-  [[nodiscard]] glm::dvec2 centre() const;  ///< the plan's, x and z
+  [[nodiscard]] double width() const { return std::max(size().x, size().z); }                           ///< the plan's larger side
+  [[nodiscard]] glm::dvec2 centre() const { return {0.5 * (low.x + high.x), 0.5 * (low.z + high.z)}; }  ///< the plan's, x and z
 };
-
-bool overlap(const NodeBox& a, const NodeBox& b);
-/// Whether `outer` reaches over at least `share` of `box` along each axis.
-bool covers(const NodeBox& outer, const NodeBox& box, double share);
 
 /// A node that shows a mesh, once or as often as its instances say.
 struct NodeItem {
@@ -68,5 +72,32 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
 
 /// The name that messages use.
 std::string shown_name(const GltfNode& node);
+
+/// Why a part of a file does not belong to the plant.
+enum class LeftReason : std::uint8_t { none, not_chosen, collision, coarser_level, billboard, ground, other_variant };
+
+/// The items that are left out so far: why, and the position of the node that says so.
+struct LeftOut {
+  std::vector<LeftReason> reason;  ///< [items] none: the item is taken
+  std::vector<std::uint32_t> by;   ///< [items]
+};
+
+std::vector<std::uint32_t> taken_items(const LeftOut& left);
+
+/// The model's nodes that any node's MSFT_lod names as coarser.
+std::set<std::uint32_t> msft_coarser_nodes(const tinygltf::Model& model);
+
+/// Each of these leaves out what its rule finds among the taken items, but never all of them.
+void leave_collision_shapes(const GltfNodes& scene, LeftOut& left);
+void leave_coarser_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left);
+void leave_named_billboards(const GltfNodes& scene, LeftOut& left);
+
+/// Whether a material, which may be kNone, has holes or is blended.
+bool is_masked(const tinygltf::Model& model, std::uint32_t material);
+
+/// Whether an item is a few large masked triangles: a billboard by its shape, if a plant stands in the same place.
+bool is_billboard_shaped(const tinygltf::Model& model, const NodeItem& item);
+/// Leaves out those of `items`, which are one plant, that are billboard-shaped, if the rest is as large and has leaves of its own.
+void leave_shaped_billboards(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items, LeftOut& left);
 
 }  // namespace coppice::bake

@@ -11,18 +11,34 @@
 //            on, if each is a whole plant: no two show the same meshes, all stand on one ground, none is wood alone beside leaves alone;
 //            and if they stand apart, or on the very same spot. Stems of one plant stand close together instead.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "gltf_instances.h"
+#include "gltf_nodes.h"
 #include "result.h"
-#include "source_contents.h"
 
 namespace coppice::bake {
+
+/// What a file holds: its variants, and what is left out beside them.
+struct SourceContents {
+  struct Variant {
+    std::string name;
+    std::uint64_t triangles = 0;
+    std::array<double, 3> size_m{};
+  };
+  struct Left {
+    LeftReason reason = LeftReason::none;
+    std::string name;
+    std::uint64_t triangles = 0;
+  };
+  std::vector<Variant> variants;  ///< empty where there was nothing to choose from
+  std::uint32_t taken = 0;        ///< index of the variant that is the plant
+  std::vector<Left> left;         ///< levels, billboards and the like of all variants
+};
 
 /// Says which part of a file to bake.
 struct PlantChoice {

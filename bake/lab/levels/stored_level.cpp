@@ -10,9 +10,9 @@
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
 #include "pack.h"
+#include "texture_regions.h"
 #include "tree_order.h"
 #include "unpack.h"
-#include "unused_materials.h"
 
 namespace coppice::bake {
 namespace {

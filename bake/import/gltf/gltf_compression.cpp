@@ -1,7 +1,4 @@
-// Draco sizes its arrays by counts at the start of a stream, before it has read the data that fills them. BoundedDecoder looks at those
-// counts first, at the two places where Draco lets a derived class in, and stops decoding if so few bytes cannot hold so much.
-
-#include "gltf_draco.h"
+#include "gltf_compression.h"
 
 #include <algorithm>
 #include <array>
@@ -23,10 +20,68 @@
 #include <draco/compression/mesh/mesh_sequential_decoder.h>
 #include <draco/core/varint_decoding.h>
 #include <draco/mesh/mesh.h>
+#include <meshoptimizer.h>
 #include <tiny_gltf.h>
+
+#include "gltf_accessor.h"
 
 namespace coppice::bake {
 namespace {
+
+Error failed(Status status, const char* what, std::string place) {
+  return Error{status, what, Error::kNoOffset, std::move(place)};
+}
+
+/// Compressed views that share bytes could make any number of copies of them. Together they may code at most the bytes that there are.
+std::size_t bytes_of_buffers(const tinygltf::Model& model) {
+  std::size_t bytes = 0;
+  for (const tinygltf::Buffer& buffer : model.buffers) bytes += buffer.data.size();
+  return bytes;
+}
+
+using Mode = MeshoptView::Mode;
+using Filter = MeshoptView::Filter;
+
+Error bad(Status status, const char* what, const MeshoptView& view, const std::string& more = {}) {
+  return failed(status, what, "bufferViews[" + std::to_string(view.view) + "].extensions." + view.extension + more);
+}
+
+/// How a mode is coded. The high half of a coded view's first byte names the mode, the low half the coding's version.
+struct Coding {
+  unsigned code = 0, newest_version = 0;
+  int (*decode)(void*, std::size_t, std::size_t, const unsigned char*, std::size_t) = nullptr;
+};
+
+Coding coding_of(Mode mode) {
+  switch (mode) {
+    case Mode::attributes:
+      return {0xa0, 0, meshopt_decodeVertexBuffer};
+    case Mode::triangles:
+      return {0xe0, 1, meshopt_decodeIndexBuffer};
+    case Mode::indices:
+      break;
+  }
+  return {0xd0, 1, meshopt_decodeIndexSequence};
+}
+
+void apply_filter(const MeshoptView& view, std::vector<unsigned char>& bytes) {
+  if (view.filter == Filter::octahedral) meshopt_decodeFilterOct(bytes.data(), view.count, view.stride_bytes);
+  if (view.filter == Filter::quaternion) meshopt_decodeFilterQuat(bytes.data(), view.count, view.stride_bytes);
+  if (view.filter == Filter::exponential) meshopt_decodeFilterExp(bytes.data(), view.count, view.stride_bytes);
+}
+
+Result<std::vector<unsigned char>> decode(const MeshoptView& view, std::span<const unsigned char> coded) {
+  const Coding coding = coding_of(view.mode);
+  if (coded.empty() || (coded[0] & 0xf0u) != coding.code) return bad(Status::bad_file, "bytes are not of the view's mode", view, ".mode");
+  const unsigned version = coded[0] & 0x0fu;
+  if (version > coding.newest_version)
+    return bad(Status::unsupported, "newer version of the meshopt coding", view, ": version " + std::to_string(version));
+  std::vector<unsigned char> bytes(view.count * view.stride_bytes);
+  if (coding.decode(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size()) != 0)
+    return bad(Status::bad_file, "damaged meshopt data", view);
+  apply_filter(view, bytes);
+  return bytes;
+}
 
 // Plants take 2 to 20 bytes a triangle, a regular grid a few bits.
 constexpr std::uint64_t kMaxFacesPerByte = 16;
@@ -35,21 +90,13 @@ constexpr std::uint64_t kMaxPointsPerByte = 16;
 constexpr std::uint64_t kMaxAttributeBytesPerByte = 512;
 constexpr std::uint16_t kBitstreamVersion = DRACO_BITSTREAM_VERSION(2, 2);
 
-Error failed(Status status, const char* what, std::string place) {
-  return Error{status, what, Error::kNoOffset, std::move(place)};
-}
-
-/// Thrown to stop a decoder.
-struct Refusal {
-  Status status = Status::ok;
-  const char* what = "";
-  std::string detail;
-};
-
+/// Draco sizes its arrays by counts at the start of a stream, before it has read the data that fills them. This looks at those counts
+/// first, at the two places where Draco lets a derived class in, and stops decoding if so few bytes cannot hold so much.
 template <class Decoder>
 class BoundedDecoder final : public Decoder {
  public:
-  BoundedDecoder(std::uint64_t coded_bytes, Refusal& refusal) : coded_bytes_(coded_bytes), refusal_(refusal) {}
+  /// refusal  gets the reason if the decoder stops
+  BoundedDecoder(std::uint64_t coded_bytes, Error& refusal) : coded_bytes_(coded_bytes), refusal_(refusal) {}
 
  protected:
   bool DecodeConnectivity() override {
@@ -83,12 +130,12 @@ class BoundedDecoder final : public Decoder {
 
  private:
   bool refuse(Status status, const char* what, std::string detail) {
-    refusal_ = Refusal{status, what, std::move(detail)};
+    refusal_ = failed(status, what, std::move(detail));
     return false;
   }
 
   std::uint64_t coded_bytes_;
-  Refusal& refusal_;
+  Error& refusal_;
 };
 
 using DracoMesh = std::unique_ptr<draco::Mesh>;
@@ -102,7 +149,7 @@ Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std:
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok()) return failed(Status::bad_file, "not Draco data", place);
   if (header.encoder_type != draco::TRIANGULAR_MESH) return failed(Status::unsupported, "Draco data that is not a mesh", place);
 
-  Refusal refusal;
+  Error refusal{Status::ok};
   std::unique_ptr<draco::MeshDecoder> decoder;
   if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
     decoder = std::make_unique<BoundedDecoder<draco::MeshSequentialDecoder>>(coded.size(), refusal);
@@ -119,10 +166,8 @@ Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std:
 }
 
 Result<DracoMesh> decode_view(const tinygltf::Model& model, int view_index, const std::string& place) {
-  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
-  const std::span<const unsigned char> buffer(model.buffers.at(static_cast<std::size_t>(view.buffer)).data);
   try {
-    return decode_stream(buffer.subspan(view.byteOffset, view.byteLength), place);
+    return decode_stream(view_bytes(model, view_index, 0), place);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {
@@ -214,28 +259,21 @@ struct DecodedView {
 
 class Decoding {
  public:
-  explicit Decoding(tinygltf::Model& model) : model_(model) {
-    for (const tinygltf::Buffer& buffer : model.buffers) bytes_left_ += buffer.data.size();
-  }
+  explicit Decoding(tinygltf::Model& model) : model_(model), bytes_left_(bytes_of_buffers(model)) {}
 
   Result<void> replace(tinygltf::Primitive& primitive, const std::string& place) {
     const auto extension = primitive.extensions.find(kDracoExtension);
     if (extension == primitive.extensions.end()) return {};
     const std::string where = place + ".extensions." + kDracoExtension;
     COPPICE_TRY(view, decoded(extension->second.Get("bufferView").GetNumberAsInt(), where));
-    if (view->indices < 0) {
-      COPPICE_TRY(indices, add_indices(model_, *view->mesh, where));
-      view->indices = indices;
-    }
+    if (view->indices < 0) COPPICE_CHECK(move_into(view->indices, add_indices(model_, *view->mesh, where)));
     const tinygltf::Value& ids = extension->second.Get("attributes");
     for (const std::string& name : ids.Keys()) {
       const auto id = static_cast<std::uint32_t>(ids.Get(name).GetNumberAsInt());
       int& declared = primitive.attributes.at(name);
       const auto [accessor, is_new] = view->attributes.try_emplace(id, -1);
-      if (is_new) {
-        COPPICE_TRY(added, add_attribute(model_, *view->mesh, id, declared, where + ".attributes." + name.substr(0, 64)));
-        accessor->second = added;
-      }
+      const std::string attribute_place = where + ".attributes." + name.substr(0, 64);
+      if (is_new) COPPICE_CHECK(move_into(accessor->second, add_attribute(model_, *view->mesh, id, declared, attribute_place)));
       declared = accessor->second;
     }
     primitive.indices = view->indices;
@@ -244,25 +282,46 @@ class Decoding {
   }
 
  private:
-  /// Decodes a view once, however many primitives share it. Overlapping views must not make more of the file than there is.
+  /// Decodes a view once, however many primitives share it.
   Result<DecodedView*> decoded(int view_index, const std::string& place) {
     const auto [found, is_new] = views_.try_emplace(view_index);
     if (is_new) {
       const std::size_t bytes = model_.bufferViews.at(static_cast<std::size_t>(view_index)).byteLength;
       if (bytes > bytes_left_) return failed(Status::bad_file, "compressed views share their bytes", place);
       bytes_left_ -= bytes;
-      COPPICE_TRY(mesh, decode_view(model_, view_index, place));
-      found->second.mesh = std::move(mesh);
+      COPPICE_CHECK(move_into(found->second.mesh, decode_view(model_, view_index, place)));
     }
     return &found->second;
   }
 
   tinygltf::Model& model_;
-  std::size_t bytes_left_ = 0;
+  std::size_t bytes_left_;
   std::map<int, DecodedView> views_;
 };
 
 }  // namespace
+
+bool meshopt_is_plausible(Mode mode, std::uint64_t count, std::uint64_t stride_bytes, std::uint64_t coded_bytes) {
+  // A triangle takes at least a byte, and so does an index; 64 equal attribute bytes fit in one byte.
+  if (mode == Mode::triangles) return count / 3 <= coded_bytes;
+  if (mode == Mode::indices) return count <= coded_bytes;
+  return count / 64 <= coded_bytes / stride_bytes;
+}
+
+Result<void> decode_meshopt_views(tinygltf::Model& model, const std::vector<MeshoptView>& views) {
+  std::size_t bytes_left = bytes_of_buffers(model);
+  for (const MeshoptView& view : views) {
+    tinygltf::BufferView& target = model.bufferViews.at(view.view);
+    if (target.byteLength > bytes_left) return bad(Status::bad_file, "compressed views share their bytes", view);
+    bytes_left -= target.byteLength;
+    COPPICE_TRY(bytes, decode(view, view_bytes(model, static_cast<int>(view.view), 0)));
+    target.buffer = static_cast<int>(model.buffers.size());
+    target.byteOffset = 0;
+    target.byteLength = bytes.size();
+    model.buffers.emplace_back().data = std::move(bytes);
+  }
+  return {};
+}
 
 Result<void> decode_draco_primitives(tinygltf::Model& model) {
   Decoding decoding(model);

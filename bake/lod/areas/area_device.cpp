@@ -10,19 +10,34 @@ constexpr const char* kNoDriver =
     "--areas vulkan needs a Vulkan driver, and none is installed: install one (Debian: apt-get install mesa-vulkan-drivers), or leave out "
     "--areas";
 
-Result<void> create_instance(PFN_vkGetInstanceProcAddr get, AreaDevice& gpu) {
-  const auto create = reinterpret_cast<PFN_vkCreateInstance>(get(VK_NULL_HANDLE, "vkCreateInstance"));
-  if (create == nullptr) return Error{Status::unsupported, "a Vulkan function is missing", Error::kNoOffset, "vkCreateInstance"};
-  VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
-  application.pApplicationName = "coppice";
-  application.apiVersion = VK_API_VERSION_1_3;
-  VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
-  info.pApplicationInfo = &application;
-  const VkResult result = create(&info, nullptr, &gpu.instance);
+Result<void> load_instance_functions(AreaDevice& gpu) {
+#define COPPICE_LOAD(name)                                                                \
+  gpu.vk.name = reinterpret_cast<PFN_##name>(vkGetInstanceProcAddr(gpu.instance, #name)); \
+  if (gpu.vk.name == nullptr) return Error{Status::unsupported, "a Vulkan function is missing", Error::kNoOffset, #name};
+  COPPICE_AREA_INSTANCE_FUNCTIONS(COPPICE_LOAD)
+#undef COPPICE_LOAD
+  return {};
+}
+
+void load_device_functions(AreaDevice& gpu) {
+  ::vkGetDeviceProcAddr = gpu.vk.vkGetDeviceProcAddr;  // with which volk fills the table; the loader's is the same for all devices
+  volkLoadDeviceTable(&gpu.vk, gpu.device);
+}
+
+Result<void> create_instance(AreaDevice& gpu) {
+  // volk knows the loader's name on each system.
+  if (volkInitialize() != VK_SUCCESS)
+    return Error{Status::unsupported,
+                 "--areas vulkan needs Vulkan, and no Vulkan loader is installed: install a Vulkan driver (Debian: apt-get install "
+                 "mesa-vulkan-drivers), or leave out --areas"};
+  const VkApplicationInfo application{
+      .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO, .pApplicationName = "coppice", .apiVersion = VK_API_VERSION_1_3};
+  const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, .pApplicationInfo = &application};
+  const VkResult result = vkCreateInstance(&info, nullptr, &gpu.instance);
   // A loader without any driver returns these.
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER || result == VK_ERROR_INITIALIZATION_FAILED) return Error{Status::unsupported, kNoDriver};
   COPPICE_CHECK(check_vulkan(result, "vkCreateInstance"));
-  return load_instance_functions(get, gpu.instance, gpu.vk);
+  return load_instance_functions(gpu);
 }
 
 std::optional<std::uint32_t> graphics_family(const VulkanFunctions& vk, VkPhysicalDevice physical_device) {
@@ -80,24 +95,22 @@ Result<void> choose_physical_device(AreaDevice& gpu) {
 }
 
 Result<void> create_device(AreaDevice& gpu) {
-  VkPhysicalDeviceVulkan13Features features13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
-  features13.dynamicRendering = VK_TRUE;
-  features13.synchronization2 = VK_TRUE;
-  VkPhysicalDeviceVulkan12Features features12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &features13};
-  features12.bufferDeviceAddress = VK_TRUE;
-  VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &features12};
-  features.features.occlusionQueryPrecise = VK_TRUE;
+  VkPhysicalDeviceVulkan13Features features13{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES, .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE};
+  VkPhysicalDeviceVulkan12Features features12{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &features13, .bufferDeviceAddress = VK_TRUE};
+  const VkPhysicalDeviceFeatures2 features{
+      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12, .features = {.occlusionQueryPrecise = VK_TRUE}};
   gpu.queue_family = *graphics_family(gpu.vk, gpu.physical_device);
   const float priority = 1.0f;
-  VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
-  queue.queueFamilyIndex = gpu.queue_family;
-  queue.queueCount = 1;
-  queue.pQueuePriorities = &priority;
-  VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features};
-  info.queueCreateInfoCount = 1;
-  info.pQueueCreateInfos = &queue;
+  const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                      .queueFamilyIndex = gpu.queue_family,
+                                      .queueCount = 1,
+                                      .pQueuePriorities = &priority};
+  const VkDeviceCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
   COPPICE_CHECK(check_vulkan(gpu.vk.vkCreateDevice(gpu.physical_device, &info, nullptr, &gpu.device), "vkCreateDevice"));
-  COPPICE_CHECK(load_device_functions(gpu.device, gpu.vk));
+  load_device_functions(gpu);
   gpu.vk.vkGetDeviceQueue(gpu.device, gpu.queue_family, 0, &gpu.queue);
   return {};
 }
@@ -111,32 +124,43 @@ void describe(AreaDevice& gpu) {
 
 AreaDevice::~AreaDevice() {
   if (!owned) return;
-  if (device != VK_NULL_HANDLE && vk.vkDestroyDevice != nullptr) vk.vkDestroyDevice(device, nullptr);
+  if (device != VK_NULL_HANDLE) vk.vkDestroyDevice(device, nullptr);
   if (instance != VK_NULL_HANDLE && vk.vkDestroyInstance != nullptr) vk.vkDestroyInstance(instance, nullptr);
 }
 
 Result<std::unique_ptr<AreaDevice>> open_area_device() {
-  COPPICE_TRY(get, load_vulkan());
   auto gpu = std::make_unique<AreaDevice>();
   gpu->owned = true;
-  COPPICE_CHECK(create_instance(get, *gpu));
+  COPPICE_CHECK(create_instance(*gpu));
   COPPICE_CHECK(choose_physical_device(*gpu));
   COPPICE_CHECK(create_device(*gpu));
   describe(*gpu);
   return {std::move(gpu)};
 }
 
-Result<std::unique_ptr<AreaDevice>> borrow_area_device(const BorrowedDevice& borrowed) {
+Result<std::unique_ptr<AreaDevice>> borrow_area_device(const DeviceHandles& borrowed) {
   auto gpu = std::make_unique<AreaDevice>();
-  gpu->instance = borrowed.instance;
-  gpu->physical_device = borrowed.physical_device;
-  gpu->device = borrowed.device;
-  gpu->queue = borrowed.queue;
-  gpu->queue_family = borrowed.queue_family;
-  COPPICE_CHECK(load_instance_functions(borrowed.get_instance_proc_addr, gpu->instance, gpu->vk));
-  COPPICE_CHECK(load_device_functions(gpu->device, gpu->vk));
+  static_cast<DeviceHandles&>(*gpu) = borrowed;
+  COPPICE_CHECK(load_instance_functions(*gpu));
+  load_device_functions(*gpu);
   describe(*gpu);
   return {std::move(gpu)};
+}
+
+Result<void> check_vulkan(VkResult result, const char* call) {
+  switch (result) {
+    case VK_SUCCESS:
+      return {};
+    case VK_TIMEOUT:
+      return Error{Status::device_lost, "the Vulkan device hangs while it measures areas", Error::kNoOffset, call};
+    case VK_ERROR_DEVICE_LOST:
+      return Error{Status::device_lost, "the Vulkan device was lost while it measured areas", Error::kNoOffset, call};
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return Error{Status::out_of_memory, "the Vulkan device has not enough memory to measure areas", Error::kNoOffset, call};
+    default:
+      return Error{Status::internal, "Vulkan failed", Error::kNoOffset, std::string(call) + " returned VkResult " + std::to_string(result)};
+  }
 }
 
 }  // namespace coppice::bake

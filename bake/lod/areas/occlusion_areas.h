@@ -6,7 +6,6 @@
 // Item buffers give the same areas, except where a device rounds differently (a corner by 1/256 px, a texture coordinate at the edge of a
 // texel) and where depths tie: a pixel of an item buffer has one leaf, a query counts every leaf of the smallest depth. The same driver
 // gives the same areas; another driver may give others.
-// other areas; the same one gives the same.
 
 #include <memory>
 #include <string>

@@ -17,7 +17,6 @@
 #include "card_table.h"
 #include "coppice/format.h"
 #include "import_gltf.h"
-#include "leaf_fit.h"
 #include "leaf_meshes.h"
 #include "mentions.h"
 #include "places.h"

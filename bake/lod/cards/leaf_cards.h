@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "leaf_fit.h"
+#include "leaf_quads.h"
 #include "plant.h"
 #include "result.h"
 
@@ -23,6 +23,12 @@ struct CardImage {
 /// Draws the leaf's triangles along the normal of its (rectangular) quad, front up. A texel is the mean of samples * samples points, each
 /// with the topmost texel that is no hole.
 CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples);
+
+/// Ratio of the area that a leaf covers on screen to that of its card: the mean area of the leaf's outline over directions, divided by the
+/// area of its outline in the quad's plane. A leaf that is bent, folded or has volume shows something even where a card is seen edge-on. At
+/// least 1; 1 for a flat leaf.
+/// quad  a rectangle that holds the leaf
+double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad);
 
 /// Gives each leaf that is not a quad itself a card that shows it, so that the quad has the leaf's outline, colours and area. The quad is
 /// refitted along its sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many

@@ -5,7 +5,6 @@
 #include <tbb/info.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <glm/geometric.hpp>
@@ -23,7 +22,7 @@
 #include "plant_size.h"
 #include "printable.h"
 #include "progress.h"
-#include "replay.h"
+#include "stopwatch.h"
 #include "texture_regions.h"
 #include "tree_order.h"
 #include "unused_materials.h"
@@ -31,20 +30,6 @@
 
 namespace coppice::bake {
 namespace {
-
-class Stopwatch {
- public:
-  /// Seconds since construction or the last lap.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 std::uint64_t peak_rss_bytes() {
   rusage usage{};

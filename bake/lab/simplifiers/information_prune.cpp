@@ -10,13 +10,11 @@
 
 #include <glm/geometric.hpp>
 
-#include "alpha_mask.h"
 #include "check.h"
 #include "leaf_scale.h"
 #include "live_visibility.h"
 #include "mutual_information.h"
 #include "quad_merge.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -149,15 +147,14 @@ class Pruning {
 Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                 const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,
                                                 const ProgressFunction& progress) {
-  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  COPPICE_TRY(visibility, LiveVisibility::create(shown, views, options.resolution_px));
   const std::uint32_t leaf_count = shown.foliage.leaf_count();
   std::uint32_t last = leaf_count;
   for (const std::uint32_t count : leaf_counts) {
     COPPICE_ASSERT(count >= 1 && count <= leaf_count);
     last = std::min(last, count);
   }
-  Pruning pruning(shown.foliage, options, LiveVisibility(shown.foliage, std::move(masks), views, buffers));
+  Pruning pruning(shown.foliage, options, std::move(visibility));
   PruneResult result;
   result.levels.resize(leaf_counts.size());
   const std::uint32_t stride = std::max(1u, leaf_count / 256);

@@ -1,9 +1,10 @@
 #pragma once
 
-// The loop that all collapses share.
+// What all collapses share.
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collapse.h"
@@ -11,6 +12,19 @@
 #include "progress.h"
 
 namespace coppice::bake {
+
+/// I(V,L) of the live leaves, and of the background if it counts.
+/// visibility  has the areas of each outcome: LiveVisibility, IncrementalImage
+template <class Visibility>
+[[nodiscard]] FixedBits foliage_information(const Visibility& visibility, bool count_background) {
+  ViewTotals totals(visibility.view_count());
+  const std::span<const std::uint32_t> background_px = visibility.areas(visibility.background());
+  for (std::uint32_t v = 0; v < visibility.view_count(); ++v)
+    totals.set(v, visibility.pixels_per_view() - (count_background ? 0 : background_px[v]));
+  FixedBits sum = count_background ? outcome_information(background_px, totals) : 0;
+  for (std::uint32_t id = 0; id < visibility.id_count(); ++id) sum += outcome_information(visibility.areas(id), totals);
+  return sum;
+}
 
 /// Steps a collapse down to one leaf. Fills result.source, result.levels and result.sequence.merges.
 /// collapse  has `Merge step()`, which does and returns the next merge, and `FixedBits foliage_information()`, the present I(V,L)

@@ -2,18 +2,20 @@
 // stale when the image changes, so its cost is computed again before it counts. A leaf whose choices are all gone searches again: every
 // shape with every neighbour, first in some of the views, the best then in all. Costs are integers and computed in parallel; one thread
 // decides which collapse is next.
-// is taken is decided on one thread.
 
 #include "collapse_image.h"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <compare>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <queue>
 #include <span>
+#include <tuple>
+#include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <glm/geometric.hpp>
@@ -29,6 +31,7 @@
 #include "pair_silhouette.h"
 #include "parallel_for.h"
 #include "quad_merge.h"
+#include "stopwatch.h"
 
 namespace coppice::bake {
 namespace {
@@ -54,8 +57,7 @@ std::int64_t cost_of(const MergeCost& cost, std::uint8_t fade, std::uint32_t vie
 }
 
 bool is_better(const WeighedPair& a, const WeighedPair& b) {
-  if (a.cost != b.cost) return a.cost < b.cost;
-  return a.first != b.first ? a.first < b.first : a.second < b.second;
+  return std::tie(a.cost, a.first, a.second) < std::tie(b.cost, b.first, b.second);
 }
 
 /// A leaf's best known collapses, the best first.
@@ -69,10 +71,7 @@ struct Choices {
   void remove_if(Predicate&& predicate) {
     count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
   }
-  void sort() {
-    for (std::uint32_t i = 1; i < count; ++i)
-      for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
-  }
+  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
   void offer(const WeighedPair& pair) {
     if (count == kMax && !is_better(pair, pairs.back())) return;
     count = std::min<std::uint32_t>(count + 1, kMax);
@@ -81,13 +80,11 @@ struct Choices {
   }
 };
 
+/// In the order of the queue.
 struct QueueEntry {
   std::int64_t cost = 0;
   std::uint32_t leaf = 0, stamp = 0;
-};
-/// The order for std::priority_queue, whose top is the largest.
-struct LaterInQueue {
-  bool operator()(const QueueEntry& a, const QueueEntry& b) const { return a.cost != b.cost ? a.cost > b.cost : a.leaf > b.leaf; }
+  auto operator<=>(const QueueEntry&) const = default;
 };
 
 class ImageCollapse {
@@ -119,17 +116,7 @@ class ImageCollapse {
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
 
-  /// I(V,L) of the live leaves, and of the background if it counts.
-  [[nodiscard]] FixedBits foliage_information() const {
-    ViewTotals totals(image_.view_count());
-    const std::span<const std::uint32_t> background = image_.areas(image_.background());
-    for (std::uint32_t v = 0; v < image_.view_count(); ++v)
-      totals.set(v, image_.pixels_per_view() - (options_.count_background ? 0 : background[v]));
-    FixedBits sum = options_.count_background ? outcome_information(background, totals) : 0;
-    for (std::uint32_t id = 0; id < next_id_; ++id)
-      if (is_live_[id] != 0) sum += outcome_information(image_.areas(id), totals);
-    return sum;
-  }
+  [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(image_, options_.count_background); }
 
   Merge step() {
     if (pixels_are_small()) halve();
@@ -279,12 +266,10 @@ class ImageCollapse {
       for (const std::uint32_t other : partners_)
         pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kNoFade});
     }
-    const auto by_ids = [](const WeighedPair& a, const WeighedPair& b) {
-      return a.first != b.first ? a.first < b.first : a.second < b.second;
-    };
-    const auto same_ids = [](const WeighedPair& a, const WeighedPair& b) { return a.first == b.first && a.second == b.second; };
-    std::sort(pairs_.begin(), pairs_.end(), by_ids);
-    pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), same_ids), pairs_.end());
+    const auto ids = [](const WeighedPair& pair) { return std::pair(pair.first, pair.second); };
+    std::ranges::sort(pairs_, {}, ids);
+    const auto repeated = std::ranges::unique(pairs_, {}, ids);
+    pairs_.erase(repeated.begin(), repeated.end());
   }
 
   /// Offers new pairs to the batch's leaves without choices, with their costs in some of the views.
@@ -346,7 +331,7 @@ class ImageCollapse {
   std::vector<Choices> choices_;
   std::vector<ReachPoints> reach_;  ///< empty if not live
   std::vector<std::uint8_t> is_live_;
-  std::priority_queue<QueueEntry, std::vector<QueueEntry>, LaterInQueue> queue_;
+  std::priority_queue<QueueEntry, std::vector<QueueEntry>, std::greater<>> queue_;
   double px_per_metre_ = 0.0, sqrt_leaf_count_ = 0.0;
   std::uint32_t leaf_count_ = 0, next_id_ = 0, collapse_count_ = 0;
   std::uint64_t evaluations_ = 0;
@@ -359,9 +344,7 @@ class ImageCollapse {
 };
 
 Result<void> check_options(const CollapseOptions& options, const ImageErrorOptions& image_options) {
-  if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
-    return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
-                 std::to_string(options.candidate_count)};
+  COPPICE_CHECK(check_candidate_count(options));
   const std::vector<BlockScale>& scales = image_options.scales;
   bool in_range = !scales.empty() && image_options.pixel_weight >= 0 && image_options.pixel_weight <= 1024 &&
                   image_options.coverage_weight >= 0 && image_options.coverage_weight <= 1024;
@@ -378,7 +361,7 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
                                                const CollapseOptions& options, const ImageErrorOptions& image_options,
                                                const ProgressFunction& progress) {
   COPPICE_CHECK(check_options(options, image_options));
-  const auto start = std::chrono::steady_clock::now();
+  Stopwatch watch;
   COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
   COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
   const std::vector<glm::vec3> colors = mean_texel_colors(shown.materials, shown.images, masks);
@@ -387,7 +370,7 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
   IncrementalImage image(shown, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
-  result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.visibility_seconds = watch.lap();
 
   ImageCollapse collapse(shown.foliage, std::move(card_chroma), options, image_options, std::move(image));
   collapse_down(collapse, shown.foliage.leaf_count(), progress, result);

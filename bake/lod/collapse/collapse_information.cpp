@@ -5,12 +5,11 @@
 #include "collapse_information.h"
 
 #include <algorithm>
-#include <chrono>
+#include <cstdlib>
 #include <limits>
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include "alpha_mask.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
 #include "measured_visibility.h"
@@ -18,6 +17,7 @@
 #include "octree.h"
 #include "parallel_for.h"
 #include "quad_merge.h"
+#include "stopwatch.h"
 #include "visibility.h"
 
 namespace coppice::bake {
@@ -132,14 +132,10 @@ class Collapse {
     const LiveLeaf& first = visibility_.leaf(std::min(chosen, partner));
     const LiveLeaf& second = visibility_.leaf(std::max(chosen, partner));
     candidate.corners = merge_corners(first.quad, second.quad);
-    candidate.merge = {
-        chosen,
-        partner,
-        next_id_,
-        {merged_quad(first.quad, second.quad, candidate.corners), merged_card(first.quad, first.card, second.quad, second.card)}};
+    candidate.merge = {chosen, partner, next_id_, merged_leaf(first, second, candidate.corners)};
     visibility_.changes_of(candidate.merge, chosen_owned_, scratch.visibility, candidate.changes);
     const FixedBits change = totals_change(candidate.changes) ? change_of_all(candidate, scratch) : change_of_touched(candidate, scratch);
-    candidate.cost = change < 0 ? -change : change;
+    candidate.cost = std::abs(change);
   }
 
   /// Whether a merge changes a_t of some view, and with it every p(l|v) there.
@@ -265,21 +261,10 @@ void run(Collapse<Visibility>& collapse, std::uint32_t leaf_count, const Progres
   result.sequence.evaluations = collapse.evaluations();
 }
 
-class Stopwatch {
- public:
-  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px,
                                        const MeasureAreas& measure) {
-  COPPICE_TRY(buffers, render_item_buffers(shown, views, resolution_px));
-  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
-  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
+  COPPICE_TRY(visibility, LiveVisibility::create(shown, views, resolution_px));
   if (!measure) return visibility;
-  buffers = ItemBuffers{};
   std::vector<std::uint32_t> areas_px((std::size_t{shown.foliage.leaf_count()} + 1) * views.size());
   COPPICE_CHECK(measure({shown.foliage.quads, shown.foliage.cards, {}}, areas_px));
   visibility.correct(areas_px);
@@ -291,22 +276,20 @@ Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vec
 Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                       const CollapseOptions& options, const ProgressFunction& progress,
                                                       const AreaSource& areas) {
-  if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
-    return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
-                 std::to_string(options.candidate_count)};
-  const Stopwatch watch;
+  COPPICE_CHECK(check_candidate_count(options));
+  Stopwatch watch;
   CollapseResult result;
   const std::uint32_t leaf_count = shown.foliage.leaf_count();
   if (areas.measure && areas.every_step) {
     COPPICE_CHECK(check_shown(shown, views, options.resolution_px));
     MeasuredVisibility visibility(shown.foliage, views, options.resolution_px, areas.measure);
-    result.visibility_seconds = watch.seconds();
+    result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
     run(collapse, leaf_count, progress, result);
     COPPICE_CHECK(collapse.visibility().failure());
   } else {
     COPPICE_TRY(visibility, live_visibility(shown, views, options.resolution_px, areas.measure));
-    result.visibility_seconds = watch.seconds();
+    result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
     run(collapse, leaf_count, progress, result);
   }

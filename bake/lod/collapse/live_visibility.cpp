@@ -6,8 +6,13 @@
 #include "alpha_mask.h"
 #include "bounds.h"
 #include "parallel_for.h"
+#include "quad_merge.h"
 
 namespace coppice::bake {
+
+LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const std::array<std::uint8_t, 4>& corners, std::uint8_t fade) {
+  return {merged_quad(first.quad, second.quad, corners), merged_card(first.quad, first.card, second.quad, second.card), fade};
+}
 
 /// Adds up changes in one row per outcome, found through the scratch's slots.
 class LiveVisibility::ChangeWriter {
@@ -53,8 +58,7 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
     : view_count_(buffers.view_count),
       pixels_per_view_(buffers.pixels_per_view()),
       id_count_(2 * foliage.leaf_count() - 1),
-      card_table_(foliage.card_table),
-      masks_(std::move(masks)),
+      cards_{foliage.card_table, std::move(masks)},
       views_(buffers.view_count),
       leaves_(id_count_),
       areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
@@ -63,14 +67,16 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
-    view.fragments = FragmentLists(buffers, v, [](LeafFragment fragment) { return fragment; });
+    view.fragments = PixelLists<LeafFragment>(buffers, v, [](LeafFragment fragment) { return fragment; });
     for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
   });
 }
 
-std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
-  return fragment == kNothing ? background() : fragment_leaf(fragment);
+Result<LiveVisibility> LiveVisibility::create(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px) {
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  return LiveVisibility(shown.foliage, std::move(masks), views, buffers);
 }
 
 void LiveVisibility::correct(std::span<const std::uint32_t> measured_px) {
@@ -130,8 +136,8 @@ void LiveVisibility::release(std::uint32_t v, const LeafMerge& merge, const Owne
 void LiveVisibility::add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const {
   const View& view = views_[v];
   const std::int32_t width = view.projection.resolution_px;
-  const Card& card = card_table_[merge.leaf.card];
-  const AlphaMask& mask = masks_[card.material];
+  const Card& card = cards_.table[merge.leaf.card];
+  const AlphaMask& mask = cards_.masks[card.material];
   const auto shows = [&](const RasterTriangle& triangle, std::uint32_t index, std::int32_t x, std::int32_t y) {
     return mask.hole.empty() || !mask.is_hole(card_uv(triangle, index, card, x, y));
   };
@@ -171,10 +177,12 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
-      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
+      for_each_fragment(view.projection, cards_, leaves_[removed], removed,
+                        [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
       areas_px_[std::size_t{removed} * view_count_ + v] = 0;
     }
-    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+    for_each_fragment(view.projection, cards_, merge.leaf, merge.result,
+                      [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
       areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
   });

@@ -23,8 +23,7 @@ inline constexpr double kFixedPerBit = 1099511627776.0;  ///< 2^40
 /// a_t(v) of every view, prepared for outcome_information.
 struct ViewTotals {
   explicit ViewTotals(std::uint32_t view_count) : reciprocal(view_count, 0.0), log2_total(view_count, 0.0) {}
-  /// total_px  the whole image, or the visible foliage; that may be 0, and then every p(l
-  /// v) of the view is 0
+  /// total_px  the whole image, or the visible foliage; that may be 0, and then every p(l|v) of the view is 0
   void set(std::uint32_t view, std::uint32_t total_px);
 
   std::vector<double> reciprocal;  ///< [view_count] 1 / a_t(v), 0 for an empty view

@@ -7,22 +7,20 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
+
 namespace coppice::bake {
 
 LeafOctree::LeafOctree(const Foliage& source, std::uint32_t id_count) : entries_(id_count) {
-  glm::dvec3 low(0.0), high(0.0);
-  if (!source.quads.empty()) low = high = source.quads[0][0];
-  for (const Quad& quad : source.quads) {
-    for (const glm::vec3& corner : quad) {
-      low = glm::min(low, glm::dvec3(corner));
-      high = glm::max(high, glm::dvec3(corner));
-    }
-  }
+  PointBox<glm::vec3> box;
+  for (const Quad& quad : source.quads)
+    for (const glm::vec3& corner : quad) box.add(corner);
   const std::uint32_t leaf_count = std::max(source.leaf_count(), 1u);
   const auto log2_ceiling = static_cast<std::uint32_t>(std::bit_width(leaf_count - 1));
   depth_ = std::min(7u, 2 + (log2_ceiling + 2) / 3);
-  box_min_ = low;
-  const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  box_min_ = box.low;
+  const glm::dvec3 extent = glm::dvec3(box.high) - glm::dvec3(box.low);
+  const double edge = std::max({extent.x, extent.y, extent.z});
   cells_per_metre_ = edge > 0.0 ? static_cast<double>(1u << depth_) / edge : 0.0;
   for (std::uint32_t level = 0; level <= depth_; ++level) counts_.emplace_back(std::size_t{1} << (3 * level), 0u);
   heads_.assign(std::size_t{1} << (3 * depth_), kNone);

@@ -1,23 +1,14 @@
 #include "quad_merge.h"
 
+#include <algorithm>
+
 #include <glm/geometric.hpp>
 
 namespace coppice::bake {
 namespace {
 
-using EightPoints = std::array<glm::dvec3, 8>;
-
-EightPoints vertices_of(const Quad& first, const Quad& second) {
-  EightPoints points;
-  for (std::size_t i = 0; i < 4; ++i) {
-    points[i] = first[i];
-    points[i + 4] = second[i];
-  }
-  return points;
-}
-
 /// The first of the unused vertices that maximises the summed distance to the chosen ones.
-std::uint8_t farthest_from(const EightPoints& points, const std::array<std::uint8_t, 4>& chosen, std::size_t chosen_count) {
+std::uint8_t farthest_from(const PairVertices& points, const std::array<std::uint8_t, 4>& chosen, std::size_t chosen_count) {
   std::uint8_t best = 0;
   double best_sum = -1.0;
   for (std::uint8_t i = 0; i < 8; ++i) {
@@ -37,6 +28,12 @@ std::uint8_t farthest_from(const EightPoints& points, const std::array<std::uint
 
 }  // namespace
 
+PairVertices pair_vertices(const Quad& first, const Quad& second) {
+  PairVertices points;
+  std::ranges::copy(second, std::ranges::copy(first, points.begin()).out);
+  return points;
+}
+
 double quad_area(const Quad& quad) {
   const glm::dvec3 a = quad[0], b = quad[1], c = quad[2], d = quad[3];
   return 0.5 * (glm::length(glm::cross(b - a, c - a)) + glm::length(glm::cross(c - a, d - a)));
@@ -47,7 +44,7 @@ glm::dvec3 quad_centroid(const Quad& quad) {
 }
 
 std::array<std::uint8_t, 4> merge_corners(const Quad& first, const Quad& second) {
-  const EightPoints points = vertices_of(first, second);
+  const PairVertices points = pair_vertices(first, second);
   std::array<std::uint8_t, 4> chosen{0, 1, 0, 0};
   double longest = -1.0;
   for (std::uint8_t i = 0; i < 8; ++i) {

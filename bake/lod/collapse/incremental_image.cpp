@@ -55,11 +55,11 @@ struct Layers {
   [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kFullCoverage; }
 };
 
-float sum(const Channels& channels) {
+float sum_of(const Channels& channels) {
   return (channels[0] + channels[1]) + (channels[2] + channels[3]);
 }
 float dot(const Channels& a, const Channels& b) {
-  return sum(a * b);
+  return sum_of(a * b);
 }
 
 /// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
@@ -75,9 +75,9 @@ struct SquareSums {
     light2 += share * share;
   }
   [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
-    return {.opacity = 2.0 * double{sum(rest_covered)},
+    return {.opacity = 2.0 * double{sum_of(rest_covered)},
             .light = 2.0 * double{dot(rest_light, own_shade)},
-            .opacity2 = double{sum(covered2)},
+            .opacity2 = double{sum_of(covered2)},
             .both = 2.0 * double{dot(covered_light, own_shade)},
             .light2 = double{light2} * double{dot(own_shade, own_shade)}};
   }

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-
-#include <glm/common.hpp>
 
 #include "alpha_mask.h"
+#include "bounds.h"
 #include "card_look.h"
 #include "mesh_error.h"
 #include "page_encode.h"
@@ -170,9 +168,7 @@ Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
     contents.wood_error_px = plant.wood.error_px;
     return {};
   }
-  COPPICE_TRY(error_px, measure_wood_error(plant, lods));
-  contents.wood_error_px = std::move(error_px);
-  return {};
+  return move_into(contents.wood_error_px, measure_wood_error(plant, lods));
 }
 
 Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {
@@ -185,9 +181,7 @@ Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileCon
 
 /// Bits that keep positions within the steps of the leaf quads on every axis: Draco divides the longest side into equal steps.
 int position_bits(const Mesh& mesh, const QuantisationBox& box) {
-  glm::vec3 low = mesh.positions.front(), high = low;
-  for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
-  const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(box.steps);
+  const glm::vec3 extent = box_of(mesh.positions).extent(), step_m = (box.max - box.min) / static_cast<float>(box.steps);
   const float longest_m = std::max({extent.x, extent.y, extent.z});
   int bits = 14;
   constexpr int kMaxBits = 18;  // a flat plant has no steps across

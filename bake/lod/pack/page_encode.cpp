@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+#include <optional>
 
 #include "check.h"
 #include "coppice/format.h"
-#include "page_model.h"
-#include "page_shapes.h"
 #include "symbol_writer.h"
 
 namespace coppice::bake {
@@ -22,7 +20,63 @@ using page_model::Context;
 using page_model::PageHeader;
 using page_model::Parent;
 using page_model::Point;
+using page_model::Shape;
 using page_model::Step;
+
+struct Affine {
+  double a = 0.0, b = 0.0;
+};
+
+bool near(const Affine& one, const Affine& other) {
+  constexpr double kSame = 0.03;
+  return std::abs(one.a - other.a) < kSame && std::abs(one.b - other.b) < kSame;
+}
+
+double dot(const Point& u, const Point& v) {
+  return double(u[0]) * v[0] + double(u[1]) * v[1] + double(u[2]) * v[2];
+}
+
+/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and values that a Shape cannot
+/// hold.
+std::optional<Affine> affine_of(const QuantisedQuad& quad) {
+  constexpr double kLargest = 7.9, kSliver = 1e-6;
+  constexpr std::int32_t kRounding = 3;
+  std::array<Point, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = page_model::point_of(quad[i]);
+  const Point e = page_model::difference(corners[1], corners[0]), f = page_model::difference(corners[2], corners[0]);
+  const Point g = page_model::difference(corners[3], corners[0]);
+  bool parallelogram = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) parallelogram = parallelogram && std::abs(g[axis] - f[axis] + e[axis]) <= kRounding;
+  const double determinant = dot(e, e) * dot(f, f) - dot(e, f) * dot(e, f);
+  if (parallelogram || determinant <= kSliver * dot(e, e) * dot(f, f)) return {};
+  const Affine affine{(dot(g, e) * dot(f, f) - dot(g, f) * dot(e, f)) / determinant,
+                      (dot(g, f) * dot(e, e) - dot(g, e) * dot(e, f)) / determinant};
+  if (std::abs(affine.a) > kLargest || std::abs(affine.b) > kLargest) return {};
+  return affine;
+}
+
+/// Removes the largest cluster of `affines` and returns its mean; empty if it has fewer members than `min_count`.
+std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t min_count) {
+  const Affine* centre = nullptr;
+  std::ptrdiff_t largest = 0;
+  for (const Affine& candidate : affines) {
+    const auto count = std::ranges::count_if(affines, [&](const Affine& affine) { return near(affine, candidate); });
+    if (count <= largest) continue;
+    largest = count;
+    centre = &candidate;
+  }
+  if (centre == nullptr || static_cast<std::size_t>(largest) < min_count) return {};
+  const auto others =
+      std::stable_partition(affines.begin(), affines.end(), [middle = *centre](const Affine& affine) { return near(affine, middle); });
+  Affine sum;
+  for (const Affine& affine : std::span(affines.begin(), others)) sum.a += affine.a, sum.b += affine.b;
+  affines.erase(affines.begin(), others);
+  return Affine{sum.a / static_cast<double>(largest), sum.b / static_cast<double>(largest)};
+}
+
+std::int16_t fixed_point(double value) {
+  return static_cast<std::int16_t>(std::lround(value * page_model::kShapeOne));
+}
 
 struct SymbolCode {
   std::uint8_t context, symbol;
@@ -275,9 +329,12 @@ double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<doubl
   return sum;
 }
 
-/// Bytes of a table that the page stores.
-std::size_t table_bytes(std::size_t symbol_count) {
-  return 1 + (symbol_count + 1) / 2;
+/// Bits of one context's symbols with a table of their own, and of that table.
+double own_cost_of(const std::vector<std::uint32_t>& counts) {
+  Tables own;
+  own.set(0, weight_digits(counts));
+  const std::size_t table_bytes = 1 + (counts.size() + 1) / 2;
+  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes);
 }
 
 /// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
@@ -290,12 +347,8 @@ std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32
     if (kinds && digits.size() > kind_symbols) digits.resize(kind_symbols);
     tables.set(context, digits);
     if (counts[context].empty()) continue;
-    const double usual_cost = cost_of(counts[context], tables.costs[context]);
-    Tables own;
-    own.set(context, weight_digits(counts[context]));
-    const double own_cost = cost_of(counts[context], own.costs[context]) + 8.0 * static_cast<double>(table_bytes(counts[context].size()));
-    if (own_cost >= usual_cost) continue;
-    tables.set(context, own.digits[context]);
+    if (own_cost_of(counts[context]) >= cost_of(counts[context], tables.costs[context])) continue;
+    tables.set(context, weight_digits(counts[context]));
     stored |= 1u << context;
   }
   return stored;
@@ -347,13 +400,6 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   bytes.insert(bytes.end(), rest.begin(), rest.end());
 }
 
-/// Bits of one context's symbols with a table of their own.
-double min_cost(const std::vector<std::uint32_t>& counts) {
-  Tables own;
-  own.set(0, weight_digits(counts));
-  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
-}
-
 /// Whether the halves of the page's fades take fewer bits as they are than as differences from the parents'.
 std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   std::array<PageHeader, 2> headers;
@@ -370,7 +416,7 @@ std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
     const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
     if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
-    plain[half] = min_cost(count_symbols(codes[1])[Context::kFades + half]) < min_cost(differences);
+    plain[half] = own_cost_of(count_symbols(codes[1])[Context::kFades + half]) < own_cost_of(differences);
   }
   return plain;
 }
@@ -394,6 +440,20 @@ PageHeader header_of(const PageSource& source) {
 }
 
 }  // namespace
+
+std::vector<Shape> common_shapes(std::span<const QuantisedQuad> quads) {
+  constexpr std::size_t kMinShare = 20;  // one quad in so many
+  std::vector<Affine> affines;
+  for (const QuantisedQuad& quad : quads)
+    if (const auto affine = affine_of(quad)) affines.push_back(*affine);
+  std::vector<Shape> shapes = {page_model::kParallelogram};
+  while (shapes.size() < page_model::kMaxShapes) {
+    const auto cluster = take_cluster(affines, quads.size() / kMinShare + 2);
+    if (!cluster) break;
+    shapes.push_back({fixed_point(cluster->a), fixed_point(cluster->b)});
+  }
+  return shapes;
+}
 
 Result<std::vector<std::uint8_t>> encode_page(const PageSource& source) {
   constexpr int kPlans = 4;  // a fifth gains nothing noticeable

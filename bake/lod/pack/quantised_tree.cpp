@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "bounds.h"
 #include "coppice/format.h"
 
 namespace coppice::bake {
@@ -50,14 +50,9 @@ Result<std::array<std::uint8_t, 4>> find_slots(const Tree& tree, std::uint32_t s
 }  // namespace
 
 QuantisationBox leaf_box(const Tree& tree, std::uint32_t steps) {
-  constexpr float kFar = std::numeric_limits<float>::max();
-  QuantisationBox box{glm::vec3(kFar), glm::vec3(-kFar), steps};
-  for (const glm::vec3& vertex : tree.vertices)
-    for (int axis = 0; axis < 3; ++axis) {
-      box.min[axis] = std::min(box.min[axis], vertex[axis]);
-      box.max[axis] = std::max(box.max[axis], vertex[axis]);
-    }
-  return tree.vertices.empty() ? QuantisationBox{.steps = steps} : box;
+  if (tree.vertices.empty()) return {.steps = steps};
+  const auto [low, high] = box_of(tree.vertices);
+  return {low, high, steps};
 }
 
 QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {

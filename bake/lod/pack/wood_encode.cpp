@@ -6,8 +6,8 @@
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
-#include <glm/common.hpp>
 
+#include "bounds.h"
 #include "coppice/format.h"
 
 namespace coppice::bake {
@@ -36,9 +36,7 @@ Result<void> check_mesh(const Mesh& mesh, std::uint32_t material_count) {
 }
 
 bool is_degenerate(const Mesh& mesh, std::size_t triangle) {
-  const glm::vec3& a = mesh.positions[mesh.indices[3 * triangle]];
-  const glm::vec3& b = mesh.positions[mesh.indices[3 * triangle + 1]];
-  const glm::vec3& c = mesh.positions[mesh.indices[3 * triangle + 2]];
+  const auto [a, b, c] = at_corners(mesh.positions, mesh.indices, 3 * triangle);
   return a == b || b == c || c == a;
 }
 
@@ -98,12 +96,10 @@ Result<std::vector<std::uint8_t>> compress(const draco::Mesh& mesh, const Attrib
 
 /// Draco spreads its steps over the range of the uvs: so many more bits keep them at 1/4096 of the image.
 int extra_uv_bits(const Mesh& mesh) {
-  if (mesh.uvs.empty()) return 0;
-  glm::vec2 low = mesh.uvs.front(), high = low;
-  for (const glm::vec2& uv : mesh.uvs) low = glm::min(low, uv), high = glm::max(high, uv);
+  const glm::vec2 extent = box_of(mesh.uvs).extent();
   constexpr int kMaxExtraBits = 8;
   int extra = 0;
-  while (extra < kMaxExtraBits && std::ldexp(1.0f, extra) < std::max(high.x - low.x, high.y - low.y)) ++extra;
+  while (extra < kMaxExtraBits && std::ldexp(1.0f, extra) < std::max(extent.x, extent.y)) ++extra;
   return extra;
 }
 
@@ -114,8 +110,7 @@ Result<EncodedWood> encode(const Mesh& mesh, std::span<const QuantisedPoint> sta
   fill(points, mesh, stalks);
   EncodedWood result;
   if (points.num_faces() == 0) return result;
-  COPPICE_TRY(bytes, compress(points, bits));
-  result.bytes = std::move(bytes);
+  COPPICE_CHECK(move_into(result.bytes, compress(points, bits)));
   // Draco may split vertices, so only decoding tells the counts.
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(result.bytes.data()), result.bytes.size());

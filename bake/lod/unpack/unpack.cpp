@@ -1,3 +1,5 @@
+#include "unpack.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -128,8 +130,7 @@ Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uin
   const auto [vertices, triangles] = file.leaf_meshes[index];
   COPPICE_TRY(decoded, read_mesh(chunk, bytes, {vertices, triangles, file.materials, true}));
   LeafMeshPart part;
-  COPPICE_TRY(mesh, plain_mesh(decoded, chunk));
-  part.mesh = std::move(mesh);
+  COPPICE_CHECK(move_into(part.mesh, plain_mesh(decoded, chunk)));
   const QuantisationBox box = quantisation_box(file.plant);
   for (const WoodVertex& vertex : decoded.vertices) part.stalks.push_back(dequantise(box, vertex.stalk));
   return part;
@@ -212,21 +213,14 @@ Result<BakedPlant> unpack(Bytes bytes) {
   plant.sphere = {vec3_of(file.plant.sphere_center), file.plant.sphere_radius};
   plant.wind = {file.wind, to_vector(file.wind_nodes)};
   copy_tables(file, plant);
-  COPPICE_TRY(tree, read_tree(file, bytes));
-  plant.tree = std::move(tree);
-  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod) {
-    COPPICE_TRY(mesh, unpack_wood(file, bytes, lod));
-    plant.wood.lods.push_back(std::move(mesh));
-  }
+  COPPICE_CHECK(move_into(plant.tree, read_tree(file, bytes)));
+  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod)
+    COPPICE_CHECK(move_into(plant.wood.lods.emplace_back(), unpack_wood(file, bytes, lod)));
   plant.wood.error_px = to_vector(file.wood_error_px);
-  for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
-    COPPICE_TRY(image, read_image(file, bytes, texture));
-    plant.images.push_back(std::move(image));
-  }
-  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh) {
-    COPPICE_TRY(part, read_leaf_mesh(file, bytes, mesh));
-    plant.leaf_meshes.parts.push_back(std::move(part));
-  }
+  for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture)
+    COPPICE_CHECK(move_into(plant.images.emplace_back(), read_image(file, bytes, texture)));
+  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
+    COPPICE_CHECK(move_into(plant.leaf_meshes.parts.emplace_back(), read_leaf_mesh(file, bytes, mesh)));
   plant.leaf_meshes.error_px = to_vector(file.leaf_mesh_error_px);
   restore_normal_maps(plant);
   COPPICE_CHECK(check_sphere(file, plant));

@@ -18,23 +18,13 @@ constexpr double kThinShare = 0.3;
 /// Maximum slope: what bends farther lies down, and catches less.
 constexpr double kMaxSlope = 1.0;
 
-/// The children of each ring: ring i's start at first[i].
-struct Children {
-  std::vector<std::uint32_t> first, rings;
-  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t ring) const {
-    return std::span(rings).subspan(first[ring], first[ring + 1] - first[ring]);
-  }
-};
+/// [ring] Its children, ascending.
+using Children = std::vector<std::vector<std::uint32_t>>;
 
 Children children_of(std::span<const Ring> rings) {
-  Children children{std::vector<std::uint32_t>(rings.size() + 1, 0u), {}};
-  for (const Ring& ring : rings)
-    if (ring.parent != kNone) ++children.first[ring.parent + 1];
-  for (std::size_t i = 1; i < children.first.size(); ++i) children.first[i] += children.first[i - 1];
-  children.rings.resize(children.first.back());
-  std::vector<std::uint32_t> next(children.first.begin(), children.first.end() - 1);
+  Children children(rings.size());
   for (std::uint32_t i = 0; i < rings.size(); ++i)
-    if (rings[i].parent != kNone) children.rings[next[rings[i].parent]++] = i;
+    if (rings[i].parent != kNone) children[rings[i].parent].push_back(i);
   return children;
 }
 
@@ -62,7 +52,7 @@ Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const 
   for (;;) {
     double all_m2 = 0.0;
     std::uint32_t main = kNone;
-    for (const std::uint32_t child : children.of(stem.back())) {
+    for (const std::uint32_t child : children[stem.back()]) {
       all_m2 += loads[child].area_m2;
       if (main == kNone || loads[child].area_m2 > loads[main].area_m2) main = child;
     }
@@ -72,12 +62,11 @@ Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const 
   const std::size_t third = (stem.size() + 2) / 3;
   std::vector<double> radii_m;
   for (const std::uint32_t ring : std::span(stem).first(third)) radii_m.push_back(rings[ring].radius_m);
-  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-  std::ranges::nth_element(radii_m, middle);
+  const double radius_m = quantile(std::move(radii_m), 5);
   std::size_t thick = third;
-  while (thick < stem.size() && rings[stem[thick]].radius_m >= kThinShare * *middle) ++thick;
+  while (thick < stem.size() && rings[stem[thick]].radius_m >= kThinShare * radius_m) ++thick;
   stem.resize(thick);
-  return {std::move(stem), *middle};
+  return {std::move(stem), radius_m};
 }
 
 /// Bends a ring as the next piece of a cantilever whose end is `from`.

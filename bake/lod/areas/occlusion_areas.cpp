@@ -7,6 +7,7 @@
 
 #include <glm/matrix.hpp>
 
+#include "alpha_mask.h"
 #include "area_objects.h"
 #include "bounds.h"
 #include "raster.h"

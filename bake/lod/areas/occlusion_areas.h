@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "alpha_mask.h"
 #include "area_request.h"
 #include "plant.h"
 #include "progress.h"

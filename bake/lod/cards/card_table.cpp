@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <bit>
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -33,15 +34,6 @@ Card canonical(const Card& card, const std::vector<Material>& materials) {
   return shared;
 }
 
-bool less(const Card& a, const Card& b) {
-  if (a.material != b.material) return a.material < b.material;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (a.uv[i].x != b.uv[i].x) return a.uv[i].x < b.uv[i].x;
-    if (a.uv[i].y != b.uv[i].y) return a.uv[i].y < b.uv[i].y;
-  }
-  return false;
-}
-
 double squared_distance(const Card& a, const Card& b) {
   if (a.material != b.material) return kFar;
   double sum = 0.0;
@@ -55,10 +47,11 @@ double squared_distance(const Card& a, const Card& b) {
 /// Merges equal cards; the distinct ones are in order of first use.
 SharedCards merge_equal(const std::vector<Card>& cards, const std::vector<Material>& materials) {
   SharedCards merged;
-  std::map<Card, std::uint32_t, bool (*)(const Card&, const Card&)> index_of(less);
+  std::map<std::pair<std::uint32_t, std::array<float, 8>>, std::uint32_t> index_of;  // by material and uvs
   for (const Card& card : cards) {
     const Card shared = canonical(card, materials);
-    const auto [found, is_new] = index_of.try_emplace(shared, static_cast<std::uint32_t>(merged.table.size()));
+    const auto [found, is_new] = index_of.try_emplace({shared.material, std::bit_cast<std::array<float, 8>>(shared.uv)},
+                                                      static_cast<std::uint32_t>(merged.table.size()));
     if (is_new) merged.table.push_back(shared);
     merged.card_of.push_back(found->second);
   }

@@ -26,8 +26,9 @@ template <class Visibility>
   return sum;
 }
 
-/// Steps a collapse down to one leaf. Fills result.source, result.levels and result.sequence.merges.
-/// collapse  has `Merge step()`, which does and returns the next merge, and `FixedBits foliage_information()`, the present I(V,L)
+/// Steps a collapse down to one leaf. Fills result.source, result.levels and result.sequence.
+/// collapse  has `Merge step()`, which does and returns the next merge, `FixedBits foliage_information()`, the present I(V,L), and
+///           `std::uint64_t evaluations()`
 /// progress  may be empty
 template <class Collapse>
 void collapse_down(Collapse& collapse, std::uint32_t leaf_count, const ProgressFunction& progress, CollapseResult& result) {
@@ -45,6 +46,7 @@ void collapse_down(Collapse& collapse, std::uint32_t leaf_count, const ProgressF
     if (progress && (live_count % report_every == 0 || live_count == 1))
       progress(static_cast<double>(leaf_count - live_count) / (leaf_count - 1));
   }
+  result.sequence.evaluations = collapse.evaluations();
 }
 
 }  // namespace coppice::bake

@@ -31,6 +31,8 @@ class Replay {
 
   [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(visibility_, count_background_); }
 
+  [[nodiscard]] std::uint64_t evaluations() const { return sequence_.evaluations; }
+
   Merge step() {
     const Merge& next = sequence_.merges[done_];
     const LiveLeaf leaf = merged_leaf(visibility_.leaf(next.first), visibility_.leaf(next.second), next.corners);
@@ -95,7 +97,6 @@ Result<CollapseResult> replay(const ShownFoliage& shown, const std::vector<Viewp
   result.visibility_seconds = watch.lap();
   Replay collapse(std::move(visibility), sequence, options.count_background);
   collapse_down(collapse, shown.foliage.leaf_count(), {}, result);
-  result.sequence.evaluations = sequence.evaluations;
   return result;
 }
 

@@ -374,7 +374,6 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
 
   ImageCollapse collapse(shown.foliage, std::move(card_chroma), options, image_options, std::move(image));
   collapse_down(collapse, shown.foliage.leaf_count(), progress, result);
-  result.sequence.evaluations = collapse.evaluations();
   return result;
 }
 

@@ -255,12 +255,6 @@ class Collapse {
   tbb::enumerable_thread_specific<Scratch<Visibility>> scratches_;
 };
 
-template <class Visibility>
-void run(Collapse<Visibility>& collapse, std::uint32_t leaf_count, const ProgressFunction& progress, CollapseResult& result) {
-  collapse_down(collapse, leaf_count, progress, result);
-  result.sequence.evaluations = collapse.evaluations();
-}
-
 Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px,
                                        const MeasureAreas& measure) {
   COPPICE_TRY(visibility, LiveVisibility::create(shown, views, resolution_px));
@@ -285,13 +279,13 @@ Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown,
     MeasuredVisibility visibility(shown.foliage, views, options.resolution_px, areas.measure);
     result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
-    run(collapse, leaf_count, progress, result);
+    collapse_down(collapse, leaf_count, progress, result);
     COPPICE_CHECK(collapse.visibility().failure());
   } else {
     COPPICE_TRY(visibility, live_visibility(shown, views, options.resolution_px, areas.measure));
     result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
-    run(collapse, leaf_count, progress, result);
+    collapse_down(collapse, leaf_count, progress, result);
   }
   return result;
 }

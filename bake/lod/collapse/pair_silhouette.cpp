@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include <meshoptimizer.h>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "bounds.h"

@@ -106,45 +106,46 @@ struct Codes {
   }
 };
 
-/// Probabilities of every context, as a page stores them.
-struct Tables {
-  std::array<std::vector<std::uint8_t>, Context::kContextCount> digits;
-  std::array<std::vector<std::uint32_t>, Context::kContextCount> probabilities;
-  std::array<std::vector<double>, Context::kContextCount> costs;  ///< bits
-
-  void set(std::size_t context, std::vector<std::uint8_t> weights) {
-    probabilities[context].resize(weights.size());
-    share_out(weights, probabilities[context]);
-    costs[context] = symbol_costs(probabilities[context]);
-    digits[context] = std::move(weights);
-  }
-  /// Whether the context has only one symbol, which takes no bytes.
-  [[nodiscard]] bool only_one(std::size_t context) const { return std::ranges::count(probabilities[context], kProbabilityOne) > 0; }
-  /// A symbol that the table lacks costs more than any that it has, so that it can come into use.
-  [[nodiscard]] double cost(const SymbolCode& code) const {
-    constexpr double kUnseen = 12.0;
-    const std::vector<double>& of = costs[code.context];
-    return code.symbol < of.size() ? std::min(of[code.symbol], kUnseen) : kUnseen;
-  }
-  [[nodiscard]] double cost(const Codes& codes) const {
-    double sum = 0.0;
-    for (const SymbolCode& code : codes.symbols) sum += cost(code);
-    for (const PlainBits& plain : codes.bits) sum += plain.count;
-    return sum;
-  }
-};
-
-std::vector<std::uint8_t> default_digits(std::size_t context) {
+/// Probabilities of one context, as a page stores them.
+struct Table {
   std::vector<std::uint8_t> digits;
-  for (const char* digit = page_model::kDefaultWeights[context]; *digit != 0; ++digit)
-    digits.push_back(static_cast<std::uint8_t>(*digit <= '9' ? *digit - '0' : *digit - 'a' + 10));
-  return digits;
+  std::vector<std::uint32_t> probabilities;
+  std::vector<double> costs;  ///< bits
+
+  /// Whether the context has only one symbol, which takes no bytes.
+  [[nodiscard]] bool only_one() const { return std::ranges::count(probabilities, kProbabilityOne) > 0; }
+};
+using Tables = std::array<Table, Context::kContextCount>;
+
+Table table_of(std::vector<std::uint8_t> digits) {
+  Table table{std::move(digits), {}, {}};
+  table.probabilities.resize(table.digits.size());
+  share_out(table.digits, table.probabilities);
+  table.costs = symbol_costs(table.probabilities);
+  return table;
 }
 
 Tables default_tables() {
   Tables tables;
-  for (std::size_t context = 0; context < Context::kContextCount; ++context) tables.set(context, default_digits(context));
+  for (std::size_t context = 0; context < Context::kContextCount; ++context) {
+    std::vector<std::uint8_t> digits;
+    for (const char* digit = page_model::kDefaultWeights[context]; *digit != 0; ++digit)
+      digits.push_back(static_cast<std::uint8_t>(*digit <= '9' ? *digit - '0' : *digit - 'a' + 10));
+    tables[context] = table_of(std::move(digits));
+  }
   return tables;
+}
+
+/// Bits of a part of the page. A symbol that the table lacks costs more than any that it has, so that it can come into use.
+double cost_of(const Codes& codes, const Tables& tables) {
+  constexpr double kUnseen = 12.0;
+  double sum = 0.0;
+  for (const SymbolCode& code : codes.symbols) {
+    const std::vector<double>& costs = tables[code.context].costs;
+    sum += code.symbol < costs.size() ? std::min(costs[code.symbol], kUnseen) : kUnseen;
+  }
+  for (const PlainBits& plain : codes.bits) sum += plain.count;
+  return sum;
 }
 
 std::array<std::uint16_t, 3> axis_weights(const glm::vec3& extent) {
@@ -255,7 +256,7 @@ class Planner {
       if (new_card) trial_.symbol(Context::kCard, child.card);
       const page_model::Steps& steps = page_model::kSteps[child.known];
       for (std::uint32_t s = 0; s < steps.count; ++s) code_corner(kind, steps.step[s], child.corners, parent, trial_);
-      const double cost = tables.cost(trial_);
+      const double cost = cost_of(trial_, tables);
       if (kind > 0 && cost >= lowest) continue;
       lowest = cost;
       std::swap(best_, trial_);
@@ -331,10 +332,8 @@ double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<doubl
 
 /// Bits of one context's symbols with a table of their own, and of that table.
 double own_cost_of(const std::vector<std::uint32_t>& counts) {
-  Tables own;
-  own.set(0, weight_digits(counts));
   const std::size_t table_bytes = 1 + (counts.size() + 1) / 2;
-  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes);
+  return cost_of(counts, table_of(weight_digits(counts)).costs) + 8.0 * static_cast<double>(table_bytes);
 }
 
 /// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
@@ -343,12 +342,12 @@ std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32
   const auto counts = count_symbols(codes);
   for (std::size_t context = 0; context < counts.size(); ++context) {
     const bool kinds = context >= Context::kKind && context < Context::kKind + 4;
-    std::vector<std::uint8_t> digits = usual.digits[context];
+    std::vector<std::uint8_t> digits = usual[context].digits;
     if (kinds && digits.size() > kind_symbols) digits.resize(kind_symbols);
-    tables.set(context, digits);
+    tables[context] = table_of(std::move(digits));
     if (counts[context].empty()) continue;
-    if (own_cost_of(counts[context]) >= cost_of(counts[context], tables.costs[context])) continue;
-    tables.set(context, weight_digits(counts[context]));
+    if (own_cost_of(counts[context]) >= cost_of(counts[context], tables[context].costs)) continue;
+    tables[context] = table_of(weight_digits(counts[context]));
     stored |= 1u << context;
   }
   return stored;
@@ -373,7 +372,7 @@ void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uin
   put(bytes, stored, 4);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     if ((stored >> context & 1) == 0) continue;
-    const std::vector<std::uint8_t>& digits = tables.digits[context];
+    const std::vector<std::uint8_t>& digits = tables[context].digits;
     put(bytes, static_cast<std::uint32_t>(digits.size() - 1), 1);
     for (std::size_t i = 0; i < digits.size(); i += 2) {
       const std::uint32_t high = i + 1 < digits.size() ? digits[i + 1] : 0u;
@@ -392,8 +391,8 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   std::array<std::vector<std::uint8_t>, Context::kContextCount> symbols;
   for (const SymbolCode& code : codes.symbols) symbols[code.context].push_back(code.symbol);
   for (std::size_t context = 0; context < symbols.size(); ++context) {
-    const std::vector<std::uint8_t> block = write_symbols(tables.probabilities[context], symbols[context]);
-    if (!tables.only_one(context)) put_length(bytes, block.size());
+    const std::vector<std::uint8_t> block = write_symbols(tables[context].probabilities, symbols[context]);
+    if (!tables[context].only_one()) put_length(bytes, block.size());
     bytes.insert(bytes.end(), block.begin(), block.end());
   }
   const std::vector<std::uint8_t> rest = write_bits(codes.bits);

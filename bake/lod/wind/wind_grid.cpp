@@ -8,7 +8,6 @@
 #include <span>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "wind_field.h"

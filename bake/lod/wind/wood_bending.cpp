@@ -1,7 +1,6 @@
 #include "wood_bending.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <utility>

@@ -12,7 +12,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "bounds.h"

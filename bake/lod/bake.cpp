@@ -53,12 +53,12 @@ CollapseOptions collapse_options(const BakeOptions& options, const Foliage& foli
 Result<CollapseResult> collapse_by_queries(const CollapseOptions& options, const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                            const StageProgress& progress, BakeReport& report) {
   COPPICE_TRY(queries, OcclusionAreas::create({shown, views, options.resolution_px}));
-  report.area_device = queries.device_name();
+  report.area_device = queries->device_name();
   report.area_every_step = shown.foliage.leaf_count() <= kMaxMeasuredLeaves;
   AreaSource areas{{}, report.area_every_step};
   areas.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) {
     const bool is_first = request.changed.empty();
-    return queries.measure(request, areas_px, is_first ? stage_of(progress, "areas") : ProgressFunction());
+    return queries->measure(request, areas_px, is_first ? stage_of(progress, "areas") : ProgressFunction());
   };
   return collapse_by_mutual_information(shown, views, options, stage_of(progress, "collapse"), areas);
 }

@@ -65,21 +65,19 @@ MaskBits mask_bits(const std::vector<AlphaMask>& masks) {
   return bits;
 }
 
-}  // namespace
-
-class OcclusionAreas::Measurer {
+class AreaMeasurer : public OcclusionAreas {
  public:
-  Measurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
+  AreaMeasurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
       : gpu_(std::move(device)),
         sphere_(bounding_sphere(scene.shown.foliage)),
         card_table_(scene.shown.foliage.card_table),
         resolution_px_(scene.resolution_px) {
     for (const Viewpoint& view : scene.views) views_.push_back({make_projection(view, sphere_, resolution_px_), clip_from_sphere(view)});
   }
-  Measurer(const Measurer&) = delete;
-  Measurer& operator=(const Measurer&) = delete;
+  AreaMeasurer(const AreaMeasurer&) = delete;
+  AreaMeasurer& operator=(const AreaMeasurer&) = delete;
 
-  ~Measurer() {
+  ~AreaMeasurer() override {
     for (AreaBuffer* buffer : {&leaves_, &masks_, &holes_}) destroy_area_buffer(*gpu_, *buffer);
     destroy_area_depth(*gpu_, depth_);
     destroy_area_pipelines(*gpu_, pipelines_);
@@ -88,7 +86,7 @@ class OcclusionAreas::Measurer {
     vk().vkDestroyCommandPool(gpu_->device, command_pool_, nullptr);
   }
 
-  [[nodiscard]] const std::string& device_name() const { return gpu_->name; }
+  [[nodiscard]] const std::string& device_name() const override { return gpu_->name; }
 
   Result<void> prepare(const std::vector<AlphaMask>& masks) {
     const MaskBits bits = mask_bits(masks);
@@ -99,7 +97,7 @@ class OcclusionAreas::Measurer {
     return create_commands();
   }
 
-  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
+  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) override {
     COPPICE_CHECK(upload_leaves(request));
     std::vector<std::uint32_t> asked;
     for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -285,34 +283,23 @@ class OcclusionAreas::Measurer {
   std::vector<std::uint32_t> counts_;
 };
 
+}  // namespace
+
 Result<std::string> area_device_name() {
   COPPICE_TRY(device, open_area_device());
   return device->name;
 }
 
-OcclusionAreas::OcclusionAreas(std::unique_ptr<Measurer> measurer) : measurer_(std::move(measurer)) {}
-OcclusionAreas::OcclusionAreas(OcclusionAreas&&) noexcept = default;
-OcclusionAreas& OcclusionAreas::operator=(OcclusionAreas&&) noexcept = default;
-OcclusionAreas::~OcclusionAreas() = default;
-
-Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene) {
+Result<std::unique_ptr<OcclusionAreas>> OcclusionAreas::create(const Scene& scene) {
   COPPICE_TRY(device, open_area_device());
   return create(scene, std::move(device));
 }
 
-Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene, std::unique_ptr<AreaDevice> device) {
+Result<std::unique_ptr<OcclusionAreas>> OcclusionAreas::create(const Scene& scene, std::unique_ptr<AreaDevice> device) {
   COPPICE_TRY(masks, alpha_masks(scene.shown.materials, scene.shown.images));
-  auto measurer = std::make_unique<Measurer>(std::move(device), scene);
+  auto measurer = std::make_unique<AreaMeasurer>(std::move(device), scene);
   COPPICE_CHECK(measurer->prepare(masks));
-  return OcclusionAreas(std::move(measurer));
-}
-
-const std::string& OcclusionAreas::device_name() const {
-  return measurer_->device_name();
-}
-
-Result<void> OcclusionAreas::measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
-  return measurer_->measure(request, areas_px, progress);
+  return {std::move(measurer)};
 }
 
 }  // namespace coppice::bake

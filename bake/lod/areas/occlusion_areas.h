@@ -36,25 +36,17 @@ class OcclusionAreas {
   };
 
   /// Uses the first suitable device. errors  those of open_area_device, alpha_masks and measure
-  static Result<OcclusionAreas> create(const Scene& scene);
-  static Result<OcclusionAreas> create(const Scene& scene, std::unique_ptr<AreaDevice> device);
-
-  OcclusionAreas(OcclusionAreas&&) noexcept;
-  OcclusionAreas& operator=(OcclusionAreas&&) noexcept;
-  ~OcclusionAreas();
+  static Result<std::unique_ptr<OcclusionAreas>> create(const Scene& scene);
+  static Result<std::unique_ptr<OcclusionAreas>> create(const Scene& scene, std::unique_ptr<AreaDevice> device);
+  virtual ~OcclusionAreas() = default;
 
   /// The device's area_device_name().
-  [[nodiscard]] const std::string& device_name() const;
+  [[nodiscard]] virtual const std::string& device_name() const = 0;
 
   /// A MeasureAreas. Blocks until the device has counted.
   /// progress  may be empty
   /// errors  device_lost, out_of_memory, internal: the device failed
-  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress);
-
- private:
-  class Measurer;
-  explicit OcclusionAreas(std::unique_ptr<Measurer> measurer);
-  std::unique_ptr<Measurer> measurer_;
+  virtual Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) = 0;
 };
 
 }  // namespace coppice::bake

@@ -22,7 +22,7 @@ namespace {
 class Pruning {
  public:
   Pruning(const Foliage& foliage, const CollapseOptions& options, LiveVisibility visibility)
-      : foliage_(foliage), options_(options), visibility_(std::move(visibility)), totals_(visibility_.view_count()) {
+      : foliage_(foliage), options_(options), visibility_(std::move(visibility)) {
     const std::uint32_t leaf_count = foliage.leaf_count();
     source_of_.assign(visibility_.id_count(), kNone);
     information_.assign(visibility_.id_count(), 0);
@@ -47,7 +47,7 @@ class Pruning {
 
     visibility_.owned_pixels(pruned, owned_);
     visibility_.changes_of(merge, owned_, scratch_, changes_);
-    const bool totals_change = !options_.count_background && changes_background();
+    const bool totals_change = !options_.count_background && changes_.touch(visibility_.background(), visibility_.view_count());
     visibility_.apply(merge, changes_);
     for (const std::uint32_t removed : {pruned, grown}) ranking_.erase({information_[removed], source_of_[removed], removed});
     live_.erase(place);
@@ -103,15 +103,6 @@ class Pruning {
     return area > 0.0 ? scaled_quad(quad, std::sqrt((area + quad_area(pruned)) / area)) : quad;
   }
 
-  [[nodiscard]] bool changes_background() const {
-    for (std::size_t i = 0; i < changes_.outcomes.size(); ++i) {
-      if (changes_.outcomes[i] != visibility_.background()) continue;
-      const auto row = changes_.row(i, visibility_.view_count());
-      return std::any_of(row.begin(), row.end(), [](std::int32_t delta) { return delta != 0; });
-    }
-    return false;
-  }
-
   /// Updates an outcome's rank. Changes never name removed leaves; the background has no rank.
   void refresh(std::uint32_t outcome) {
     if (outcome == visibility_.background()) return;
@@ -122,9 +113,7 @@ class Pruning {
   }
 
   void refresh_all() {
-    const std::span<const std::uint32_t> background = visibility_.areas(visibility_.background());
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v)
-      totals_.set(v, options_.count_background ? visibility_.pixels_per_view() : visibility_.pixels_per_view() - background[v]);
+    totals_ = view_totals(visibility_.areas(visibility_.background()), visibility_.pixels_per_view(), options_.count_background);
     for (const Live& live : live_) refresh(live.id);
   }
 

@@ -17,10 +17,8 @@ namespace coppice::bake {
 /// visibility  has the areas of each outcome: LiveVisibility, IncrementalImage
 template <class Visibility>
 [[nodiscard]] FixedBits foliage_information(const Visibility& visibility, bool count_background) {
-  ViewTotals totals(visibility.view_count());
   const std::span<const std::uint32_t> background_px = visibility.areas(visibility.background());
-  for (std::uint32_t v = 0; v < visibility.view_count(); ++v)
-    totals.set(v, visibility.pixels_per_view() - (count_background ? 0 : background_px[v]));
+  const ViewTotals totals = view_totals(background_px, visibility.pixels_per_view(), count_background);
   FixedBits sum = count_background ? outcome_information(background_px, totals) : 0;
   for (std::uint32_t id = 0; id < visibility.id_count(); ++id) sum += outcome_information(visibility.areas(id), totals);
   return sum;

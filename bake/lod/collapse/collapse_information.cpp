@@ -84,7 +84,6 @@ class Collapse {
         visibility_(std::move(visibility)),
         octree_(foliage, visibility_.id_count()),
         visibilities_(visibility_.id_count()),
-        totals_(visibility_.view_count()),
         information_(visibility_.id_count() + 1, 0),
         next_id_(foliage.leaf_count()) {
     place_in_live_.resize(visibility_.id_count());
@@ -119,9 +118,9 @@ class Collapse {
   }
 
  private:
-  /// a_t of a view, given the background's area there.
-  [[nodiscard]] std::uint32_t total_px(std::uint32_t background_px) const {
-    return options_.count_background ? visibility_.pixels_per_view() : visibility_.pixels_per_view() - background_px;
+  /// a_t of every view, given the background's areas.
+  [[nodiscard]] ViewTotals totals_of(std::span<const std::uint32_t> background_px) const {
+    return view_totals(background_px, visibility_.pixels_per_view(), options_.count_background);
   }
 
   [[nodiscard]] bool counts(std::uint32_t outcome) const { return options_.count_background || outcome != visibility_.background(); }
@@ -140,11 +139,7 @@ class Collapse {
 
   /// Whether a merge changes a_t of some view, and with it every p(l|v) there.
   [[nodiscard]] bool totals_change(const AreaChanges& changes) const {
-    if (options_.count_background) return false;
-    const auto found = std::find(changes.outcomes.begin(), changes.outcomes.end(), visibility_.background());
-    if (found == changes.outcomes.end()) return false;
-    const auto row = changes.row(static_cast<std::size_t>(found - changes.outcomes.begin()), visibility_.view_count());
-    return std::any_of(row.begin(), row.end(), [](std::int32_t delta) { return delta != 0; });
+    return !options_.count_background && changes.touch(visibility_.background(), visibility_.view_count());
   }
 
   /// The outcome's areas after the i-th change; they lie in scratch.row.
@@ -172,11 +167,9 @@ class Collapse {
   /// The same if some a_t changes: then every leaf's share of that view changes.
   FixedBits change_of_all(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     const AreaChanges& changes = candidate.changes;
-    ViewTotals totals = totals_;
     scratch.change_of.resize(information_.size(), kNone);
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i) scratch.change_of[changes.outcomes[i]] = static_cast<std::uint32_t>(i);
-    const auto background = changed_row(changes, scratch.change_of[visibility_.background()], scratch);
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v) totals.set(v, total_px(background[v]));
+    const ViewTotals totals = totals_of(changed_row(changes, scratch.change_of[visibility_.background()], scratch));
 
     const auto information_after = [&](std::uint32_t outcome) {
       const std::uint32_t i = scratch.change_of[outcome];
@@ -231,8 +224,7 @@ class Collapse {
   }
 
   void refresh_all() {
-    const std::span<const std::uint32_t> background = row_of(visibility_.background(), row_);
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v) totals_.set(v, total_px(background[v]));
+    totals_ = totals_of(row_of(visibility_.background(), row_));
     for (const std::uint32_t id : live_) refresh(id);
     refresh(visibility_.background());
   }

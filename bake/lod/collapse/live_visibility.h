@@ -6,6 +6,7 @@
 // Both sets are walked pixel by pixel. First every pixel of the removed leaves passes to the next leaf in its list (or the background).
 // Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -59,6 +60,12 @@ struct AreaChanges {
 
   [[nodiscard]] std::span<const std::int32_t> row(std::size_t i, std::uint32_t view_count) const {
     return std::span(delta_px).subspan(i * view_count, view_count);
+  }
+  /// Whether an outcome's area changes in some view.
+  [[nodiscard]] bool touch(std::uint32_t outcome, std::uint32_t view_count) const {
+    const auto found = std::ranges::find(outcomes, outcome);
+    return found != outcomes.end() && std::ranges::any_of(row(static_cast<std::size_t>(found - outcomes.begin()), view_count),
+                                                          [](std::int32_t delta) { return delta != 0; });
   }
 };
 

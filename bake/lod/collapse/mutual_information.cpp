@@ -21,9 +21,19 @@ double log2_of(std::uint32_t value, const std::vector<double>& table) {
 
 }  // namespace
 
-void ViewTotals::set(std::uint32_t view, std::uint32_t total_px) {
-  reciprocal[view] = total_px == 0 ? 0.0 : 1.0 / total_px;
-  log2_total[view] = log2_of(total_px, log2_table());
+ViewTotals view_totals(std::span<const std::uint32_t> totals_px) {
+  ViewTotals totals;
+  for (const std::uint32_t total_px : totals_px) {
+    totals.reciprocal.push_back(total_px == 0 ? 0.0 : 1.0 / total_px);
+    totals.log2_total.push_back(log2_of(total_px, log2_table()));
+  }
+  return totals;
+}
+
+ViewTotals view_totals(std::span<const std::uint32_t> background_px, std::uint32_t pixels_per_view, bool count_background) {
+  std::vector<std::uint32_t> totals_px;
+  for (const std::uint32_t px : background_px) totals_px.push_back(pixels_per_view - (count_background ? 0 : px));
+  return view_totals(totals_px);
 }
 
 FixedBits outcome_information(std::span<const std::uint32_t> areas_px, const ViewTotals& totals) {

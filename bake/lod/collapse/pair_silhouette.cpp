@@ -72,11 +72,6 @@ struct Shapes {
   [[nodiscard]] std::uint8_t triangle(std::size_t a, std::size_t b, std::size_t c) const { return triangle_of[a * 64 + b * 8 + c]; }
 };
 
-const Shapes& shapes_of_eight_points() {
-  static const Shapes shapes;
-  return shapes;
-}
-
 /// Cells whose centres are not right of the line from a to b. Points are in cells.
 Bits left_of(const glm::dvec2& a, const glm::dvec2& b) {
   constexpr std::uint64_t kFullRow = (std::uint64_t{1} << kCells) - 1;
@@ -207,7 +202,7 @@ PairCorners aligned(const PairVertices& points, const PairCorners& ring, const Q
 
 PairShapes pair_shapes(const Quad& first, const Quad& second) {
   static const std::array<Basis, kDirections> bases = icosahedron_axes();
-  const Shapes& all = shapes_of_eight_points();
+  static const Shapes all;
   const PairVertices points = pair_vertices(first, second);
   std::array<Silhouettes, kDirections> views;
   for (std::size_t v = 0; v < kDirections; ++v) draw(points, bases[v], all, views[v]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -64,15 +65,9 @@ class Nodes {
       std::vector<bool> next = is_known;
       for (std::size_t i = 0; i < nodes_.size(); ++i) {
         if (is_known[i]) continue;
-        glm::dvec3 sum(0.0);
-        double count = 0.0;
-        visit_neighbours(i, [&](std::size_t other) {
-          if (!is_known[other]) return;
-          sum += nodes_[other].shares;
-          count += 1.0;
-        });
-        if (count == 0.0) continue;
-        nodes_[i].shares = sum / count;
+        const auto mean = mean_round(i, nodes_, [&](std::size_t other) { return bool{is_known[other]}; });
+        if (!mean) continue;
+        nodes_[i].shares = *mean;
         next[i] = true;
       }
       is_known = std::move(next);
@@ -83,15 +78,8 @@ class Nodes {
   /// Moves each node half way to the mean of its neighbours.
   void smooth() {
     const std::vector<Node> before = nodes_;
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      glm::dvec3 sum(0.0);
-      double count = 0.0;
-      visit_neighbours(i, [&](std::size_t other) {
-        sum += before[other].shares;
-        count += 1.0;
-      });
-      nodes_[i].shares = 0.5 * (before[i].shares + sum / count);
-    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      nodes_[i].shares = 0.5 * (before[i].shares + *mean_round(i, before, [](std::size_t) { return true; }));
     hold();
   }
 
@@ -102,14 +90,24 @@ class Nodes {
     return x + std::size_t{side_} * (y + std::size_t{side_} * z);
   }
 
-  template <class Visit>
-  void visit_neighbours(std::size_t i, const Visit& visit) const {
+  /// The mean of those neighbours of a node that count; nothing if none does.
+  template <class Counts>
+  [[nodiscard]] std::optional<glm::dvec3> mean_round(std::size_t i, const std::vector<Node>& nodes, const Counts& counts) const {
+    glm::dvec3 sum(0.0);
+    double count = 0.0;
+    const auto add_one = [&](std::size_t other) {
+      if (!counts(other)) return;
+      sum += nodes[other].shares;
+      count += 1.0;
+    };
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis, stride *= side_) {
       const std::size_t at = i / stride % side_;
-      if (at > 0) visit(i - stride);
-      if (at + 1 < side_) visit(i + stride);
+      if (at > 0) add_one(i - stride);
+      if (at + 1 < side_) add_one(i + stride);
     }
+    if (count == 0.0) return {};
+    return sum / count;
   }
 
   /// Stops all motion where the plant is held.

@@ -26,7 +26,7 @@ constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
 /// Less transmittance than this counts as none: an eighth of a step of 255.
 constexpr float kMinShare = 1.0f / 2048.0f;
 /// How many pixels ahead of a walk memory is prefetched.
-constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
+constexpr std::size_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
 Channels channels_of(const Shade& shade) {
@@ -143,7 +143,7 @@ IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaM
     });
     draw(view);
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+      ++front_area(v, pixel);
       view.source.push_back(__builtin_convertvector(view.shown[pixel], FixedPixel));
     }
     measure(view);
@@ -277,15 +277,12 @@ bool IncrementalImage::is_hidden(const View& view, const ProjectedPair& pair) co
 }
 
 IncrementalImage::LeafPixels IncrementalImage::pixels_of(const LiveLeaf& leaf) const {
-  LeafPixels result;
-  result.view_begin.reserve(view_count() + 1);
-  result.view_begin.push_back(0);
+  LeafPixels result{{0}, {}};
   for (const View& view : views_) {
     for_each_fragment(view.projection, cards_, leaf, 0, [&](std::uint32_t pixel, LeafFragment fragment) {
-      result.pixels.push_back(pixel);
-      result.depths.push_back(fragment_depth(fragment));
+      result.pixels.push_back({pixel, fragment_depth(fragment)});
     });
-    result.view_begin.push_back(static_cast<std::uint32_t>(result.pixels.size()));
+    result.view_begin.push_back(result.pixels.size());
   }
   return result;
 }
@@ -348,15 +345,14 @@ double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
   const std::uint32_t now = ++scratch.now;
   double pixels = 0.0;
   for (const std::uint32_t id : {weighing.first, weighing.second}) {
-    const LeafPixels& own = pixels_[id];
-    const std::uint32_t begin = own.view_begin[v], end = own.view_begin[v + 1];
-    for (std::uint32_t i = begin; i < std::min(begin + kListsAhead, end); ++i) prefetch(view, scratch, own.pixels[i]);
-    for (std::uint32_t i = begin; i < std::min(begin + kEntriesAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
-      if (i + kEntriesAhead < end) view.fragments.prefetch_entries(own.pixels[i + kEntriesAhead]);
-      const std::uint32_t pixel = own.pixels[i];
-      if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
+    const std::span<const PixelDepth> own = pixels_[id].in(v);
+    for (std::size_t i = 0; i < std::min(kListsAhead, own.size()); ++i) prefetch(view, scratch, own[i].pixel);
+    for (std::size_t i = 0; i < std::min(kEntriesAhead, own.size()); ++i) view.fragments.prefetch_entries(own[i].pixel);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      if (i + kListsAhead < own.size()) prefetch(view, scratch, own[i + kListsAhead].pixel);
+      if (i + kEntriesAhead < own.size()) view.fragments.prefetch_entries(own[i + kEntriesAhead].pixel);
+      const auto [pixel, depth] = own[i];
+      if (make_fragment(depth, id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
       LeafFragment last;
       const Channels rest = unfixed(composite(view, pixel, {weighing.first, weighing.second}, last));
       const Channels source = unfixed(view.source[pixel]);
@@ -412,7 +408,7 @@ MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& co
     walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
     prefetch(view, scratch, walk.back().pixel);
   });
-  for (std::size_t i = 0; i < std::min<std::size_t>(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
+  for (std::size_t i = 0; i < std::min(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
   for (std::size_t i = 0; i < walk.size(); ++i) {
     if (i + kEntriesAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kEntriesAhead].pixel);
     const auto [pixel, depth] = walk[i];
@@ -475,20 +471,15 @@ void IncrementalImage::apply(const LeafMerge& merge) {
     View& view = views_[v];
     const Shade color = color_of(view, merge.leaf);
     std::vector<std::uint32_t> pixels, tiles;
-    const auto area = [&](std::uint32_t pixel) -> std::uint32_t& {
-      return areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
-    };
     for (const std::uint32_t id : {merge.first, merge.second, merge.result}) {
-      const LeafPixels& own = pixels_[id];
-      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
-        const std::uint32_t pixel = own.pixels[i];
-        const LeafFragment fragment = make_fragment(own.depths[i], id);
-        --area(pixel);
+      for (const auto& [pixel, depth] : pixels_[id].in(v)) {
+        const LeafFragment fragment = make_fragment(depth, id);
+        --front_area(v, pixel);
         if (id == merge.result)
           view.fragments.insert(pixel, {fragment, color});
         else
           view.fragments.remove(pixel, fragment);
-        ++area(pixel);
+        ++front_area(v, pixel);
         // If the pair was the last fragment, its own walk has listed the pixel.
         if (fragment <= view.last[pixel]) pixels.push_back(pixel);
       }
@@ -525,15 +516,12 @@ void IncrementalImage::halve(std::span<const std::uint32_t> live) {
     }
     view.fragments = PixelLists<ShownFragment>(pixels_per_view());
     for (const std::uint32_t id : live) {
-      const LeafPixels& own = pixels_[id];
       const Shade color = color_of(view, leaves_[id]);
-      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i)
-        view.fragments.insert(own.pixels[i], {make_fragment(own.depths[i], id), color});
+      for (const auto& [pixel, depth] : pixels_[id].in(v)) view.fragments.insert(pixel, {make_fragment(depth, id), color});
       areas_px_[std::size_t{id} * view_count() + v] = 0;
     }
     areas_px_[std::size_t{background()} * view_count() + v] = 0;
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) ++front_area(v, pixel);
     draw(view);
     view.source.resize(pixels_per_view());
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)

@@ -170,9 +170,11 @@ class IncrementalImage {
   };
   /// Pixels of a leaf, visible or not, view by view.
   struct LeafPixels {
-    std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
-    std::vector<std::uint32_t> pixels;
-    std::vector<std::uint32_t> depths;
+    std::vector<std::size_t> view_begin;  ///< [view_count + 1]
+    std::vector<PixelDepth> pixels;
+    [[nodiscard]] std::span<const PixelDepth> in(std::uint32_t v) const {
+      return std::span(pixels).subspan(view_begin[v], view_begin[v + 1] - view_begin[v]);
+    }
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
   /// How an opaque merged leaf changes a pixel: it covers, and hides what is behind; and the share of its own shade that shows.
@@ -202,6 +204,10 @@ class IncrementalImage {
   }
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
     return fragment == kNothing ? background() : fragment_leaf(fragment);
+  }
+  /// The area of the outcome that a pixel of view v now shows in front.
+  [[nodiscard]] std::uint32_t& front_area(std::uint32_t v, std::uint32_t pixel) {
+    return areas_px_[std::size_t{outcome_of(views_[v].fragments.front(pixel))} * view_count() + v];
   }
   [[nodiscard]] double pixel_weight() const;
   [[nodiscard]] double block_weight(std::size_t scale) const;

@@ -107,8 +107,7 @@ Result<void> add_pages(const QuantisedTree& tree, FileContents& contents) {
     const std::size_t count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, tree.splits.size() - first);
     const PageSource source{std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.nodes,
                             tree.box.max - tree.box.min, tree.box.steps};
-    COPPICE_TRY(page, encode_page(source));
-    contents.pages.push_back(std::move(page));
+    COPPICE_CHECK(move_into(contents.pages.emplace_back(), encode_page(source)));
   }
   return {};
 }
@@ -169,14 +168,6 @@ Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
     return {};
   }
   return move_into(contents.wood_error_px, measure_wood_error(plant, lods));
-}
-
-Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {
-  for (std::size_t i = 0; i < plant.images.size(); ++i) {
-    COPPICE_TRY(texture, encode_texture(plant.images[i], cutoff_of_image(plant, i), coding));
-    contents.textures.push_back(std::move(texture));
-  }
-  return {};
 }
 
 /// Bits that keep positions within the steps of the leaf quads on every axis: Draco divides the longest side into equal steps.
@@ -242,7 +233,8 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   const std::vector<bool> of_meshes = leaf_mesh_materials(plant);
   for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
     contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m]), of_meshes[m]));
-  COPPICE_CHECK(add_textures(plant, textures, contents));
+  for (std::size_t i = 0; i < plant.images.size(); ++i)
+    COPPICE_CHECK(move_into(contents.textures.emplace_back(), encode_texture(plant.images[i], cutoff_of_image(plant, i), textures)));
   for (const Card& card : plant.card_table) {
     if (card.material >= contents.materials.size()) return Error{Status::invalid_argument, "pack: a card's material is not there"};
     contents.cards.push_back(file_card(card, contents));

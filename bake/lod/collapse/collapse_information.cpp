@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <limits>
+#include <set>
+#include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -22,42 +23,6 @@
 
 namespace coppice::bake {
 namespace {
-
-/// I(V,l) of every live leaf, ordered: keeps the minimum of each block of ids, and finds it again if one of its leaves changed.
-class LeafVisibilities {
- public:
-  explicit LeafVisibilities(std::uint32_t id_count)
-      : values_((id_count + kBlock - 1) / kBlock * kBlock, kNotLive),
-        minima_(values_.size() / kBlock),
-        stale_(values_.size() / kBlock, 1) {}
-
-  void set(std::uint32_t id, FixedBits value) {
-    values_[id] = value;
-    stale_[id / kBlock] = 1;
-  }
-  void remove(std::uint32_t id) { set(id, kNotLive); }
-
-  /// The live leaf of smallest visibility; of equals the smaller id. At least one must be live.
-  std::uint32_t smallest() {
-    std::size_t best_block = 0;
-    for (std::size_t block = 0; block < minima_.size(); ++block) {
-      const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
-      if (stale_[block] != 0) minima_[block] = *std::min_element(begin, begin + kBlock);
-      stale_[block] = 0;
-      if (minima_[block] < minima_[best_block]) best_block = block;
-    }
-    const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(best_block * kBlock);
-    return static_cast<std::uint32_t>(std::find(begin, begin + kBlock, minima_[best_block]) - values_.begin());
-  }
-
- private:
-  static constexpr std::uint32_t kBlock = 128;
-  static constexpr FixedBits kNotLive = std::numeric_limits<FixedBits>::max();
-
-  std::vector<FixedBits> values_;
-  std::vector<FixedBits> minima_;
-  std::vector<std::uint8_t> stale_;
-};
 
 /// A partner that is being evaluated.
 struct Candidate {
@@ -83,12 +48,10 @@ class Collapse {
       : options_(options),
         visibility_(std::move(visibility)),
         octree_(foliage, visibility_.id_count()),
-        visibilities_(visibility_.id_count()),
         information_(visibility_.id_count() + 1, 0),
         next_id_(foliage.leaf_count()) {
-    place_in_live_.resize(visibility_.id_count());
     for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) {
-      add_live(id);
+      ranking_.insert({0, id});
       octree_.insert(id, quad_centroid(foliage.quads[id]));
     }
     refresh_all();
@@ -99,7 +62,7 @@ class Collapse {
   [[nodiscard]] const Visibility& visibility() const { return visibility_; }
 
   Merge step() {
-    const std::uint32_t chosen = visibilities_.smallest();
+    const std::uint32_t chosen = ranking_.begin()->second;
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
@@ -176,7 +139,7 @@ class Collapse {
       return outcome_information(i == kNone ? row_of(outcome, scratch.row) : changed_row(changes, i, scratch), totals);
     };
     FixedBits after = scratch.change_of[candidate.merge.result] == kNone ? 0 : information_after(candidate.merge.result);
-    for (const std::uint32_t id : live_)
+    for (const auto& [bits, id] : ranking_)
       if (id != candidate.merge.first && id != candidate.merge.second) after += information_after(id);
     for (const std::uint32_t outcome : changes.outcomes) scratch.change_of[outcome] = kNone;
     return after - foliage_information_;
@@ -187,14 +150,12 @@ class Collapse {
     visibility_.apply(candidate.merge, candidate.changes);
     for (const std::uint32_t removed : {chosen, partner}) {
       octree_.remove(removed);
-      visibilities_.remove(removed);
+      ranking_.erase({information_[removed], removed});
       foliage_information_ -= information_[removed];
       information_[removed] = 0;
-      remove_live(removed);
     }
     octree_.insert(next_id_, quad_centroid(candidate.merge.leaf.quad));
-    visibilities_.set(next_id_, 0);
-    add_live(next_id_++);
+    ranking_.insert({0, next_id_++});
     if (all_change) {
       refresh_all();
     } else {
@@ -203,41 +164,29 @@ class Collapse {
     return {std::min(chosen, partner), std::max(chosen, partner), candidate.corners};
   }
 
-  void add_live(std::uint32_t id) {
-    place_in_live_[id] = static_cast<std::uint32_t>(live_.size());
-    live_.push_back(id);
-  }
-
-  void remove_live(std::uint32_t id) {
-    const std::uint32_t place = place_in_live_[id];
-    live_[place] = live_.back();
-    place_in_live_[live_[place]] = place;
-    live_.pop_back();
-  }
-
   void refresh(std::uint32_t outcome) {
     if (!counts(outcome)) return;
     const FixedBits before = information_[outcome];
     information_[outcome] = outcome_information(row_of(outcome, row_), totals_);
     foliage_information_ += information_[outcome] - before;
-    if (outcome != visibility_.background()) visibilities_.set(outcome, information_[outcome]);
+    if (outcome == visibility_.background()) return;
+    ranking_.erase({before, outcome});
+    ranking_.insert({information_[outcome], outcome});
   }
 
   void refresh_all() {
     totals_ = totals_of(row_of(visibility_.background(), row_));
-    for (const std::uint32_t id : live_) refresh(id);
+    for (const auto& [bits, id] : std::exchange(ranking_, {})) refresh(id);
     refresh(visibility_.background());
   }
 
   CollapseOptions options_;
   Visibility visibility_;
   LeafOctree octree_;
-  LeafVisibilities visibilities_;
   ViewTotals totals_;
-  std::vector<FixedBits> information_;        ///< [outcome] I(V,l), 0 if not live
-  FixedBits foliage_information_ = 0;         ///< I(V,L)
-  std::vector<std::uint32_t> live_;           ///< in any order, since sums over it are exact
-  std::vector<std::uint32_t> place_in_live_;  ///< [id]
+  std::vector<FixedBits> information_;                     ///< [outcome] I(V,l), 0 if not live
+  FixedBits foliage_information_ = 0;                      ///< I(V,L)
+  std::set<std::pair<FixedBits, std::uint32_t>> ranking_;  ///< (I(V,l), id) of live leaves: of equals the smaller id comes first
   std::uint32_t next_id_ = 0;
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> partners_;

@@ -170,8 +170,7 @@ class OcclusionQueryTest : public test::VulkanTest {
   /// On the test's device, under validation.
   static std::unique_ptr<OcclusionAreas> queries_of(const Case& c, const std::vector<Viewpoint>& views) {
     auto device = borrow_area_device({gpu().instance, gpu().physical_device, gpu().device, gpu().queue, gpu().queue_family});
-    if (!device) throw std::runtime_error(device.error().message());
-    auto queries = OcclusionAreas::create({c.shown(), views, c.side_px}, *std::move(device));
+    auto queries = OcclusionAreas::create({c.shown(), views, c.side_px}, std::move(device));
     if (!queries) throw std::runtime_error(queries.error().message());
     return *std::move(queries);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
-// The Vulkan device that measures areas. Its functions are loaded on demand, so that the tool starts without Vulkan.
+// The Vulkan device that measures areas. Vulkan is loaded on demand, so that the tool starts without it. Functions of the instance are
+// volk's globals; a device has a table of its own, because tests have two.
 
 #include <cstdint>
 #include <memory>
@@ -11,24 +12,6 @@
 #include "result.h"
 
 namespace coppice::bake {
-
-#define COPPICE_AREA_INSTANCE_FUNCTIONS(X) \
-  X(vkCreateDevice)                        \
-  X(vkDestroyInstance)                     \
-  X(vkEnumeratePhysicalDevices)            \
-  X(vkGetDeviceProcAddr)                   \
-  X(vkGetPhysicalDeviceFeatures2)          \
-  X(vkGetPhysicalDeviceFormatProperties)   \
-  X(vkGetPhysicalDeviceMemoryProperties)   \
-  X(vkGetPhysicalDeviceProperties2)        \
-  X(vkGetPhysicalDeviceQueueFamilyProperties)
-
-/// The functions of one instance and one device. They are no globals like volk's, which serve one device per program: tests have two.
-struct VulkanFunctions : VolkDeviceTable {
-#define COPPICE_DECLARE(name) PFN_##name name = nullptr;
-  COPPICE_AREA_INSTANCE_FUNCTIONS(COPPICE_DECLARE)
-#undef COPPICE_DECLARE
-};
 
 struct DeviceHandles {
   VkInstance instance = VK_NULL_HANDLE;
@@ -44,20 +27,20 @@ struct AreaDevice : DeviceHandles {
   AreaDevice& operator=(const AreaDevice&) = delete;
   ~AreaDevice();  ///< destroys what open_area_device created
 
-  VulkanFunctions vk{};
+  VolkDeviceTable vk{};
   VkPhysicalDeviceMemoryProperties memory{};
   std::string name;  ///< device and driver with its version: areas may depend on them
   bool owned = false;
 };
 
 /// Opens the loader's first device that has Vulkan 1.3, a graphics queue and precise occlusion queries.
+/// The program has no other instance.
 /// errors  unsupported: no loader, no driver, no device, or none that has all of these; the error says what the last one lacks
 Result<std::unique_ptr<AreaDevice>> open_area_device();
 
 /// Wraps somebody else's device, which outlives the result. Its features dynamicRendering, synchronization2, bufferDeviceAddress and
-/// occlusionQueryPrecise are enabled, and its owner has initialised volk. Nobody else uses the queue meanwhile.
-/// errors  unsupported: a function is missing
-Result<std::unique_ptr<AreaDevice>> borrow_area_device(const DeviceHandles& borrowed);
+/// occlusionQueryPrecise are enabled, and its owner has loaded volk's functions of the instance. Nobody else uses the queue meanwhile.
+std::unique_ptr<AreaDevice> borrow_area_device(const DeviceHandles& borrowed);
 
 /// call    the function's name
 /// errors  device_lost, out_of_memory, internal

@@ -125,7 +125,7 @@ class AreaMeasurer : public OcclusionAreas {
     glm::mat4 clip_from_sphere{1.0f};
   };
 
-  [[nodiscard]] const VulkanFunctions& vk() const { return gpu_->vk; }
+  [[nodiscard]] const VolkDeviceTable& vk() const { return gpu_->vk; }
 
   Result<void> create_commands() {
     const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, .queueFamilyIndex = gpu_->queue_family};

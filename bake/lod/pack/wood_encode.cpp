@@ -40,17 +40,16 @@ bool is_degenerate(const Mesh& mesh, std::size_t triangle) {
   return a == b || b == c || c == a;
 }
 
-template <class T, class Source>
-int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type, std::uint8_t components,
-                  Source source) {
+template <class Source>
+void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type, std::uint8_t components,
+                   Source source) {
   draco::GeometryAttribute description;
-  description.Init(type, nullptr, components, data_type, false, std::int64_t{components} * static_cast<std::int64_t>(sizeof(T)), 0);
+  description.Init(type, nullptr, components, data_type, false, components * draco::DataTypeLength(data_type), 0);
   const int id = mesh.AddAttribute(description, true, mesh.num_points());
   for (std::uint32_t point = 0; point < mesh.num_points(); ++point) {
     const auto value = source(point);
     mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(point), &value);
   }
-  return id;
 }
 
 /// Fills in one point per corner. Draco then merges equal values and equal points, which recovers the connectivity.
@@ -65,13 +64,13 @@ void fill(draco::Mesh& target, const Mesh& mesh, std::span<const QuantisedPoint>
   for (std::uint32_t face = 0; face < triangles.size(); ++face)
     target.SetFace(draco::FaceIndex(face), {draco::PointIndex(3 * face), draco::PointIndex(3 * face + 1), draco::PointIndex(3 * face + 2)});
   using Attribute = draco::GeometryAttribute;
-  add_attribute<float>(target, Attribute::POSITION, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.positions[vertex_of(corner)]; });
-  add_attribute<float>(target, Attribute::NORMAL, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.normals[vertex_of(corner)]; });
-  add_attribute<float>(target, Attribute::TEX_COORD, draco::DT_FLOAT32, 2, [&](auto corner) { return mesh.uvs[vertex_of(corner)]; });
-  add_attribute<std::uint8_t>(target, Attribute::GENERIC, draco::DT_UINT8, 1,
-                              [&](auto corner) { return static_cast<std::uint8_t>(mesh.triangle_materials[triangles[corner / 3]]); });
+  add_attribute(target, Attribute::POSITION, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.positions[vertex_of(corner)]; });
+  add_attribute(target, Attribute::NORMAL, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.normals[vertex_of(corner)]; });
+  add_attribute(target, Attribute::TEX_COORD, draco::DT_FLOAT32, 2, [&](auto corner) { return mesh.uvs[vertex_of(corner)]; });
+  add_attribute(target, Attribute::GENERIC, draco::DT_UINT8, 1,
+                [&](auto corner) { return static_cast<std::uint8_t>(mesh.triangle_materials[triangles[corner / 3]]); });
   if (!stalks.empty())
-    add_attribute<std::uint16_t>(target, Attribute::GENERIC, draco::DT_UINT16, 3, [&](auto corner) { return stalks[vertex_of(corner)]; });
+    add_attribute(target, Attribute::GENERIC, draco::DT_UINT16, 3, [&](auto corner) { return stalks[vertex_of(corner)]; });
   target.DeduplicateAttributeValues();
   target.DeduplicatePointIds();
 }

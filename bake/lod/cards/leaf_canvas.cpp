@@ -1,6 +1,7 @@
 #include "leaf_canvas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "alpha_mask.h"
@@ -36,9 +37,11 @@ CardFrame card_frame(const Quad& quad) {
 
 void LeafCanvas::draw(std::size_t triangle) {
   const Mesh& mesh = plant_.foliage;
-  const std::uint32_t* indices = mesh.indices.data() + 3 * triangle;
+  const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
+  const std::array corners = at_corners(mesh.positions, mesh.indices, 3 * triangle);
+  const std::array uvs = at_corners(mesh.uvs, mesh.indices, 3 * triangle);
   std::array<glm::dvec3, 3> at;
-  for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(mesh.positions[indices[i]]), size_);
+  for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(corners[i]), size_);
   const double area = cross(at[1] - at[0], at[2] - at[0]);
   if (area == 0.0) return;
   const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x}, size_);
@@ -49,22 +52,15 @@ void LeafCanvas::draw(std::size_t triangle) {
       const glm::dvec3 weight =
           glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) / area;
       if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
-      draw_sample(triangle, indices, weight, weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z,
-                  static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x));
+      const double height = weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z;
+      const std::size_t sample = static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x);
+      if (height <= heights_[sample]) continue;
+      const glm::dvec2 uv = weight.x * glm::dvec2(uvs[0]) + weight.y * glm::dvec2(uvs[1]) + weight.z * glm::dvec2(uvs[2]);
+      const glm::vec4 texel = color_at(material, plant_.images, uv);
+      if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) continue;
+      heights_[sample] = height;
+      texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
     }
-}
-
-void LeafCanvas::draw_sample(std::size_t triangle, const std::uint32_t* indices, const glm::dvec3& weight, double height,
-                             std::size_t sample) {
-  if (height <= heights_[sample]) return;
-  const Mesh& mesh = plant_.foliage;
-  const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
-  const glm::dvec2 uv = weight.x * glm::dvec2(mesh.uvs[indices[0]]) + weight.y * glm::dvec2(mesh.uvs[indices[1]]) +
-                        weight.z * glm::dvec2(mesh.uvs[indices[2]]);
-  const glm::vec4 texel = color_at(material, plant_.images, uv);
-  if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) return;
-  heights_[sample] = height;
-  texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
 }
 
 }  // namespace coppice::bake

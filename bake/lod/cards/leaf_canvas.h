@@ -43,7 +43,6 @@ class LeafCanvas {
 
  private:
   void draw(std::size_t triangle);
-  void draw_sample(std::size_t triangle, const std::uint32_t* indices, const glm::dvec3& weight, double height, std::size_t sample);
 
   const Plant& plant_;
   CardFrame frame_;

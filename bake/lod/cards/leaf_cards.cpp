@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -18,6 +19,7 @@
 #include "bounds.h"
 #include "coppice/format.h"
 #include "leaf_canvas.h"
+#include "leaf_quads.h"
 #include "parallel_for.h"
 #include "srgb.h"
 
@@ -318,6 +320,33 @@ void draw_material(Plant& plant, std::uint32_t material, const DrawnLeaves& draw
   plant.images.push_back(std::move(atlas.image));
 }
 
+void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
+  std::vector<Sketch> sketches(fitted.size());
+  std::vector<std::uint8_t> is_drawn(fitted.size(), 0);
+  parallel_for(
+      fitted.size(),
+      [&](std::size_t i) {
+        if (is_exact(plant.foliage, plant.leaves[i], fitted[i].quad)) return;
+        const Quad held = hold_leaf(plant, plant.leaves[i], fitted[i].quad);
+        sketches[i] = sketch_leaf(plant, plant.leaves[i], held);
+        if (coverage(sketches[i]) < kMinCoverage) return;
+        fitted[i].quad = held;
+        is_drawn[i] = 1;
+      },
+      16);
+  std::vector<DrawnLeaves> by_material(plant.materials.size());
+  for (std::size_t i = 0; i < fitted.size(); ++i) {
+    if (is_drawn[i] == 0) continue;
+    by_material[fitted[i].card.material].leaves.push_back(i);
+    by_material[fitted[i].card.material].sketches.push_back(sketches[i]);
+  }
+  for (std::uint32_t m = 0; m < by_material.size(); ++m) {
+    if (by_material[m].leaves.empty()) continue;
+    if (plant.materials.size() >= COPPICE_MAX_MATERIALS || plant.images.size() >= COPPICE_MAX_TEXTURES) return;
+    draw_material(plant, m, by_material[m], fitted);
+  }
+}
+
 }  // namespace
 
 CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
@@ -347,33 +376,6 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   if (!(flat_shown_m2 > 0.0)) return 1.0;
   const double ratio = shown_m2 / flat_shown_m2;
   return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMaxFull);
-}
-
-void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
-  std::vector<Sketch> sketches(fitted.size());
-  std::vector<std::uint8_t> is_drawn(fitted.size(), 0);
-  parallel_for(
-      fitted.size(),
-      [&](std::size_t i) {
-        if (is_exact(plant.foliage, plant.leaves[i], fitted[i].quad)) return;
-        const Quad held = hold_leaf(plant, plant.leaves[i], fitted[i].quad);
-        sketches[i] = sketch_leaf(plant, plant.leaves[i], held);
-        if (coverage(sketches[i]) < kMinCoverage) return;
-        fitted[i].quad = held;
-        is_drawn[i] = 1;
-      },
-      16);
-  std::vector<DrawnLeaves> by_material(plant.materials.size());
-  for (std::size_t i = 0; i < fitted.size(); ++i) {
-    if (is_drawn[i] == 0) continue;
-    by_material[fitted[i].card.material].leaves.push_back(i);
-    by_material[fitted[i].card.material].sketches.push_back(sketches[i]);
-  }
-  for (std::uint32_t m = 0; m < by_material.size(); ++m) {
-    if (by_material[m].leaves.empty()) continue;
-    if (plant.materials.size() >= COPPICE_MAX_MATERIALS || plant.images.size() >= COPPICE_MAX_TEXTURES) return;
-    draw_material(plant, m, by_material[m], fitted);
-  }
 }
 
 Result<Foliage> card_foliage(Plant& plant) {

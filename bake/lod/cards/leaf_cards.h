@@ -1,10 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
-#include "leaf_quads.h"
 #include "plant.h"
 #include "result.h"
 
@@ -30,16 +28,12 @@ CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad,
 /// quad  a rectangle that holds the leaf
 double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad);
 
-/// Gives each leaf that is not a quad itself a card that shows it, so that the quad has the leaf's outline, colours and area. The quad is
-/// refitted along its sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many
-/// clusters as it takes for every leaf to be like its image, at most kMaxCardImages. One leaf of each cluster is drawn into an atlas, as
-/// large as its own texture shows it (64 to 256 px). The atlas is a new material and image of the plant, alpha masked. The result does not
-/// depend on the number of threads.
-/// fitted  [plant.leaves.size()] from fit_leaves; quads and cards are replaced
-void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted);
-
-/// Makes the plant's leaves quads that look like them: fit_leaves, draw_leaf_cards, share_leaf_cards.
-/// errors  those of fit_leaves
+/// Makes the plant's leaves quads that look like them: fits quads (fit_leaves), then gives each leaf that is not a quad itself a card that
+/// shows it, so that the quad has the leaf's outline, colours and area, and shares cards (share_leaf_cards). The quad is refitted along its
+/// sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many clusters as it takes
+/// for every leaf to be like its image, at most kMaxCardImages. One leaf of each cluster is drawn into an atlas, as large as its own
+/// texture shows it (64 to 256 px). The atlas is a new material and image of the plant, alpha masked. The result does not depend on the
+/// number of threads. errors  those of fit_leaves
 Result<Foliage> card_foliage(Plant& plant);
 
 }  // namespace coppice::bake

@@ -268,8 +268,8 @@ class ImageCollapse {
     }
     const auto ids = [](const WeighedPair& pair) { return std::pair(pair.first, pair.second); };
     std::ranges::sort(pairs_, {}, ids);
-    const auto repeated = std::ranges::unique(pairs_, {}, ids);
-    pairs_.erase(repeated.begin(), repeated.end());
+    const auto is_same = [&](const WeighedPair& a, const WeighedPair& b) { return ids(a) == ids(b); };
+    pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), is_same), pairs_.end());
   }
 
   /// Offers new pairs to the batch's leaves without choices, with their costs in some of the views.

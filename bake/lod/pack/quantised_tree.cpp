@@ -66,12 +66,8 @@ QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
 }
 
 glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point) {
-  glm::vec3 result(0.0f);
-  for (int axis = 0; axis < 3; ++axis) {
-    const float share = static_cast<float>(point[static_cast<std::size_t>(axis)]) / static_cast<float>(box.steps);
-    result[axis] = box.min[axis] + share * (box.max[axis] - box.min[axis]);
-  }
-  return result;
+  const glm::vec3 share = glm::vec3(point[0], point[1], point[2]) / static_cast<float>(box.steps);
+  return box.min + share * (box.max - box.min);
 }
 
 Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {

@@ -1,7 +1,6 @@
 #include "wind_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -9,7 +8,9 @@
 #include <span>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "wind_field.h"
 
@@ -29,24 +30,23 @@ struct Node {
 class Nodes {
  public:
   explicit Nodes(const WindTarget& target)
-      : head_(target.head), hangs_(target.hangs), side_(target.head.node_side), nodes_(wind_node_count(side_)) {}
+      : low_(glm::make_vec3(target.head.box_min)),
+        high_(glm::make_vec3(target.head.box_max)),
+        hangs_(target.hangs),
+        side_(target.head.node_side),
+        nodes_(wind_node_count(side_)) {}
 
   void add(const WindPoint& point) {
-    std::array<std::uint32_t, 3> cell{};
-    glm::dvec3 inside(0.0);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double low = head_.box_min[axis], high = head_.box_max[axis];
-      const double at = std::clamp((point.position[static_cast<int>(axis)] - low) / (high - low), 0.0, 1.0) * (side_ - 1);
-      cell[axis] = std::min(static_cast<std::uint32_t>(at), side_ - 2);
-      inside[static_cast<int>(axis)] = at - cell[axis];
-    }
+    const glm::dvec3 at = glm::clamp((glm::dvec3(point.position) - low_) / (high_ - low_), 0.0, 1.0) * static_cast<double>(side_ - 1);
+    const glm::uvec3 cell = glm::min(glm::uvec3(at), glm::uvec3(side_ - 2));
+    const glm::dvec3 inside = at - glm::dvec3(cell);
     const double lean = point.lean;
     const glm::dvec3 shares(lean, lean * point.phase_cos, lean * point.phase_sin);
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
       const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
       const double weight =
           point.weight * (x != 0 ? inside.x : 1.0 - inside.x) * (y != 0 ? inside.y : 1.0 - inside.y) * (z != 0 ? inside.z : 1.0 - inside.z);
-      Node& node = nodes_[index(cell[0] + x, cell[1] + y, cell[2] + z)];
+      Node& node = nodes_[index(cell.x + x, cell.y + y, cell.z + z)];
       node.shares += weight * shares;
       node.weight += weight;
     }
@@ -116,7 +116,7 @@ class Nodes {
       for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, hangs_ ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
   }
 
-  coppice_file_wind head_;
+  glm::dvec3 low_, high_;  ///< the field's box
   bool hangs_;
   std::uint32_t side_;
   std::vector<Node> nodes_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <glm/gtc/type_ptr.hpp>
+
 #include "block_texture.h"
 #include "bounds.h"
 #include "layout.h"
@@ -54,7 +56,8 @@ WindSummary wind_summary(const WindField& field) {
 /// Size of the leaves, if there are any, and the finest wood.
 Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
   PointBox<glm::dvec3> box;
-  for (const auto& corner : {file.plant.leaf_box_min, file.plant.leaf_box_max}) box.add({corner[0], corner[1], corner[2]});
+  box.add(glm::make_vec3(file.plant.leaf_box_min));
+  box.add(glm::make_vec3(file.plant.leaf_box_max));
   if (file.plant.wood_lod_count > 0) {
     COPPICE_TRY(wood, unpack_wood(file, bytes, 0));
     for (const glm::vec3& position : wood.positions) box.add(position);

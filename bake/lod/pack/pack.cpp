@@ -250,8 +250,7 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
   COPPICE_CHECK(add_wood(plant, contents));  // comes last: it gets what the others leave of the first read
   COPPICE_TRY(file, write_file(contents));
-  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures),
-           total_bytes(contents.leaf_meshes)};
+  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.leaf_meshes)};
   return file;
 }
 

@@ -13,8 +13,6 @@ namespace coppice::bake {
 struct PackSizes {
   std::uint64_t file_bytes = 0;
   std::uint64_t foliage_bytes = 0;  ///< all pages
-  std::uint64_t wood_bytes = 0;
-  std::uint64_t texture_bytes = 0;
   std::uint64_t leaf_mesh_bytes = 0;  ///< without the textures that only they show
 };
 

@@ -257,28 +257,28 @@ class ImageCollapse {
   }
 
   /// Pairs each leaf that has no choice left with its nearest leaves; every pair once.
-  void find_pairs() {
-    const std::uint32_t count = candidate_count();
-    pairs_.clear();
+  std::vector<WeighedPair> new_pairs() {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;
+    std::vector<std::uint32_t> partners;
     for (const std::uint32_t leaf : unweighed_) {
       if (is_alone_[leaf] == 0) continue;
-      octree_.candidates_of(leaf, count, partners_);
-      for (const std::uint32_t other : partners_)
-        pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kNoFade});
+      octree_.candidates_of(leaf, candidate_count(), partners);
+      for (const std::uint32_t other : partners) ids.emplace_back(std::min(leaf, other), std::max(leaf, other));
     }
-    const auto ids = [](const WeighedPair& pair) { return std::pair(pair.first, pair.second); };
-    std::ranges::sort(pairs_, {}, ids);
-    const auto is_same = [&](const WeighedPair& a, const WeighedPair& b) { return ids(a) == ids(b); };
-    pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), is_same), pairs_.end());
+    std::ranges::sort(ids);
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    std::vector<WeighedPair> pairs;
+    for (const auto& [first, second] : ids) pairs.push_back({.first = first, .second = second});
+    return pairs;
   }
 
   /// Offers new pairs to the batch's leaves without choices, with their costs in some of the views.
   void look_for_partners(std::uint32_t view_stride) {
-    find_pairs();
+    std::vector<WeighedPair> pairs = new_pairs();
     const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
-    parallel_for(pairs_.size(), [&](std::size_t i) { weigh_shapes(pairs_[i], some_views); });
-    evaluations_ += pairs_.size();
-    for (const WeighedPair& pair : pairs_)
+    parallel_for(pairs.size(), [&](std::size_t i) { weigh_shapes(pairs[i], some_views); });
+    evaluations_ += pairs.size();
+    for (const WeighedPair& pair : pairs)
       for (const std::uint32_t leaf : {pair.first, pair.second})
         if (is_alone_[leaf] != 0) choices_[leaf].offer(pair);
   }
@@ -289,14 +289,14 @@ class ImageCollapse {
       choices_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
       is_alone_[leaf] = choices_[leaf].count == 0;
     }
-    const auto [view_stride, finalists] = effort();
+    const auto [view_stride, finalist_count] = effort();
     look_for_partners(view_stride);
-    finalists_.clear();
+    std::vector<WeighedPair*> finalists;
     for (const std::uint32_t leaf : unweighed_)
-      for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
-        finalists_.push_back(&choices_[leaf].pairs[i]);
-    parallel_for(finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
-    evaluations_ += finalists_.size();
+      for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalist_count : 1); ++i)
+        finalists.push_back(&choices_[leaf].pairs[i]);
+    parallel_for(finalists.size(), [&](std::size_t i) { weigh(*finalists[i]); });
+    evaluations_ += finalists.size();
     for (const std::uint32_t leaf : unweighed_) {
       is_alone_[leaf] = 0;
       Choices& choices = choices_[leaf];
@@ -337,9 +337,6 @@ class ImageCollapse {
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> unweighed_;  ///< leaves of the next batch
   std::vector<std::uint8_t> is_alone_;    ///< [id_count] leaves of the batch that need a partner
-  std::vector<WeighedPair*> finalists_;
-  std::vector<WeighedPair> pairs_;
-  std::vector<std::uint32_t> partners_;
   tbb::enumerable_thread_specific<IncrementalImage::Scratch> scratches_;
 };
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include <glm/common.hpp>
@@ -83,22 +85,17 @@ struct LeafShape {
   std::vector<std::uint32_t> materials;  ///< 1 per triangle
 };
 
-bool less_corner(const glm::vec3& a, const glm::vec3& b) {
-  if (a.x != b.x) return a.x < b.x;
-  if (a.y != b.y) return a.y < b.y;
-  return a.z < b.z;
-}
-
 LeafShape leaf_shape(const Plant& plant, const LeafRange& leaf) {
   const Mesh& mesh = plant.foliage;
   LeafShape shape;
+  const auto key = [](const glm::vec3& position) { return std::tuple(position.x, position.y, position.z); };
   std::vector<glm::vec3> sorted;
   for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) sorted.push_back(mesh.positions[vertex]);
-  std::sort(sorted.begin(), sorted.end(), less_corner);
+  std::ranges::sort(sorted, {}, key);
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
   for (const glm::vec3& position : sorted) shape.points.emplace_back(position);
   for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) {
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), mesh.positions[vertex], less_corner);
+    const auto found = std::ranges::lower_bound(sorted, key(mesh.positions[vertex]), {}, key);
     shape.corners.push_back({vertex, static_cast<std::uint32_t>(found - sorted.begin())});
   }
   for (std::size_t t = 0; t < leaf.triangle_count; ++t) shape.materials.push_back(mesh.triangle_materials[leaf.first_triangle + t]);
@@ -131,14 +128,8 @@ glm::dvec3 front_direction(const Mesh& mesh, const LeafShape& shape) {
 
 /// The material with the largest area of the leaf; the smaller number wins a tie.
 std::uint32_t main_material(const LeafShape& shape) {
-  std::vector<std::pair<std::uint32_t, double>> areas;
-  for (std::size_t t = 0; t < shape.materials.size(); ++t) {
-    const std::uint32_t material = shape.materials[t];
-    auto found = std::find_if(areas.begin(), areas.end(), [&](const auto& entry) { return entry.first == material; });
-    if (found == areas.end()) found = areas.insert(areas.end(), {material, 0.0});
-    found->second += glm::length(area_vector(shape, t));
-  }
-  std::sort(areas.begin(), areas.end());
+  std::map<std::uint32_t, double> areas;
+  for (std::size_t t = 0; t < shape.materials.size(); ++t) areas[shape.materials[t]] += glm::length(area_vector(shape, t));
   return std::max_element(areas.begin(), areas.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
 
@@ -212,8 +203,8 @@ Ring stalk_first(const LeafShape& shape, const Ring& ring, const BranchDistance&
   const auto edge_m = [&](std::size_t i) { return distances_m[i] + distances_m[(i + 3) % 4]; };
   for (std::size_t i = 1; i < 4; ++i)
     if (edge_m(i) < edge_m(best)) best = i;
-  Ring turned{};
-  for (std::size_t i = 0; i < 4; ++i) turned[i] = ring[(best + i) % 4];
+  Ring turned = ring;
+  std::rotate(turned.begin(), turned.begin() + best, turned.end());
   return turned;
 }
 

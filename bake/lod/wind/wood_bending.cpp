@@ -17,16 +17,6 @@ constexpr double kThinShare = 0.3;
 /// Maximum slope: what bends farther lies down, and catches less.
 constexpr double kMaxSlope = 1.0;
 
-/// [ring] Its children, ascending.
-using Children = std::vector<std::vector<std::uint32_t>>;
-
-Children children_of(std::span<const Ring> rings) {
-  Children children(rings.size());
-  for (std::uint32_t i = 0; i < rings.size(); ++i)
-    if (rings[i].parent != kNone) children[rings[i].parent].push_back(i);
-  return children;
-}
-
 /// Adds the wood's own load, and to each ring the load of what it bears.
 void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   for (std::size_t i = rings.size(); i-- > 0;) {
@@ -39,6 +29,23 @@ void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   }
 }
 
+/// What all children of a ring bear, and the first of those that bear most.
+struct Children {
+  double load_m2 = 0.0;
+  std::uint32_t main = kNone;
+};
+
+std::vector<Children> children_of(std::span<const Ring> rings, std::span<const RingLoad> loads) {
+  std::vector<Children> children(rings.size());
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    if (rings[i].parent == kNone) continue;
+    Children& siblings = children[rings[i].parent];
+    siblings.load_m2 += loads[i].area_m2;
+    if (siblings.main == kNone || loads[i].area_m2 > loads[siblings.main].area_m2) siblings.main = i;
+  }
+  return children;
+}
+
 /// Rings of a stem, upwards, and the radius of its lowest third.
 struct Stem {
   std::vector<std::uint32_t> rings;
@@ -46,18 +53,11 @@ struct Stem {
 };
 
 /// Finds the stem that stands on `root`.
-Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, const Children& children) {
+Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, std::span<const Children> children) {
   std::vector<std::uint32_t> stem{root};
-  for (;;) {
-    double all_m2 = 0.0;
-    std::uint32_t main = kNone;
-    for (const std::uint32_t child : children[stem.back()]) {
-      all_m2 += loads[child].area_m2;
-      if (main == kNone || loads[child].area_m2 > loads[main].area_m2) main = child;
-    }
-    if (main == kNone || loads[main].area_m2 < kMainShare * all_m2) break;
-    stem.push_back(main);
-  }
+  for (Children next = children[root]; next.main != kNone && loads[next.main].area_m2 >= kMainShare * next.load_m2;
+       next = children[next.main])
+    stem.push_back(next.main);
   const std::size_t third = (stem.size() + 2) / 3;
   std::vector<double> radii_m;
   for (const std::uint32_t ring : std::span(stem).first(third)) radii_m.push_back(rings[ring].radius_m);
@@ -107,7 +107,7 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
   WoodBend bend;
   bend.rings.resize(rings.size());
   sum_loads(rings, loads);
-  const Children children = children_of(rings);
+  const std::vector<Children> children = children_of(rings, loads);
   double all_m2 = 0.0;
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;

@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "card_table.h"
 #include "coppice/format.h"
 #include "import_gltf.h"
 #include "leaf_meshes.h"

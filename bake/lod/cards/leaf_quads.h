@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -36,7 +37,19 @@ struct Plane {
 /// starting with the farthest from the stalk. The first pair wins a tie. The normal is zero if all points lie on one line.
 Plane best_plane(std::span<const glm::dvec3> points, std::size_t stalk);
 
-/// Shares cards between leaves: the distinct (material, corner uv), at most COPPICE_MAX_CARDS (card_table.h).
+/// A small table of cards that many leaves share.
+struct SharedCards {
+  std::vector<Card> table;             ///< at most COPPICE_MAX_CARDS
+  std::vector<std::uint32_t> card_of;  ///< [leaf_count] index into table
+};
+
+/// Shares equal cards. If a material has an image, uvs are rounded to 1/4096 and moved by whole numbers so that their mean lies in [0, 1),
+/// since textures repeat. A material without an image has one card, the unit square. If there are more than COPPICE_MAX_CARDS distinct
+/// cards, the table takes the first card of each material and then, one by one, the card farthest from its nearest in the table (the first
+/// wins a tie); every other leaf shows the nearest card of its material.
+SharedCards share_cards(const std::vector<Card>& cards, const std::vector<Material>& materials);
+
+/// Shares cards between leaves: the distinct (material, corner uv), at most COPPICE_MAX_CARDS (share_cards).
 Foliage share_leaf_cards(const std::vector<FittedLeaf>& leaves, const std::vector<Material>& materials);
 
 /// fit_leaves and share_leaf_cards: quads that show the leaf's texture, but not its outline. card_foliage (leaf_cards.h) shows the outline

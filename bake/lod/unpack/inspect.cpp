@@ -12,7 +12,6 @@
 #include "leaf_mesh_parts.h"
 #include "printable.h"
 #include "reader.h"
-#include "to_vector.h"
 #include "unpack.h"
 
 namespace coppice::bake {

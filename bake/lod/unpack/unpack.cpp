@@ -13,7 +13,6 @@
 #include "normal_map.h"
 #include "quantised_tree.h"
 #include "reader.h"
-#include "to_vector.h"
 #include "wood_codec.h"
 
 namespace coppice::bake {

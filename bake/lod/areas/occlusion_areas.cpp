@@ -258,12 +258,12 @@ class AreaMeasurer : public OcclusionAreas {
     COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
     COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMaxWait_ns), "vkWaitForFences"));
     COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
-    counts_.resize(targets.size());
+    std::vector<std::uint32_t> counts(targets.size());
     COPPICE_CHECK(check_vulkan(
         vk().vkGetQueryPoolResults(gpu_->device, queries_, 0, static_cast<std::uint32_t>(targets.size()),
-                                   counts_.size() * sizeof(std::uint32_t), counts_.data(), sizeof(std::uint32_t), VK_QUERY_RESULT_WAIT_BIT),
+                                   counts.size() * sizeof(std::uint32_t), counts.data(), sizeof(std::uint32_t), VK_QUERY_RESULT_WAIT_BIT),
         "vkGetQueryPoolResults"));
-    for (std::size_t i = 0; i < targets.size(); ++i) areas_px[targets[i]] = counts_[i];
+    for (std::size_t i = 0; i < targets.size(); ++i) areas_px[targets[i]] = counts[i];
     return {};
   }
 
@@ -280,7 +280,6 @@ class AreaMeasurer : public OcclusionAreas {
   VkCommandPool command_pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   std::vector<std::size_t> targets_;  ///< [recorded query] where in areas_px its count belongs
-  std::vector<std::uint32_t> counts_;
 };
 
 }  // namespace

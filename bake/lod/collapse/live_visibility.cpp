@@ -80,12 +80,11 @@ Result<LiveVisibility> LiveVisibility::create(const ShownFoliage& shown, const s
 }
 
 void LiveVisibility::correct(std::span<const std::uint32_t> measured_px) {
-  const std::size_t leaf_count = measured_px.size() / view_count_ - 1;
-  corrections_px_.resize(measured_px.size());
-  for (std::size_t leaf = 0; leaf <= leaf_count; ++leaf) {
-    const auto exact = areas(leaf < leaf_count ? static_cast<std::uint32_t>(leaf) : background());
-    for (std::size_t v = 0; v < view_count_; ++v)
-      corrections_px_[leaf * view_count_ + v] = static_cast<std::int32_t>(measured_px[leaf * view_count_ + v] - exact[v]);
+  corrections_px_.assign(areas_px_.size(), 0);
+  const std::size_t background_at = measured_px.size() - view_count_;
+  for (std::size_t i = 0; i < measured_px.size(); ++i) {
+    const std::size_t at = i < background_at ? i : areas_px_.size() - measured_px.size() + i;
+    corrections_px_[at] = static_cast<std::int32_t>(measured_px[i] - areas_px_[at]);
   }
 }
 
@@ -94,12 +93,10 @@ void LiveVisibility::areas_after(std::uint32_t outcome, std::span<const std::int
   row.assign(now.begin(), now.end());
   for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
   if (corrections_px_.empty()) return;
-  const std::size_t leaf_count = corrections_px_.size() / view_count_ - 1;
-  if (outcome >= leaf_count && outcome != background()) return;
-  const std::size_t first = std::min<std::size_t>(outcome, leaf_count) * view_count_;
-  for (std::size_t v = 0; v < row.size(); ++v)
-    row[v] = static_cast<std::uint32_t>(
-        std::clamp(static_cast<std::int32_t>(row[v]) + corrections_px_[first + v], 0, static_cast<std::int32_t>(pixels_per_view_)));
+  for (std::size_t v = 0; v < row.size(); ++v) {
+    const std::int32_t corrected_px = static_cast<std::int32_t>(row[v]) + corrections_px_[std::size_t{outcome} * view_count_ + v];
+    row[v] = static_cast<std::uint32_t>(std::clamp(corrected_px, 0, static_cast<std::int32_t>(pixels_per_view_)));
+  }
 }
 
 void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {

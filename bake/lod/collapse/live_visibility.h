@@ -143,7 +143,7 @@ class LiveVisibility {
   std::vector<View> views_;
   std::vector<LiveLeaf> leaves_;              ///< [id_count]
   std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
-  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] from correct(); empty: none
+  std::vector<std::int32_t> corrections_px_;  ///< [(id_count + 1) * view_count] from correct(); empty: none
 };
 
 }  // namespace coppice::bake

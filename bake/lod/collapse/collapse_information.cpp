@@ -27,7 +27,7 @@ namespace {
 /// A partner that is being evaluated.
 struct Candidate {
   LeafMerge merge;
-  std::array<std::uint8_t, 4> corners{};
+  PairCorners corners{};
   AreaChanges changes;
   FixedBits cost = 0;
 };

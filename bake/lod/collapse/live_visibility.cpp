@@ -6,11 +6,10 @@
 #include "alpha_mask.h"
 #include "bounds.h"
 #include "parallel_for.h"
-#include "quad_merge.h"
 
 namespace coppice::bake {
 
-LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const std::array<std::uint8_t, 4>& corners, std::uint8_t fade) {
+LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade) {
   return {merged_quad(first.quad, second.quad, corners), merged_card(first.quad, first.card, second.quad, second.card), fade};
 }
 

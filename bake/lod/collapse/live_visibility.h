@@ -7,7 +7,6 @@
 // Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "plant.h"
+#include "quad_merge.h"
 #include "result.h"
 #include "visibility.h"
 
@@ -28,8 +28,7 @@ struct LiveLeaf {
 };
 
 /// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
-[[nodiscard]] LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const std::array<std::uint8_t, 4>& corners,
-                                   std::uint8_t fade = kNoFade);
+[[nodiscard]] LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade = kNoFade);
 
 /// What leaves show, with its holes.
 struct MaskedCards {

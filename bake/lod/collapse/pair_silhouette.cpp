@@ -9,7 +9,6 @@
 #include <glm/vec2.hpp>
 
 #include "bounds.h"
-#include "quad_merge.h"
 
 namespace coppice::bake {
 namespace {

@@ -10,11 +10,9 @@
 #include <span>
 
 #include "plant.h"
+#include "quad_merge.h"
 
 namespace coppice::bake {
-
-/// Four of a pair's eight vertices (0..3 of first, 4..7 of second) in ring order: the corners of a quad.
-using PairCorners = std::array<std::uint8_t, 4>;
 
 /// A quad for a pair, and areas of both when nothing hides them: means over directions.
 struct PairShape {

@@ -64,7 +64,7 @@ void print_leaf_meshes(const FileSummary& file) {
     return;
   }
   std::uint64_t vertices = 0, triangles = 0, bytes = 0;
-  for (const FileSummary::LeafMesh& mesh : file.leaf_meshes) vertices += mesh.vertices, triangles += mesh.triangles, bytes += mesh.bytes;
+  for (const FileSummary::Mesh& mesh : file.leaf_meshes) vertices += mesh.vertices, triangles += mesh.triangles, bytes += mesh.bytes;
   std::printf("leaf meshes: %zu chunks, %llu triangles, %llu vertices, %s\n", file.leaf_meshes.size(),
               static_cast<unsigned long long>(triangles), static_cast<unsigned long long>(vertices), readable_bytes(bytes).c_str());
 }

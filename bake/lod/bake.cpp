@@ -5,17 +5,14 @@
 #include <tbb/info.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "bounds.h"
 #include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "collapse_information.h"
-#include "coppice/format.h"
 #include "error_table.h"
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
@@ -25,7 +22,7 @@
 #include "plant_size.h"
 #include "printable.h"
 #include "progress.h"
-#include "replay.h"
+#include "stopwatch.h"
 #include "texture_regions.h"
 #include "tree_order.h"
 #include "wood_lods.h"
@@ -33,28 +30,10 @@
 namespace coppice::bake {
 namespace {
 
-class Stopwatch {
- public:
-  /// Seconds since construction or the last lap.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
 std::uint64_t peak_rss_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
-
-std::size_t allowed_threads(const BakeOptions& options) {
-  return options.thread_count > 0 ? options.thread_count : static_cast<std::size_t>(tbb::info::default_concurrency());
 }
 
 ProgressFunction stage_of(const StageProgress& progress, const char* name) {
@@ -73,12 +52,12 @@ CollapseOptions collapse_options(const BakeOptions& options, const Foliage& foli
 Result<CollapseResult> collapse_by_queries(const CollapseOptions& options, const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                            const StageProgress& progress, BakeReport& report) {
   COPPICE_TRY(queries, OcclusionAreas::create({shown, views, options.resolution_px}));
-  report.area_device = queries.device_name();
+  report.area_device = queries->device_name();
   report.area_every_step = shown.foliage.leaf_count() <= kMaxMeasuredLeaves;
   AreaSource areas{{}, report.area_every_step};
   areas.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) {
     const bool is_first = request.changed.empty();
-    return queries.measure(request, areas_px, is_first ? stage_of(progress, "areas") : ProgressFunction());
+    return queries->measure(request, areas_px, is_first ? stage_of(progress, "areas") : ProgressFunction());
   };
   return collapse_by_mutual_information(shown, views, options, stage_of(progress, "collapse"), areas);
 }
@@ -95,29 +74,12 @@ Result<CollapseResult> collapse_by(const BakeOptions& options, const ShownFoliag
 
 /// The foliage of a plant that is all wood. A tree has at least one leaf: this one is a point in the middle of the wood, and invisible.
 Foliage bare_foliage(const Mesh& wood) {
-  glm::vec3 low = wood.positions.front(), high = low;
-  for (const glm::vec3& position : wood.positions) low = glm::min(low, position), high = glm::max(high, position);
+  const auto [low, high] = box_of(wood.positions);
   Foliage foliage;
   foliage.quads.emplace_back().fill(0.5f * (low + high));
   foliage.cards.push_back(0);
   foliage.card_table.push_back({.material = wood.triangle_materials.front(), .uv = {}});
   return foliage;
-}
-
-Result<Foliage> foliage_of(Plant& plant) {
-  return plant.leaves.empty() ? bare_foliage(plant.wood) : card_foliage(plant);
-}
-
-std::uint32_t file_metric(Metric metric) {
-  switch (metric) {
-    case Metric::mi:
-      return COPPICE_METRIC_MI;
-    case Metric::geometric:
-      return COPPICE_METRIC_GEOMETRIC;
-    case Metric::default_metric:
-      break;
-  }
-  return COPPICE_METRIC_IMAGE;
 }
 
 }  // namespace
@@ -148,7 +110,9 @@ std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count) {
 
 Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const BakeOptions& options, const StageProgress& progress,
                                        BakeReport& report) {
-  const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism, allowed_threads(options));
+  const auto all_threads = static_cast<std::size_t>(tbb::info::default_concurrency());
+  const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
+                                         options.thread_count > 0 ? options.thread_count : all_threads);
   Stopwatch total, watch;
 
   COPPICE_CHECK(check_areas(options));
@@ -156,7 +120,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   COPPICE_TRY(plant, import_gltf(input, options.import));
   split_materials(plant);
   cut_texture_regions(plant);
-  COPPICE_TRY(foliage, foliage_of(plant));
+  COPPICE_TRY(foliage, plant.leaves.empty() ? Result<Foliage>(bare_foliage(plant.wood)) : card_foliage(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = static_cast<std::uint32_t>(plant.leaves.size());
   report.size_m = plant_size_m(plant);
@@ -178,7 +142,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
 
   BakedPlant baked;
   baked.name = printable(plant.name);  // verify() requires this
-  baked.metric = file_metric(options.metric);
+  baked.metric = static_cast<std::uint32_t>(options.metric);
   baked.tree = build_tree(foliage, collapse.sequence);
   baked.card_table = std::move(foliage.card_table);
   baked.materials = std::move(plant.materials);
@@ -186,19 +150,14 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   for (Material& material : baked.materials) material.crown_normals = options.crown_normals;
   baked.leaf_meshes = std::move(kept.meshes);
   baked.sphere = plant_sphere(foliage, plant.wood, baked.leaf_meshes);
-  COPPICE_TRY(errors, measure_error_table(baked, stage_of(progress, "error table")));
-  baked.errors = std::move(errors);
-  if (!baked.leaf_meshes.parts.empty()) {
-    COPPICE_TRY(mesh_error_px, measure_leaf_mesh_error(baked));
-    baked.leaf_meshes.error_px = std::move(mesh_error_px);
-  }
+  COPPICE_CHECK(move_into(baked.errors, measure_error_table(baked, stage_of(progress, "error table"))));
+  if (!baked.leaf_meshes.parts.empty()) COPPICE_CHECK(move_into(baked.leaf_meshes.error_px, measure_leaf_mesh_error(baked)));
   report.seconds.error_table = watch.lap();
   baked.wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, baked.sphere}, options.wind);
   report.seconds.wind = watch.lap();
 
   progress("pack", 0.0);
-  COPPICE_TRY(wood, choose_wood_lods(baked, wood_levels(plant.wood)));
-  baked.wood = std::move(wood);
+  COPPICE_CHECK(move_into(baked.wood, choose_wood_lods(baked, wood_levels(plant.wood))));
   drop_unused_materials(baked);
   COPPICE_TRY(bytes, pack(baked, report.sizes, options.textures));
   report.seconds.pack = watch.lap();

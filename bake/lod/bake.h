@@ -8,13 +8,19 @@
 #include <vector>
 
 #include "collapse.h"
+#include "coppice/format.h"
 #include "import_gltf.h"
 #include "pack.h"
 #include "wind.h"
 
 namespace coppice::bake {
 
-enum class Metric { default_metric, mi, geometric };
+/// The values are the file's.
+enum class Metric : std::uint32_t {
+  default_metric = COPPICE_METRIC_IMAGE,
+  mi = COPPICE_METRIC_MI,
+  geometric = COPPICE_METRIC_GEOMETRIC,
+};
 
 /// Who measures projected areas. Only Metric::mi orders collapses by them.
 enum class Areas {

@@ -4,7 +4,9 @@
 // are metres, axes glTF's (right-handed, +Y up), colours linear.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,11 +59,22 @@ struct Mesh {
   std::vector<float> wind_weights = {};           ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
 };
 
+/// What the corners of the triangle show whose first index is indices[first].
+template <class Value>
+[[nodiscard]] std::array<Value, 3> at_corners(const std::vector<Value>& values, const std::vector<std::uint32_t>& indices,
+                                              std::size_t first) {
+  return {values[indices[first]], values[indices[first + 1]], values[indices[first + 2]]};
+}
+
 /// A leaf as a run of the foliage mesh's triangles.
 struct LeafRange {
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
 };
+
+[[nodiscard]] inline std::span<const std::uint32_t> leaf_indices(const Mesh& foliage, const LeafRange& leaf) {
+  return std::span(foliage.indices).subspan(3 * std::size_t{leaf.first_triangle}, 3 * std::size_t{leaf.triangle_count});
+}
 
 /// One species as imported: leaves are pieces of the foliage mesh (find_leaves.h), wood is everything else.
 struct Plant {

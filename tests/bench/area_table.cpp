@@ -81,7 +81,7 @@ int print_plant(const std::string& name) {
   const ShownFoliage shown{*foliage, plant->materials, plant->images};
   const std::vector<Viewpoint> views = *viewpoints(20);
   const CollapseOptions options;
-  auto queries = OcclusionAreas::create({shown, views, options.resolution_px});
+  const auto queries = OcclusionAreas::create({shown, views, options.resolution_px});
   if (!queries) return std::fprintf(stderr, "%s\n", queries.error().message().c_str()), 1;
 
   auto start = std::chrono::steady_clock::now();
@@ -89,15 +89,15 @@ int print_plant(const std::string& name) {
   const double buffer_seconds = seconds_since(start);
   start = std::chrono::steady_clock::now();
   std::vector<std::uint32_t> areas_px((std::size_t{foliage->leaf_count()} + 1) * views.size());
-  if (const auto done = queries->measure({foliage->quads, foliage->cards, {}}, areas_px, {}); !done)
+  if (const auto done = (*queries)->measure({foliage->quads, foliage->cards, {}}, areas_px, {}); !done)
     return std::fprintf(stderr, "%s\n", done.error().message().c_str()), 1;
   std::printf("%s, %u leaves, on %s\n  %.2f s for item buffers, %.2f s for queries\n", name.substr(name.rfind('/') + 1).c_str(),
-              foliage->leaf_count(), queries->device_name().c_str(), buffer_seconds, seconds_since(start));
+              foliage->leaf_count(), (*queries)->device_name().c_str(), buffer_seconds, seconds_since(start));
   print_differences(areas_px, *buffers);
 
   const test::HeldOutViews reference(*foliage, *plant);
   const MeasureAreas measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas) {
-    return queries->measure(request, areas, {});
+    return (*queries)->measure(request, areas, {});
   };
   std::vector<std::pair<const char*, AreaSource>> sources{{"item buffers", {}}, {"initial", {measure, false}}};
   if (foliage->leaf_count() <= kMaxMeasuredLeaves) sources.push_back({"every step", {measure, true}});

@@ -168,19 +168,17 @@ Case random_rectangles(std::uint32_t count) {
 class OcclusionQueryTest : public test::VulkanTest {
  protected:
   /// On the test's device, under validation.
-  static OcclusionAreas queries_of(const Case& c, const std::vector<Viewpoint>& views) {
-    auto device =
-        borrow_area_device({vkGetInstanceProcAddr, gpu().instance, gpu().physical_device, gpu().device, gpu().queue, gpu().queue_family});
-    if (!device) throw std::runtime_error(device.error().message());
-    auto queries = OcclusionAreas::create({c.shown(), views, c.side_px}, *std::move(device));
+  static std::unique_ptr<OcclusionAreas> queries_of(const Case& c, const std::vector<Viewpoint>& views) {
+    auto device = borrow_area_device({gpu().instance, gpu().physical_device, gpu().device, gpu().queue, gpu().queue_family});
+    auto queries = OcclusionAreas::create({c.shown(), views, c.side_px}, std::move(device));
     if (!queries) throw std::runtime_error(queries.error().message());
     return *std::move(queries);
   }
 
   static Areas query_areas(const Case& c, const std::vector<Viewpoint>& views) {
     Areas areas((c.foliage.quads.size() + 1) * views.size(), 12345);  // whatever is there is overwritten
-    OcclusionAreas queries = queries_of(c, views);
-    if (const auto done = queries.measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}); !done)
+    const auto queries = queries_of(c, views);
+    if (const auto done = queries->measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}); !done)
       throw std::runtime_error(done.error().message());
     return areas;
   }
@@ -281,9 +279,9 @@ TEST_F(OcclusionQueryTest, TiesCountForEveryLeaf) {
 /// Of leaves that moved and went only what that can have changed is asked again, and the result is the same.
 TEST_F(OcclusionQueryTest, ChangedBoxesGiveWhatAllOfItGives) {
   Case c = corylus_with_cards();
-  OcclusionAreas queries = queries_of(c, c.views);
+  const auto queries = queries_of(c, c.views);
   Areas areas((c.foliage.quads.size() + 1) * c.views.size());
-  ASSERT_TRUE(queries.measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}));
+  ASSERT_TRUE(queries->measure({c.foliage.quads, c.foliage.cards, {}}, areas, {}));
   const Sphere sphere = bounding_sphere(c.foliage);
   for (std::size_t step = 0; step < 10; ++step) {
     const std::size_t moved = step * 17;
@@ -296,8 +294,8 @@ TEST_F(OcclusionQueryTest, ChangedBoxesGiveWhatAllOfItGives) {
       changed.push_back(united(box(c.foliage.quads[moved]), box(after[moved])));
     }
     Areas whole(areas.size());
-    ASSERT_TRUE(queries.measure({after, c.foliage.cards, changed}, areas, {}));
-    ASSERT_TRUE(queries.measure({after, c.foliage.cards, {}}, whole, {}));
+    ASSERT_TRUE(queries->measure({after, c.foliage.cards, changed}, areas, {}));
+    ASSERT_TRUE(queries->measure({after, c.foliage.cards, {}}, whole, {}));
     EXPECT_EQ(areas, whole) << "step " << step;
     c.foliage.quads = after;
   }
@@ -312,9 +310,9 @@ TEST_F(OcclusionQueryTest, ACollapseByQueriesKeepsAsMuchInformation) {
   const CollapseOptions options{c.side_px, true, 4};
   const auto expected = collapse_by_mutual_information(c.shown(), c.views, options, {});
   ASSERT_TRUE(expected);
-  OcclusionAreas queries = queries_of(c, c.views);
+  const auto queries = queries_of(c, c.views);
   AreaSource source;
-  source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) { return queries.measure(request, areas_px, {}); };
+  source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas_px) { return queries->measure(request, areas_px, {}); };
   for (const bool every_step : {true, false}) {
     source.every_step = every_step;
     const auto result = collapse_by_mutual_information(c.shown(), c.views, options, {}, source);

@@ -10,7 +10,7 @@
 #include "layout.h"
 #include "page_encode.h"
 #include "reader.h"
-#include "to_vector.h"
+#include "unpack.h"
 #include "writer.h"
 
 namespace coppice::test {

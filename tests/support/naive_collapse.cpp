@@ -107,10 +107,10 @@ std::array<std::uint8_t, 4> corners_of(const Quad& first, const Quad& second) {
 
 bake::ViewTotals totals_of(const NaiveScene& scene, const NaiveAreas& areas) {
   const std::uint32_t image_px = scene.options.resolution_px * scene.options.resolution_px;
-  bake::ViewTotals totals(static_cast<std::uint32_t>(scene.views.size()));
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v)
-    totals.set(v, scene.options.count_background ? image_px : image_px - areas.background[v]);
-  return totals;
+  std::vector<std::uint32_t> totals_px;
+  for (const std::uint32_t background_px : areas.background)
+    totals_px.push_back(scene.options.count_background ? image_px : image_px - background_px);
+  return bake::view_totals(totals_px);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "alpha_mask.h"
+#include "collapse_geometric.h"
 #include "collapse_information.h"
 #include "coppice/format.h"
 #include "generate_plant.h"
@@ -17,7 +18,6 @@
 #include "naive_collapse.h"
 #include "plants_folder.h"
 #include "process.h"
-#include "replay.h"
 #include "tree_order.h"
 #include "unpack.h"
 

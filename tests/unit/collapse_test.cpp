@@ -196,29 +196,28 @@ TEST_P(Collapse, IncrementalAreasEqualAFullRender) {
   for (const Foliage& foliage : {test::random_quads(60, 21), test::ball_crown(60, 22), test::duplicated_leaves(60, 23)}) {
     const NaiveScene scene = scene_of(foliage, GetParam(), 64);
     const CollapseSequence sequence = collapse(scene).sequence;
-    const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, scene.views, scene.options.resolution_px);
-    ASSERT_TRUE(buffers);
-    LiveVisibility live(foliage, scene.masks, scene.views, *buffers);
+    auto live = LiveVisibility::create({foliage, test::plain_materials(), {}}, scene.views, scene.options.resolution_px);
+    ASSERT_TRUE(live);
     NaivePlant plant = test::source_plant(scene);
     LiveVisibility::Scratch scratch;
     OwnedPixels owned;
     AreaChanges changes;
     for (std::size_t i = 0; i <= sequence.merges.size(); ++i) {
       const NaiveAreas expected = test::render_areas(scene, plant);
-      for (std::uint32_t id = 0; id < live.id_count(); ++id) {
+      for (std::uint32_t id = 0; id < live->id_count(); ++id) {
         const auto found = expected.leaves.find(id);
         const std::vector<std::uint32_t> row =
             found == expected.leaves.end() ? std::vector<std::uint32_t>(scene.views.size(), 0) : found->second;
-        ASSERT_EQ(std::vector(live.areas(id).begin(), live.areas(id).end()), row) << "leaf " << id << " after " << i << " collapses";
+        ASSERT_EQ(std::vector(live->areas(id).begin(), live->areas(id).end()), row) << "leaf " << id << " after " << i << " collapses";
       }
-      ASSERT_EQ(std::vector(live.areas(live.background()).begin(), live.areas(live.background()).end()), expected.background) << i;
+      ASSERT_EQ(std::vector(live->areas(live->background()).begin(), live->areas(live->background()).end()), expected.background) << i;
       if (i == sequence.merges.size()) break;
       const std::uint32_t result = foliage.leaf_count() + static_cast<std::uint32_t>(i);
       plant = test::merged_plant(plant, sequence.merges[i], result);
       const LeafMerge merge{sequence.merges[i].first, sequence.merges[i].second, result, {plant.at(result).quad, plant.at(result).card}};
-      live.owned_pixels(merge.first, owned);
-      live.changes_of(merge, owned, scratch, changes);
-      live.apply(merge, changes);
+      live->owned_pixels(merge.first, owned);
+      live->changes_of(merge, owned, scratch, changes);
+      live->apply(merge, changes);
     }
   }
 }

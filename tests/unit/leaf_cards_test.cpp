@@ -12,7 +12,6 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 
-#include "leaf_area.h"
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
 #include "texture_regions.h"

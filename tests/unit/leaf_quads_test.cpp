@@ -14,10 +14,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "card_table.h"
 #include "coppice/format.h"
 #include "import_gltf.h"
-#include "leaf_fit.h"
 #include "leaf_meshes.h"
 #include "mentions.h"
 #include "places.h"

@@ -11,14 +11,8 @@
 namespace coppice::bake {
 namespace mutual_information_test {
 
-ViewTotals totals_of(std::span<const std::uint32_t> totals_px) {
-  ViewTotals totals(static_cast<std::uint32_t>(totals_px.size()));
-  for (std::uint32_t v = 0; v < totals_px.size(); ++v) totals.set(v, totals_px[v]);
-  return totals;
-}
-
 double bits(const std::vector<std::uint32_t>& areas_px, const std::vector<std::uint32_t>& totals_px) {
-  return to_bits(outcome_information(areas_px, totals_of(totals_px)));
+  return to_bits(outcome_information(areas_px, view_totals(totals_px)));
 }
 
 TEST(OutcomeInformation, OneViewTellsNothing) {
@@ -66,7 +60,7 @@ TEST(OutcomeInformation, IsNeverNegative) {
       totals[v] = static_cast<std::uint32_t>(random() % 65536);
       areas[v] = std::min(totals[v], static_cast<std::uint32_t>(random() % spread));
     }
-    ASSERT_GE(outcome_information(areas, totals_of(totals)), 0);
+    ASSERT_GE(outcome_information(areas, view_totals(totals)), 0);
   }
 }
 

@@ -10,7 +10,6 @@
 
 #include "decoded_pages.h"
 #include "page_encode.h"
-#include "page_shapes.h"
 #include "places.h"
 #include "quantised_tree.h"
 #include "random_tree.h"

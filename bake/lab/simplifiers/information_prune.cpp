@@ -10,13 +10,11 @@
 
 #include <glm/geometric.hpp>
 
-#include "alpha_mask.h"
 #include "check.h"
 #include "leaf_scale.h"
 #include "live_visibility.h"
 #include "mutual_information.h"
 #include "quad_merge.h"
-#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -24,7 +22,7 @@ namespace {
 class Pruning {
  public:
   Pruning(const Foliage& foliage, const CollapseOptions& options, LiveVisibility visibility)
-      : foliage_(foliage), options_(options), visibility_(std::move(visibility)), totals_(visibility_.view_count()) {
+      : foliage_(foliage), options_(options), visibility_(std::move(visibility)) {
     const std::uint32_t leaf_count = foliage.leaf_count();
     source_of_.assign(visibility_.id_count(), kNone);
     information_.assign(visibility_.id_count(), 0);
@@ -49,7 +47,7 @@ class Pruning {
 
     visibility_.owned_pixels(pruned, owned_);
     visibility_.changes_of(merge, owned_, scratch_, changes_);
-    const bool totals_change = !options_.count_background && changes_background();
+    const bool totals_change = !options_.count_background && changes_.touch(visibility_.background(), visibility_.view_count());
     visibility_.apply(merge, changes_);
     for (const std::uint32_t removed : {pruned, grown}) ranking_.erase({information_[removed], source_of_[removed], removed});
     live_.erase(place);
@@ -105,15 +103,6 @@ class Pruning {
     return area > 0.0 ? scaled_quad(quad, std::sqrt((area + quad_area(pruned)) / area)) : quad;
   }
 
-  [[nodiscard]] bool changes_background() const {
-    for (std::size_t i = 0; i < changes_.outcomes.size(); ++i) {
-      if (changes_.outcomes[i] != visibility_.background()) continue;
-      const auto row = changes_.row(i, visibility_.view_count());
-      return std::any_of(row.begin(), row.end(), [](std::int32_t delta) { return delta != 0; });
-    }
-    return false;
-  }
-
   /// Updates an outcome's rank. Changes never name removed leaves; the background has no rank.
   void refresh(std::uint32_t outcome) {
     if (outcome == visibility_.background()) return;
@@ -124,9 +113,7 @@ class Pruning {
   }
 
   void refresh_all() {
-    const std::span<const std::uint32_t> background = visibility_.areas(visibility_.background());
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v)
-      totals_.set(v, options_.count_background ? visibility_.pixels_per_view() : visibility_.pixels_per_view() - background[v]);
+    totals_ = view_totals(visibility_.areas(visibility_.background()), visibility_.pixels_per_view(), options_.count_background);
     for (const Live& live : live_) refresh(live.id);
   }
 
@@ -149,15 +136,14 @@ class Pruning {
 Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                 const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,
                                                 const ProgressFunction& progress) {
-  COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
-  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  COPPICE_TRY(visibility, LiveVisibility::create(shown, views, options.resolution_px));
   const std::uint32_t leaf_count = shown.foliage.leaf_count();
   std::uint32_t last = leaf_count;
   for (const std::uint32_t count : leaf_counts) {
     COPPICE_ASSERT(count >= 1 && count <= leaf_count);
     last = std::min(last, count);
   }
-  Pruning pruning(shown.foliage, options, LiveVisibility(shown.foliage, std::move(masks), views, buffers));
+  Pruning pruning(shown.foliage, options, std::move(visibility));
   PruneResult result;
   result.levels.resize(leaf_counts.size());
   const std::uint32_t stride = std::max(1u, leaf_count / 256);

@@ -1,14 +1,14 @@
 #include "occlusion_areas.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
-#include "area_device.h"
-#include "area_memory.h"
-#include "area_pipelines.h"
+#include <glm/matrix.hpp>
+
+#include "alpha_mask.h"
+#include "area_objects.h"
 #include "bounds.h"
 #include "raster.h"
 
@@ -25,9 +25,9 @@ constexpr std::uint64_t kMaxWait_ns = 600'000'000'000;
 /// so that rounding clips no leaf and no leaf is as far as a cleared pixel.
 glm::mat4 clip_from_sphere(const Viewpoint& view) {
   constexpr double kMargin = 1.0 / 1024.0;
-  std::array<std::array<double, 4>, 4> rows{};  // x, y, z, w of clip space, each by x, y, z, 1
-  const auto set = [&](std::size_t row, const glm::vec3& axis, double scale, double constant) {
-    rows[row] = {axis.x * scale, axis.y * scale, axis.z * scale, constant};
+  glm::dmat4 rows(0.0);  // x, y, z, w of clip space, each by x, y, z, 1
+  const auto set = [&](int row, const glm::vec3& axis, double scale, double constant) {
+    rows[row] = glm::dvec4(glm::dvec3(axis) * scale, constant);
   };
   if (view.distance_radii > 0.0f) {
     const double eye = view.distance_radii, side = std::sqrt(eye * eye - 1.0);
@@ -42,12 +42,8 @@ glm::mat4 clip_from_sphere(const Viewpoint& view) {
     set(2, view.direction, -0.5, 0.5);
     set(3, view.direction, 0.0, 1.0);
   }
-  for (std::size_t column = 0; column < 4; ++column) rows[2][column] = rows[2][column] * (1.0 - 2.0 * kMargin) + rows[3][column] * kMargin;
-  glm::mat4 clip(0.0f);
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 4; ++row)
-      clip[column][row] = static_cast<float>(rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
-  return clip;
+  rows[2] = rows[2] * (1.0 - 2.0 * kMargin) + rows[3] * kMargin;
+  return glm::mat4(glm::transpose(rows));
 }
 
 /// The holes of all masks, a bit a texel, and the first word of each mask.
@@ -69,21 +65,19 @@ MaskBits mask_bits(const std::vector<AlphaMask>& masks) {
   return bits;
 }
 
-}  // namespace
-
-class OcclusionAreas::Measurer {
+class AreaMeasurer : public OcclusionAreas {
  public:
-  Measurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
+  AreaMeasurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
       : gpu_(std::move(device)),
         sphere_(bounding_sphere(scene.shown.foliage)),
         card_table_(scene.shown.foliage.card_table),
         resolution_px_(scene.resolution_px) {
     for (const Viewpoint& view : scene.views) views_.push_back({make_projection(view, sphere_, resolution_px_), clip_from_sphere(view)});
   }
-  Measurer(const Measurer&) = delete;
-  Measurer& operator=(const Measurer&) = delete;
+  AreaMeasurer(const AreaMeasurer&) = delete;
+  AreaMeasurer& operator=(const AreaMeasurer&) = delete;
 
-  ~Measurer() {
+  ~AreaMeasurer() override {
     for (AreaBuffer* buffer : {&leaves_, &masks_, &holes_}) destroy_area_buffer(*gpu_, *buffer);
     destroy_area_depth(*gpu_, depth_);
     destroy_area_pipelines(*gpu_, pipelines_);
@@ -92,7 +86,7 @@ class OcclusionAreas::Measurer {
     vk().vkDestroyCommandPool(gpu_->device, command_pool_, nullptr);
   }
 
-  [[nodiscard]] const std::string& device_name() const { return gpu_->name; }
+  [[nodiscard]] const std::string& device_name() const override { return gpu_->name; }
 
   Result<void> prepare(const std::vector<AlphaMask>& masks) {
     const MaskBits bits = mask_bits(masks);
@@ -103,7 +97,7 @@ class OcclusionAreas::Measurer {
     return create_commands();
   }
 
-  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
+  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) override {
     COPPICE_CHECK(upload_leaves(request));
     std::vector<std::uint32_t> asked;
     for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -131,22 +125,20 @@ class OcclusionAreas::Measurer {
     glm::mat4 clip_from_sphere{1.0f};
   };
 
-  [[nodiscard]] const VulkanFunctions& vk() const { return gpu_->vk; }
+  [[nodiscard]] const VolkDeviceTable& vk() const { return gpu_->vk; }
 
   Result<void> create_commands() {
-    VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    pool.queueFamilyIndex = gpu_->queue_family;
+    const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, .queueFamilyIndex = gpu_->queue_family};
     COPPICE_CHECK(check_vulkan(vk().vkCreateCommandPool(gpu_->device, &pool, nullptr, &command_pool_), "vkCreateCommandPool"));
-    VkCommandBufferAllocateInfo commands{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
-    commands.commandPool = command_pool_;
-    commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-    commands.commandBufferCount = 1;
+    const VkCommandBufferAllocateInfo commands{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                               .commandPool = command_pool_,
+                                               .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                               .commandBufferCount = 1};
     COPPICE_CHECK(check_vulkan(vk().vkAllocateCommandBuffers(gpu_->device, &commands, &commands_), "vkAllocateCommandBuffers"));
-    const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkFenceCreateInfo fence{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     COPPICE_CHECK(check_vulkan(vk().vkCreateFence(gpu_->device, &fence, nullptr, &fence_), "vkCreateFence"));
-    VkQueryPoolCreateInfo queries{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-    queries.queryType = VK_QUERY_TYPE_OCCLUSION;
-    queries.queryCount = kQueryCount;
+    const VkQueryPoolCreateInfo queries{
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = kQueryCount};
     return check_vulkan(vk().vkCreateQueryPool(gpu_->device, &queries, nullptr, &queries_), "vkCreateQueryPool");
   }
 
@@ -166,11 +158,8 @@ class OcclusionAreas::Measurer {
     for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
       const Card& card = card_table_[request.cards[leaf]];
       for (std::size_t corner = 0; corner < 4; ++corner) {
-        for (int axis = 0; axis < 3; ++axis)
-          leaves[leaf].corners[3 * corner + static_cast<std::size_t>(axis)] = static_cast<float>(
-              (static_cast<double>(request.quads[leaf][corner][axis]) - static_cast<double>(sphere_.center[axis])) * scale);
-        leaves[leaf].uvs[2 * corner] = card.uv[corner].x;
-        leaves[leaf].uvs[2 * corner + 1] = card.uv[corner].y;
+        leaves[leaf].corners[corner] = (glm::dvec3(request.quads[leaf][corner]) - glm::dvec3(sphere_.center)) * scale;
+        leaves[leaf].uvs[corner] = card.uv[corner];
       }
       leaves[leaf].mask = card.material;
     }
@@ -191,8 +180,8 @@ class OcclusionAreas::Measurer {
 
   Result<void> begin() {
     COPPICE_CHECK(check_vulkan(vk().vkResetCommandPool(gpu_->device, command_pool_, 0), "vkResetCommandPool"));
-    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    const VkCommandBufferBeginInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     COPPICE_CHECK(check_vulkan(vk().vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer"));
     vk().vkCmdResetQueryPool(commands_, queries_, 0, kQueryCount);
     return {};
@@ -200,34 +189,34 @@ class OcclusionAreas::Measurer {
 
   /// Makes draws into the depth image wait for all earlier ones. A new view discards the image's contents.
   void wait_for_depth(bool is_new) const {
-    VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
-    barrier.srcStageMask = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-    barrier.srcAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-    barrier.dstStageMask = barrier.srcStageMask;
-    barrier.dstAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-    barrier.oldLayout = is_new ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    barrier.newLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = depth_.image;
-    barrier.subresourceRange = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 1, 0, 1};
-    VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-    info.imageMemoryBarrierCount = 1;
-    info.pImageMemoryBarriers = &barrier;
+    constexpr VkPipelineStageFlags2 kTests = VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+    const VkImageMemoryBarrier2 barrier{
+        .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+        .srcStageMask = kTests,
+        .srcAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT,
+        .dstStageMask = kTests,
+        .dstAccessMask = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT,
+        .oldLayout = is_new ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+        .newLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+        .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .image = depth_.image,
+        .subresourceRange = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 1, 0, 1}};
+    const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
     vk().vkCmdPipelineBarrier2(commands_, &info);
   }
 
   void begin_rendering(bool is_new) const {
-    VkRenderingAttachmentInfo attachment{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
-    attachment.imageView = depth_.view;
-    attachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    attachment.loadOp = is_new ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
-    attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    attachment.clearValue.depthStencil.depth = 1.0f;
-    VkRenderingInfo info{VK_STRUCTURE_TYPE_RENDERING_INFO};
-    info.renderArea.extent = {resolution_px_, resolution_px_};
-    info.layerCount = 1;
-    info.pDepthAttachment = &attachment;
+    const VkRenderingAttachmentInfo attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                               .imageView = depth_.view,
+                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                               .loadOp = is_new ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD,
+                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                               .clearValue = {.depthStencil = {.depth = 1.0f}}};
+    const VkRenderingInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                               .renderArea = {.extent = {resolution_px_, resolution_px_}},
+                               .layerCount = 1,
+                               .pDepthAttachment = &attachment};
     vk().vkCmdBeginRendering(commands_, &info);
     const auto side = static_cast<float>(resolution_px_);
     const VkViewport viewport{0.0f, 0.0f, side, side, 0.0f, 1.0f};
@@ -242,14 +231,15 @@ class OcclusionAreas::Measurer {
     begin_rendering(is_new);
     const AreaPush push{views_[v].clip_from_sphere, leaves_.address, masks_.address, holes_.address};
     vk().vkCmdPushConstants(commands_, pipelines_.layout, kAreaPushStages, 0, sizeof push, &push);
+    const auto bind = [&](VkPipeline pipeline) { vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline); };
     if (is_new && leaf_count > 0) {
-      vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.fill_depth);
+      bind(pipelines_.fill_depth);
       vk().vkCmdDraw(commands_, static_cast<std::uint32_t>(leaf_count) * kVerticesPerLeaf, 1, 0, 0);
     }
-    vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.count_leaf);
+    bind(pipelines_.count_leaf);
     for (const std::uint32_t leaf : asked) {
       const bool is_leaf = leaf < leaf_count;  // the background comes last
-      if (!is_leaf) vk().vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.count_background);
+      if (!is_leaf) bind(pipelines_.count_background);
       const auto query = static_cast<std::uint32_t>(targets_.size());
       vk().vkCmdBeginQuery(commands_, queries_, query, VK_QUERY_CONTROL_PRECISE_BIT);
       vk().vkCmdDraw(commands_, is_leaf ? kVerticesPerLeaf : 3, 1, is_leaf ? leaf * kVerticesPerLeaf : 0, 0);
@@ -263,20 +253,17 @@ class OcclusionAreas::Measurer {
   Result<void> finish(std::span<std::uint32_t> areas_px) {
     const std::vector<std::size_t> targets = std::exchange(targets_, {});
     COPPICE_CHECK(check_vulkan(vk().vkEndCommandBuffer(commands_), "vkEndCommandBuffer"));
-    VkCommandBufferSubmitInfo commands{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
-    commands.commandBuffer = commands_;
-    VkSubmitInfo2 submit{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
-    submit.commandBufferInfoCount = 1;
-    submit.pCommandBufferInfos = &commands;
+    const VkCommandBufferSubmitInfo commands{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO, .commandBuffer = commands_};
+    const VkSubmitInfo2 submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2, .commandBufferInfoCount = 1, .pCommandBufferInfos = &commands};
     COPPICE_CHECK(check_vulkan(vk().vkQueueSubmit2(gpu_->queue, 1, &submit, fence_), "vkQueueSubmit2"));
     COPPICE_CHECK(check_vulkan(vk().vkWaitForFences(gpu_->device, 1, &fence_, VK_TRUE, kMaxWait_ns), "vkWaitForFences"));
     COPPICE_CHECK(check_vulkan(vk().vkResetFences(gpu_->device, 1, &fence_), "vkResetFences"));
-    counts_.resize(targets.size());
+    std::vector<std::uint32_t> counts(targets.size());
     COPPICE_CHECK(check_vulkan(
         vk().vkGetQueryPoolResults(gpu_->device, queries_, 0, static_cast<std::uint32_t>(targets.size()),
-                                   counts_.size() * sizeof(std::uint32_t), counts_.data(), sizeof(std::uint32_t), VK_QUERY_RESULT_WAIT_BIT),
+                                   counts.size() * sizeof(std::uint32_t), counts.data(), sizeof(std::uint32_t), VK_QUERY_RESULT_WAIT_BIT),
         "vkGetQueryPoolResults"));
-    for (std::size_t i = 0; i < targets.size(); ++i) areas_px[targets[i]] = counts_[i];
+    for (std::size_t i = 0; i < targets.size(); ++i) areas_px[targets[i]] = counts[i];
     return {};
   }
 
@@ -293,37 +280,25 @@ class OcclusionAreas::Measurer {
   VkCommandPool command_pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   std::vector<std::size_t> targets_;  ///< [recorded query] where in areas_px its count belongs
-  std::vector<std::uint32_t> counts_;
 };
+
+}  // namespace
 
 Result<std::string> area_device_name() {
   COPPICE_TRY(device, open_area_device());
   return device->name;
 }
 
-OcclusionAreas::OcclusionAreas(std::unique_ptr<Measurer> measurer) : measurer_(std::move(measurer)) {}
-OcclusionAreas::OcclusionAreas(OcclusionAreas&&) noexcept = default;
-OcclusionAreas& OcclusionAreas::operator=(OcclusionAreas&&) noexcept = default;
-OcclusionAreas::~OcclusionAreas() = default;
-
-Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene) {
+Result<std::unique_ptr<OcclusionAreas>> OcclusionAreas::create(const Scene& scene) {
   COPPICE_TRY(device, open_area_device());
   return create(scene, std::move(device));
 }
 
-Result<OcclusionAreas> OcclusionAreas::create(const Scene& scene, std::unique_ptr<AreaDevice> device) {
+Result<std::unique_ptr<OcclusionAreas>> OcclusionAreas::create(const Scene& scene, std::unique_ptr<AreaDevice> device) {
   COPPICE_TRY(masks, alpha_masks(scene.shown.materials, scene.shown.images));
-  auto measurer = std::make_unique<Measurer>(std::move(device), scene);
+  auto measurer = std::make_unique<AreaMeasurer>(std::move(device), scene);
   COPPICE_CHECK(measurer->prepare(masks));
-  return OcclusionAreas(std::move(measurer));
-}
-
-const std::string& OcclusionAreas::device_name() const {
-  return measurer_->device_name();
-}
-
-Result<void> OcclusionAreas::measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) {
-  return measurer_->measure(request, areas_px, progress);
+  return {std::move(measurer)};
 }
 
 }  // namespace coppice::bake

@@ -6,13 +6,11 @@
 // Item buffers give the same areas, except where a device rounds differently (a corner by 1/256 px, a texture coordinate at the edge of a
 // texel) and where depths tie: a pixel of an item buffer has one leaf, a query counts every leaf of the smallest depth. The same driver
 // gives the same areas; another driver may give others.
-// other areas; the same one gives the same.
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "alpha_mask.h"
 #include "area_request.h"
 #include "plant.h"
 #include "progress.h"
@@ -38,25 +36,17 @@ class OcclusionAreas {
   };
 
   /// Uses the first suitable device. errors  those of open_area_device, alpha_masks and measure
-  static Result<OcclusionAreas> create(const Scene& scene);
-  static Result<OcclusionAreas> create(const Scene& scene, std::unique_ptr<AreaDevice> device);
-
-  OcclusionAreas(OcclusionAreas&&) noexcept;
-  OcclusionAreas& operator=(OcclusionAreas&&) noexcept;
-  ~OcclusionAreas();
+  static Result<std::unique_ptr<OcclusionAreas>> create(const Scene& scene);
+  static Result<std::unique_ptr<OcclusionAreas>> create(const Scene& scene, std::unique_ptr<AreaDevice> device);
+  virtual ~OcclusionAreas() = default;
 
   /// The device's area_device_name().
-  [[nodiscard]] const std::string& device_name() const;
+  [[nodiscard]] virtual const std::string& device_name() const = 0;
 
   /// A MeasureAreas. Blocks until the device has counted.
   /// progress  may be empty
   /// errors  device_lost, out_of_memory, internal: the device failed
-  Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress);
-
- private:
-  class Measurer;
-  explicit OcclusionAreas(std::unique_ptr<Measurer> measurer);
-  std::unique_ptr<Measurer> measurer_;
+  virtual Result<void> measure(const AreaRequest& request, std::span<std::uint32_t> areas_px, const ProgressFunction& progress) = 0;
 };
 
 }  // namespace coppice::bake

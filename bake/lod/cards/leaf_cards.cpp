@@ -10,13 +10,17 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
+#include <span>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
+#include "alpha_mask.h"
+#include "bounds.h"
 #include "coppice/format.h"
-#include "leaf_area.h"
-#include "leaf_canvas.h"
 #include "leaf_quads.h"
 #include "parallel_for.h"
 #include "srgb.h"
@@ -36,6 +40,101 @@ constexpr int kRefinements = 4;
 /// Minimum coverage of a quad by its leaf: a leaf with less was fitted edge-on and would be lost.
 constexpr float kMinCoverage = 0.02f;
 constexpr float kCardCutoff = 0.5f;
+/// How a leaf's outline is measured: samples on each side, and directions.
+constexpr std::uint32_t kOutlineSide = 32;
+constexpr int kDirections = 16;
+/// Maximum error of a flat leaf's fullness: samples miss parts of its edge.
+constexpr double kNoise = 0.03;
+/// The fullness of a ball: a disc shows half of its area on average, a ball all of it.
+constexpr double kMaxFull = 2.0;
+
+/// Maps plant space to a card's image: column and row in samples, and height above its plane.
+struct CardFrame {
+  glm::dvec3 origin{0.0}, column_per_m{0.0}, row_per_m{0.0}, normal{0.0};
+  [[nodiscard]] glm::dvec3 at(const glm::dvec3& point, double size) const {
+    const glm::dvec3 arm = point - origin;
+    return {glm::dot(arm, column_per_m) * size, glm::dot(arm, row_per_m) * size, glm::dot(arm, normal)};
+  }
+};
+
+/// The frame of a quad's image: its left edge is the stalk's (corners 3, 0), its rows run from corner 3 to 2.
+CardFrame card_frame(const Quad& quad) {
+  const glm::dvec3 corner(quad[3]), x = glm::dvec3(quad[2]) - corner, y = glm::dvec3(quad[0]) - corner;
+  return {corner, x / glm::dot(x, x), y / glm::dot(y, y), glm::cross(y, x)};
+}
+
+/// The material's linear colour and alpha at a texture coordinate.
+glm::vec4 color_at(const Material& material, const std::vector<Image>& images, const glm::dvec2& uv) {
+  if (material.image == kNone) return material.base_color;
+  const std::uint8_t* const texel = texel_at(images[material.image], uv);
+  return material.base_color * glm::vec4(linear_color(texel), static_cast<float>(texel[3]) / 255.0f);
+}
+
+double cross(const glm::dvec3& a, const glm::dvec3& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+/// Samples whose centres lie between the smallest and the largest of three coordinates.
+std::array<std::int32_t, 2> range(const std::array<double, 3>& values, std::uint32_t size) {
+  const auto [low, high] = std::minmax({values[0], values[1], values[2]});
+  const double last = static_cast<double>(size) - 1.0;
+  return {static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5), 0.0, last + 1.0)),
+          static_cast<std::int32_t>(std::clamp(std::floor(high - 0.5), -1.0, last))};
+}
+
+/// The topmost texel at each sample of a card's image; alpha is 0 where there is none.
+class LeafCanvas {
+ public:
+  /// size  samples on each side
+  LeafCanvas(const Plant& plant, const CardFrame& frame, std::uint32_t size)
+      : plant_(plant),
+        frame_(frame),
+        size_(size),
+        heights_(std::size_t{size} * size, -std::numeric_limits<double>::infinity()),
+        texels_(heights_.size(), glm::vec4(0.0f)) {}
+
+  void draw(const LeafRange& leaf) {
+    for (std::size_t t = 0; t < leaf.triangle_count; ++t) draw(leaf.first_triangle + t);
+  }
+  [[nodiscard]] const glm::vec4& texel(std::uint32_t x, std::uint32_t y) const { return texels_[std::size_t{y} * size_ + x]; }
+
+ private:
+  void draw(std::size_t triangle);
+
+  const Plant& plant_;
+  CardFrame frame_;
+  std::uint32_t size_;
+  std::vector<double> heights_;
+  std::vector<glm::vec4> texels_;
+};
+
+void LeafCanvas::draw(std::size_t triangle) {
+  const Mesh& mesh = plant_.foliage;
+  const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
+  const std::array corners = at_corners(mesh.positions, mesh.indices, 3 * triangle);
+  const std::array uvs = at_corners(mesh.uvs, mesh.indices, 3 * triangle);
+  std::array<glm::dvec3, 3> at;
+  for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(corners[i]), size_);
+  const double area = cross(at[1] - at[0], at[2] - at[0]);
+  if (area == 0.0) return;
+  const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x}, size_);
+  const auto [first_y, last_y] = range({at[0].y, at[1].y, at[2].y}, size_);
+  for (std::int32_t y = first_y; y <= last_y; ++y)
+    for (std::int32_t x = first_x; x <= last_x; ++x) {
+      const glm::dvec3 point(x + 0.5, y + 0.5, 0.0);
+      const glm::dvec3 weight =
+          glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) / area;
+      if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
+      const double height = weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z;
+      const std::size_t sample = static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x);
+      if (height <= heights_[sample]) continue;
+      const glm::dvec2 uv = weight.x * glm::dvec2(uvs[0]) + weight.y * glm::dvec2(uvs[1]) + weight.z * glm::dvec2(uvs[2]);
+      const glm::vec4 texel = color_at(material, plant_.images, uv);
+      if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) continue;
+      heights_[sample] = height;
+      texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
+    }
+}
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
 
@@ -51,30 +150,22 @@ Quad crop(const Quad& quad, const glm::dvec2& low, const glm::dvec2& high) {
 Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const Mesh& mesh = plant.foliage;
   const CardFrame frame = card_frame(quad);
-  glm::dvec2 low(std::numeric_limits<double>::max()), high(std::numeric_limits<double>::lowest());
-  bool is_masked = false;
-  for (std::size_t t = leaf.first_triangle; t < std::size_t{leaf.first_triangle} + leaf.triangle_count; ++t) {
-    const Material& material = plant.materials[mesh.triangle_materials[t]];
-    is_masked = is_masked || (material.alpha_cutoff > 0.0f && material.image != kNone);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const glm::dvec2 at(frame.at(glm::dvec3(mesh.positions[mesh.indices[3 * t + k]]), 1.0));
-      low = glm::min(low, at);
-      high = glm::max(high, at);
-    }
-  }
-  const Quad held = crop(quad, low, high);
+  PointBox<glm::dvec2> box;
+  for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) box.add(glm::dvec2(frame.at(glm::dvec3(mesh.positions[vertex]), 1.0)));
+  const Quad held = crop(quad, box.low, box.high);
+  const auto materials = std::span(mesh.triangle_materials).subspan(leaf.first_triangle, leaf.triangle_count);
+  const bool is_masked = std::ranges::any_of(materials, [&](std::uint32_t material) {
+    return plant.materials[material].alpha_cutoff > 0.0f && plant.materials[material].image != kNone;
+  });
   if (!is_masked) return held;
   LeafCanvas canvas(plant, card_frame(held), kHoldSide_px);
   canvas.draw(leaf);
-  glm::uvec2 first(kHoldSide_px), last(0);
+  PointBox<glm::uvec2> shown;
   for (std::uint32_t y = 0; y < kHoldSide_px; ++y)
-    for (std::uint32_t x = 0; x < kHoldSide_px; ++x) {
-      if (canvas.texel(x, y).a == 0.0f) continue;
-      first = glm::min(first, glm::uvec2(x, y));
-      last = glm::max(last, glm::uvec2(x, y));
-    }
-  if (first.x > last.x) return held;
-  return crop(held, glm::dvec2(first) / double{kHoldSide_px}, glm::dvec2(last + 1u) / double{kHoldSide_px});
+    for (std::uint32_t x = 0; x < kHoldSide_px; ++x)
+      if (canvas.texel(x, y).a != 0.0f) shown.add({x, y});
+  if (shown.low.x > shown.high.x) return held;
+  return crop(held, glm::dvec2(shown.low) / double{kHoldSide_px}, glm::dvec2(shown.high + 1u) / double{kHoldSide_px});
 }
 
 float coverage(const Sketch& sketch) {
@@ -172,10 +263,37 @@ Clusters cluster_sketches(const std::vector<Sketch>& sketches) {
 
 /// Whether the quad equals the leaf: each corner is one of the leaf's points.
 bool is_exact(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
-  const auto first = mesh.indices.begin() + 3 * std::ptrdiff_t{leaf.first_triangle}, last = first + 3 * std::ptrdiff_t{leaf.triangle_count};
   return std::ranges::all_of(quad, [&](const glm::vec3& corner) {
-    return std::any_of(first, last, [&](std::uint32_t vertex) { return mesh.positions[vertex] == corner; });
+    return std::ranges::any_of(leaf_indices(mesh, leaf), [&](std::uint32_t vertex) { return mesh.positions[vertex] == corner; });
   });
+}
+
+/// A rectangle across `direction`, as large as the leaf's box. Its area is 0 if the leaf is a line from there.
+struct Outlook {
+  CardFrame frame;
+  double area_m2 = 0.0;
+};
+
+Outlook outlook(const Mesh& mesh, const LeafRange& leaf, const glm::dvec3& direction, const glm::dvec3& side) {
+  const glm::dvec3 x = glm::normalize(side - glm::dot(side, direction) * direction), y = glm::cross(direction, x);
+  PointBox<glm::dvec2> box;
+  for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) {
+    const glm::dvec3 point(mesh.positions[vertex]);
+    box.add({glm::dot(point, x), glm::dot(point, y)});
+  }
+  const glm::dvec2 size = box.extent();
+  if (!(size.x > 0.0 && size.y > 0.0)) return {};
+  return {{box.low.x * x + box.low.y * y, x / size.x, y / size.y, direction}, size.x * size.y};
+}
+
+double outline_m2(const Plant& plant, const LeafRange& leaf, const Outlook& outlook) {
+  if (outlook.area_m2 == 0.0) return 0.0;
+  LeafCanvas canvas(plant, outlook.frame, kOutlineSide);
+  canvas.draw(leaf);
+  std::uint32_t count = 0;
+  for (std::uint32_t y = 0; y < kOutlineSide; ++y)
+    for (std::uint32_t x = 0; x < kOutlineSide; ++x) count += canvas.texel(x, y).a > 0.0f ? 1u : 0u;
+  return outlook.area_m2 * count / (kOutlineSide * kOutlineSide);
 }
 
 /// A square image of tiles whose sides are powers of two: as long as a mip level has a texel per tile, no texel mixes two of them.
@@ -201,15 +319,10 @@ Atlas make_atlas(std::uint32_t image_count, std::uint32_t source_px) {
 /// The longer side of what the leaf shows of its material's image, px; kMinCardSide_px without an image.
 std::uint32_t source_side_px(const Plant& plant, const LeafRange& leaf, const Material& material) {
   if (material.image == kNone) return kMinCardSide_px;
-  const Mesh& mesh = plant.foliage;
-  glm::vec2 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-  for (std::size_t i = 0; i < 3 * std::size_t{leaf.triangle_count}; ++i) {
-    const glm::vec2& uv = mesh.uvs[mesh.indices[3 * std::size_t{leaf.first_triangle} + i]];
-    low = glm::min(low, uv);
-    high = glm::max(high, uv);
-  }
+  PointBox<glm::vec2> box;
+  for (const std::uint32_t vertex : leaf_indices(plant.foliage, leaf)) box.add(plant.foliage.uvs[vertex]);
   const Image& image = plant.images[material.image];
-  const glm::vec2 size_px = glm::clamp(high - low, 0.0f, 1.0f) * glm::vec2(image.width, image.height);
+  const glm::vec2 size_px = glm::clamp(box.extent(), 0.0f, 1.0f) * glm::vec2(image.width, image.height);
   return static_cast<std::uint32_t>(std::ceil(std::max(size_px.x, size_px.y)));
 }
 
@@ -297,19 +410,6 @@ void draw_material(Plant& plant, std::uint32_t material, const DrawnLeaves& draw
   plant.images.push_back(std::move(atlas.image));
 }
 
-}  // namespace
-
-CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
-  LeafCanvas canvas(plant, card_frame(quad), side_px * samples);
-  canvas.draw(leaf);
-  CardImage image{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
-  const float share = 1.0f / static_cast<float>(samples * samples);
-  for (std::uint32_t y = 0; y < side_px * samples; ++y)
-    for (std::uint32_t x = 0; x < side_px * samples; ++x)
-      image.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
-  return image;
-}
-
 void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
   std::vector<Sketch> sketches(fitted.size());
   std::vector<std::uint8_t> is_drawn(fitted.size(), 0);
@@ -335,6 +435,37 @@ void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
     if (plant.materials.size() >= COPPICE_MAX_MATERIALS || plant.images.size() >= COPPICE_MAX_TEXTURES) return;
     draw_material(plant, m, by_material[m], fitted);
   }
+}
+
+}  // namespace
+
+CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
+  LeafCanvas canvas(plant, card_frame(quad), side_px * samples);
+  canvas.draw(leaf);
+  CardImage image{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
+  const float share = 1.0f / static_cast<float>(samples * samples);
+  for (std::uint32_t y = 0; y < side_px * samples; ++y)
+    for (std::uint32_t x = 0; x < side_px * samples; ++x)
+      image.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
+  return image;
+}
+
+double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
+  const glm::dvec3 x = glm::normalize(glm::dvec3(quad[2]) - glm::dvec3(quad[3])),
+                   normal = glm::normalize(glm::cross(x, glm::dvec3(quad[0]) - glm::dvec3(quad[3]))), y = glm::cross(normal, x);
+  const double flat_m2 = outline_m2(plant, leaf, outlook(plant.foliage, leaf, normal, x));
+  double shown_m2 = 0.0, flat_shown_m2 = 0.0;
+  for (int i = 0; i < kDirections; ++i) {
+    // Spreads directions evenly over the half sphere: equal steps of height, turned by the golden angle.
+    const double height = (i + 0.5) / kDirections, turn = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double radius = std::sqrt(1.0 - height * height);
+    const glm::dvec3 direction = radius * std::cos(turn) * x + radius * std::sin(turn) * y + height * normal;
+    shown_m2 += outline_m2(plant, leaf, outlook(plant.foliage, leaf, direction, x));
+    flat_shown_m2 += flat_m2 * height;
+  }
+  if (!(flat_shown_m2 > 0.0)) return 1.0;
+  const double ratio = shown_m2 / flat_shown_m2;
+  return ratio < 1.0 + kNoise ? 1.0 : std::min(ratio, kMaxFull);
 }
 
 Result<Foliage> card_foliage(Plant& plant) {

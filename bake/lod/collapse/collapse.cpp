@@ -1,8 +1,15 @@
 #include "collapse.h"
 
 #include <algorithm>
+#include <string>
 
 namespace coppice::bake {
+
+Result<void> check_candidate_count(const CollapseOptions& options) {
+  if (options.candidate_count >= 1 && options.candidate_count <= kMaxCandidateCount) return {};
+  return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
+               std::to_string(options.candidate_count)};
+}
 
 std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count) {
   std::vector<std::uint32_t> counts;

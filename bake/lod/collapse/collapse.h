@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "plant.h"
+#include "result.h"
 
 namespace coppice::bake {
 
@@ -30,6 +31,9 @@ struct CollapseResult {
   std::vector<FoliageInformation> levels;  ///< at floor(f N), at least 1, for f = .8 .6 .4 .2 .1 .05 .025, in that order
   double visibility_seconds = 0.0;         ///< item buffers, before the first collapse
 };
+
+/// errors  invalid_argument: a number of candidates that is out of range
+Result<void> check_candidate_count(const CollapseOptions& options);
 
 /// The leaf counts of CollapseResult::levels for a plant of leaf_count >= 1 leaves.
 std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count);

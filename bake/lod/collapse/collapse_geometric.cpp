@@ -2,21 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <queue>
-#include <tuple>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
 #include "check.h"
-#include "octree.h"
-#include "progress.h"
+#include "collapse_down.h"
+#include "greedy_union.h"
+#include "live_visibility.h"
 #include "quad_merge.h"
+#include "stopwatch.h"
 
 namespace coppice::bake {
 namespace {
-
-constexpr std::uint32_t kCandidateCount = 16;
 
 /// Unit normal; zero for a quad without area. The cross product of the diagonals is the mean normal of a bent quad.
 glm::dvec3 normal_of(const Quad& quad) {
@@ -25,79 +23,35 @@ glm::dvec3 normal_of(const Quad& quad) {
   return length > 0.0 ? across / length : glm::dvec3(0.0);
 }
 
-/// A live leaf's best partner at the last search.
-struct Pair {
-  double cost = 0.0;
-  std::uint32_t leaf = 0, partner = 0;
-};
-
-struct CostlierPair {
-  bool operator()(const Pair& a, const Pair& b) const {
-    const auto key = [](const Pair& p) { return std::tuple(p.cost, std::min(p.leaf, p.partner), std::max(p.leaf, p.partner), p.leaf); };
-    return key(a) > key(b);
-  }
-};
-
-class SimilarityCollapse {
+/// Does a sequence's merges in order.
+class Replay {
  public:
-  explicit SimilarityCollapse(const Foliage& foliage)
-      : octree_(foliage, 2 * foliage.leaf_count() - 1), leaf_size_m_(mean_leaf_size_m(foliage)), quads_(foliage.quads) {
-    quads_.reserve(2 * foliage.quads.size());
-    live_.assign(foliage.quads.size(), true);
-    for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) octree_.insert(id, quad_centroid(quads_[id]));
-    for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) find_partner(id);
-  }
+  Replay(LiveVisibility visibility, const CollapseSequence& sequence, bool count_background)
+      : visibility_(std::move(visibility)), sequence_(sequence), count_background_(count_background) {}
 
-  [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
+  [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(visibility_, count_background_); }
 
-  /// Does the next merge. At least two leaves must be live.
+  [[nodiscard]] std::uint64_t evaluations() const { return sequence_.evaluations; }
+
   Merge step() {
-    const Pair pair = cheapest_pair();
-    Merge merge{std::min(pair.leaf, pair.partner), std::max(pair.leaf, pair.partner), {}};
-    merge.corners = merge_corners(quads_[merge.first], quads_[merge.second]);
-    const auto merged = static_cast<std::uint32_t>(quads_.size());
-    quads_.push_back(merged_quad(quads_[merge.first], quads_[merge.second], merge.corners));
-    for (const std::uint32_t removed : {merge.first, merge.second}) {
-      octree_.remove(removed);
-      live_[removed] = false;
-    }
-    live_.push_back(true);
-    octree_.insert(merged, quad_centroid(quads_[merged]));
-    find_partner(merged);
-    return merge;
+    const Merge& next = sequence_.merges[done_];
+    const LiveLeaf leaf = merged_leaf(visibility_.leaf(next.first), visibility_.leaf(next.second), next.corners);
+    const auto leaf_count = static_cast<std::uint32_t>(sequence_.merges.size() + 1);
+    const LeafMerge merge{next.first, next.second, leaf_count + done_++, leaf};
+    visibility_.owned_pixels(merge.first, owned_);
+    visibility_.changes_of(merge, owned_, scratch_, changes_);
+    visibility_.apply(merge, changes_);
+    return next;
   }
 
  private:
-  /// Finds the least dissimilar pair. A pair whose leaf is gone is dropped; a leaf whose partner is gone searches again.
-  Pair cheapest_pair() {
-    for (;;) {
-      COPPICE_ASSERT(!pairs_.empty());
-      const Pair pair = pairs_.top();
-      pairs_.pop();
-      if (!live_[pair.leaf]) continue;
-      if (live_[pair.partner]) return pair;
-      find_partner(pair.leaf);
-    }
-  }
-
-  void find_partner(std::uint32_t leaf) {
-    octree_.candidates_of(leaf, kCandidateCount, candidates_);
-    Pair best{std::numeric_limits<double>::infinity(), leaf, kNone};
-    for (const std::uint32_t candidate : candidates_) {
-      const double cost = leaf_dissimilarity(quads_[leaf], quads_[candidate], leaf_size_m_);
-      if (cost < best.cost || (cost == best.cost && candidate < best.partner)) best = {cost, leaf, candidate};
-    }
-    evaluations_ += candidates_.size();
-    if (best.partner != kNone) pairs_.push(best);
-  }
-
-  LeafOctree octree_;
-  double leaf_size_m_;
-  std::vector<Quad> quads_;  ///< [id]
-  std::vector<bool> live_;   ///< [id]
-  std::priority_queue<Pair, std::vector<Pair>, CostlierPair> pairs_;
-  std::vector<std::uint32_t> candidates_;
-  std::uint64_t evaluations_ = 0;
+  LiveVisibility visibility_;
+  const CollapseSequence& sequence_;
+  std::uint32_t done_ = 0;
+  bool count_background_ = true;
+  LiveVisibility::Scratch scratch_;
+  OwnedPixels owned_;
+  AreaChanges changes_;
 };
 
 }  // namespace
@@ -119,16 +73,31 @@ double leaf_dissimilarity(const Quad& first, const Quad& second, double leaf_siz
 
 CollapseSequence collapse_by_similarity(const Foliage& foliage, const ProgressFunction& progress) {
   COPPICE_ASSERT(foliage.leaf_count() >= 1);
-  SimilarityCollapse collapse(foliage);
+  UnionRules<Quad> rules;
+  rules.cost = [leaf_size_m = mean_leaf_size_m(foliage)](const Quad& a, const Quad& b) { return leaf_dissimilarity(a, b, leaf_size_m); };
+  rules.unite = [](const Quad& a, const Quad& b) { return merged_quad(a, b, merge_corners(a, b)); };
+  rules.middle = quad_centroid;
+  GreedyUnion<Quad> united(foliage, foliage.quads, std::move(rules));
   CollapseSequence sequence;
   const std::uint32_t merge_count = foliage.leaf_count() - 1, stride = std::max(1u, merge_count / 256);
-  sequence.merges.reserve(merge_count);
   for (std::uint32_t i = 0; i < merge_count; ++i) {
     if (progress && i % stride == 0) progress(static_cast<double>(i) / merge_count);
-    sequence.merges.push_back(collapse.step());
+    const auto [first, second] = united.step();
+    sequence.merges.push_back({first, second, merge_corners(united.item(first), united.item(second))});
   }
-  sequence.evaluations = collapse.evaluations();
+  sequence.evaluations = united.evaluations();
   return sequence;
+}
+
+Result<CollapseResult> replay(const ShownFoliage& shown, const std::vector<Viewpoint>& views, const CollapseOptions& options,
+                              const CollapseSequence& sequence) {
+  Stopwatch watch;
+  COPPICE_TRY(visibility, LiveVisibility::create(shown, views, options.resolution_px));
+  CollapseResult result;
+  result.visibility_seconds = watch.lap();
+  Replay collapse(std::move(visibility), sequence, options.count_background);
+  collapse_down(collapse, shown.foliage.leaf_count(), {}, result);
+  return result;
 }
 
 }  // namespace coppice::bake

@@ -8,6 +8,8 @@
 #include "collapse.h"
 #include "plant.h"
 #include "progress.h"
+#include "result.h"
+#include "viewpoints.h"
 
 namespace coppice::bake {
 
@@ -21,11 +23,15 @@ double mean_leaf_size_m(const Foliage& foliage);
 /// leaf_size_m  mean_leaf_size_m of the source
 double leaf_dissimilarity(const Quad& first, const Quad& second, double leaf_size_m);
 
-/// Collapses to one leaf, always the least dissimilar pair among each leaf's 16 candidates (LeafOctree). The new quad is the paper's Fig. 3
-/// (merge_corners). Ties go to the smaller ids. Runs on one thread.
-/// foliage   at least one leaf
-/// foliage   at least one leaf
-/// progress  may be empty
+/// Collapses to one leaf, always the least dissimilar pair among each leaf's 16 candidates (GreedyUnion). The new quad is the paper's Fig.
+/// 3 (merge_corners). Ties go to the smaller ids. Runs on one thread. foliage   at least one leaf progress  may be empty
 CollapseSequence collapse_by_similarity(const Foliage& foliage, const ProgressFunction& progress);
+
+/// Measures a collapse sequence that was found without views: I(V,L) before it and at the levels of CollapseResult, from areas that are
+/// exact at every step.
+/// sequence  as many merges as bring the leaves down to one
+/// errors    as render_item_buffers
+Result<CollapseResult> replay(const ShownFoliage& shown, const std::vector<Viewpoint>& views, const CollapseOptions& options,
+                              const CollapseSequence& sequence);
 
 }  // namespace coppice::bake

@@ -2,18 +2,20 @@
 // stale when the image changes, so its cost is computed again before it counts. A leaf whose choices are all gone searches again: every
 // shape with every neighbour, first in some of the views, the best then in all. Costs are integers and computed in parallel; one thread
 // decides which collapse is next.
-// is taken is decided on one thread.
 
 #include "collapse_image.h"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <compare>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <queue>
 #include <span>
+#include <tuple>
+#include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <glm/geometric.hpp>
@@ -29,6 +31,7 @@
 #include "pair_silhouette.h"
 #include "parallel_for.h"
 #include "quad_merge.h"
+#include "stopwatch.h"
 
 namespace coppice::bake {
 namespace {
@@ -54,8 +57,7 @@ std::int64_t cost_of(const MergeCost& cost, std::uint8_t fade, std::uint32_t vie
 }
 
 bool is_better(const WeighedPair& a, const WeighedPair& b) {
-  if (a.cost != b.cost) return a.cost < b.cost;
-  return a.first != b.first ? a.first < b.first : a.second < b.second;
+  return std::tie(a.cost, a.first, a.second) < std::tie(b.cost, b.first, b.second);
 }
 
 /// A leaf's best known collapses, the best first.
@@ -69,10 +71,7 @@ struct Choices {
   void remove_if(Predicate&& predicate) {
     count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
   }
-  void sort() {
-    for (std::uint32_t i = 1; i < count; ++i)
-      for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
-  }
+  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
   void offer(const WeighedPair& pair) {
     if (count == kMax && !is_better(pair, pairs.back())) return;
     count = std::min<std::uint32_t>(count + 1, kMax);
@@ -81,13 +80,11 @@ struct Choices {
   }
 };
 
+/// In the order of the queue.
 struct QueueEntry {
   std::int64_t cost = 0;
   std::uint32_t leaf = 0, stamp = 0;
-};
-/// The order for std::priority_queue, whose top is the largest.
-struct LaterInQueue {
-  bool operator()(const QueueEntry& a, const QueueEntry& b) const { return a.cost != b.cost ? a.cost > b.cost : a.leaf > b.leaf; }
+  auto operator<=>(const QueueEntry&) const = default;
 };
 
 class ImageCollapse {
@@ -119,17 +116,7 @@ class ImageCollapse {
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
 
-  /// I(V,L) of the live leaves, and of the background if it counts.
-  [[nodiscard]] FixedBits foliage_information() const {
-    ViewTotals totals(image_.view_count());
-    const std::span<const std::uint32_t> background = image_.areas(image_.background());
-    for (std::uint32_t v = 0; v < image_.view_count(); ++v)
-      totals.set(v, image_.pixels_per_view() - (options_.count_background ? 0 : background[v]));
-    FixedBits sum = options_.count_background ? outcome_information(background, totals) : 0;
-    for (std::uint32_t id = 0; id < next_id_; ++id)
-      if (is_live_[id] != 0) sum += outcome_information(image_.areas(id), totals);
-    return sum;
-  }
+  [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(image_, options_.count_background); }
 
   Merge step() {
     if (pixels_are_small()) halve();
@@ -270,30 +257,28 @@ class ImageCollapse {
   }
 
   /// Pairs each leaf that has no choice left with its nearest leaves; every pair once.
-  void find_pairs() {
-    const std::uint32_t count = candidate_count();
-    pairs_.clear();
+  std::vector<WeighedPair> new_pairs() {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;
+    std::vector<std::uint32_t> partners;
     for (const std::uint32_t leaf : unweighed_) {
       if (is_alone_[leaf] == 0) continue;
-      octree_.candidates_of(leaf, count, partners_);
-      for (const std::uint32_t other : partners_)
-        pairs_.push_back({0, 0, std::min(leaf, other), std::max(leaf, other), kNone, {}, kNoFade});
+      octree_.candidates_of(leaf, candidate_count(), partners);
+      for (const std::uint32_t other : partners) ids.emplace_back(std::min(leaf, other), std::max(leaf, other));
     }
-    const auto by_ids = [](const WeighedPair& a, const WeighedPair& b) {
-      return a.first != b.first ? a.first < b.first : a.second < b.second;
-    };
-    const auto same_ids = [](const WeighedPair& a, const WeighedPair& b) { return a.first == b.first && a.second == b.second; };
-    std::sort(pairs_.begin(), pairs_.end(), by_ids);
-    pairs_.erase(std::unique(pairs_.begin(), pairs_.end(), same_ids), pairs_.end());
+    std::ranges::sort(ids);
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    std::vector<WeighedPair> pairs;
+    for (const auto& [first, second] : ids) pairs.push_back({.first = first, .second = second});
+    return pairs;
   }
 
   /// Offers new pairs to the batch's leaves without choices, with their costs in some of the views.
   void look_for_partners(std::uint32_t view_stride) {
-    find_pairs();
+    std::vector<WeighedPair> pairs = new_pairs();
     const ViewSubset some_views{collapse_count_ % view_stride, view_stride};
-    parallel_for(pairs_.size(), [&](std::size_t i) { weigh_shapes(pairs_[i], some_views); });
-    evaluations_ += pairs_.size();
-    for (const WeighedPair& pair : pairs_)
+    parallel_for(pairs.size(), [&](std::size_t i) { weigh_shapes(pairs[i], some_views); });
+    evaluations_ += pairs.size();
+    for (const WeighedPair& pair : pairs)
       for (const std::uint32_t leaf : {pair.first, pair.second})
         if (is_alone_[leaf] != 0) choices_[leaf].offer(pair);
   }
@@ -304,14 +289,14 @@ class ImageCollapse {
       choices_[leaf].remove_if([&](const WeighedPair& pair) { return !is_alive(pair); });
       is_alone_[leaf] = choices_[leaf].count == 0;
     }
-    const auto [view_stride, finalists] = effort();
+    const auto [view_stride, finalist_count] = effort();
     look_for_partners(view_stride);
-    finalists_.clear();
+    std::vector<WeighedPair*> finalists;
     for (const std::uint32_t leaf : unweighed_)
-      for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalists : 1); ++i)
-        finalists_.push_back(&choices_[leaf].pairs[i]);
-    parallel_for(finalists_.size(), [&](std::size_t i) { weigh(*finalists_[i]); });
-    evaluations_ += finalists_.size();
+      for (std::uint32_t i = 0; i < std::min(choices_[leaf].count, is_alone_[leaf] != 0 ? finalist_count : 1); ++i)
+        finalists.push_back(&choices_[leaf].pairs[i]);
+    parallel_for(finalists.size(), [&](std::size_t i) { weigh(*finalists[i]); });
+    evaluations_ += finalists.size();
     for (const std::uint32_t leaf : unweighed_) {
       is_alone_[leaf] = 0;
       Choices& choices = choices_[leaf];
@@ -346,22 +331,17 @@ class ImageCollapse {
   std::vector<Choices> choices_;
   std::vector<ReachPoints> reach_;  ///< empty if not live
   std::vector<std::uint8_t> is_live_;
-  std::priority_queue<QueueEntry, std::vector<QueueEntry>, LaterInQueue> queue_;
+  std::priority_queue<QueueEntry, std::vector<QueueEntry>, std::greater<>> queue_;
   double px_per_metre_ = 0.0, sqrt_leaf_count_ = 0.0;
   std::uint32_t leaf_count_ = 0, next_id_ = 0, collapse_count_ = 0;
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> unweighed_;  ///< leaves of the next batch
   std::vector<std::uint8_t> is_alone_;    ///< [id_count] leaves of the batch that need a partner
-  std::vector<WeighedPair*> finalists_;
-  std::vector<WeighedPair> pairs_;
-  std::vector<std::uint32_t> partners_;
   tbb::enumerable_thread_specific<IncrementalImage::Scratch> scratches_;
 };
 
 Result<void> check_options(const CollapseOptions& options, const ImageErrorOptions& image_options) {
-  if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
-    return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
-                 std::to_string(options.candidate_count)};
+  COPPICE_CHECK(check_candidate_count(options));
   const std::vector<BlockScale>& scales = image_options.scales;
   bool in_range = !scales.empty() && image_options.pixel_weight >= 0 && image_options.pixel_weight <= 1024 &&
                   image_options.coverage_weight >= 0 && image_options.coverage_weight <= 1024;
@@ -378,7 +358,7 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
                                                const CollapseOptions& options, const ImageErrorOptions& image_options,
                                                const ProgressFunction& progress) {
   COPPICE_CHECK(check_options(options, image_options));
-  const auto start = std::chrono::steady_clock::now();
+  Stopwatch watch;
   COPPICE_TRY(buffers, render_item_buffers(shown, views, options.resolution_px));
   COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
   const std::vector<glm::vec3> colors = mean_texel_colors(shown.materials, shown.images, masks);
@@ -387,11 +367,10 @@ Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const 
   IncrementalImage image(shown, std::move(masks), views, buffers, image_options);
   buffers = ItemBuffers{};
   CollapseResult result;
-  result.visibility_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.visibility_seconds = watch.lap();
 
   ImageCollapse collapse(shown.foliage, std::move(card_chroma), options, image_options, std::move(image));
   collapse_down(collapse, shown.foliage.leaf_count(), progress, result);
-  result.sequence.evaluations = collapse.evaluations();
   return result;
 }
 

@@ -20,7 +20,6 @@ namespace coppice::bake {
 /// best three. When the cheapest of all is due, its cost is computed again in every view, since the image round it may have changed, and it
 /// waits again if it is no longer the cheapest. Ties go to the smaller id, the smaller partner, the first shape. The result depends on the
 /// arguments only, not on the number of threads.
-/// number of threads.
 /// result  source, levels: I(V,L) as in collapse_by_mutual_information, for these cuts
 /// errors  as collapse_by_mutual_information
 Result<CollapseResult> collapse_by_image_error(const ShownFoliage& shown, const std::vector<Viewpoint>& views,

@@ -5,12 +5,12 @@
 #include "collapse_information.h"
 
 #include <algorithm>
-#include <chrono>
-#include <limits>
+#include <cstdlib>
+#include <set>
+#include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include "alpha_mask.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
 #include "measured_visibility.h"
@@ -18,51 +18,16 @@
 #include "octree.h"
 #include "parallel_for.h"
 #include "quad_merge.h"
+#include "stopwatch.h"
 #include "visibility.h"
 
 namespace coppice::bake {
 namespace {
 
-/// I(V,l) of every live leaf, ordered: keeps the minimum of each block of ids, and finds it again if one of its leaves changed.
-class LeafVisibilities {
- public:
-  explicit LeafVisibilities(std::uint32_t id_count)
-      : values_((id_count + kBlock - 1) / kBlock * kBlock, kNotLive),
-        minima_(values_.size() / kBlock),
-        stale_(values_.size() / kBlock, 1) {}
-
-  void set(std::uint32_t id, FixedBits value) {
-    values_[id] = value;
-    stale_[id / kBlock] = 1;
-  }
-  void remove(std::uint32_t id) { set(id, kNotLive); }
-
-  /// The live leaf of smallest visibility; of equals the smaller id. At least one must be live.
-  std::uint32_t smallest() {
-    std::size_t best_block = 0;
-    for (std::size_t block = 0; block < minima_.size(); ++block) {
-      const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
-      if (stale_[block] != 0) minima_[block] = *std::min_element(begin, begin + kBlock);
-      stale_[block] = 0;
-      if (minima_[block] < minima_[best_block]) best_block = block;
-    }
-    const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(best_block * kBlock);
-    return static_cast<std::uint32_t>(std::find(begin, begin + kBlock, minima_[best_block]) - values_.begin());
-  }
-
- private:
-  static constexpr std::uint32_t kBlock = 128;
-  static constexpr FixedBits kNotLive = std::numeric_limits<FixedBits>::max();
-
-  std::vector<FixedBits> values_;
-  std::vector<FixedBits> minima_;
-  std::vector<std::uint8_t> stale_;
-};
-
 /// A partner that is being evaluated.
 struct Candidate {
   LeafMerge merge;
-  std::array<std::uint8_t, 4> corners{};
+  PairCorners corners{};
   AreaChanges changes;
   FixedBits cost = 0;
 };
@@ -83,13 +48,10 @@ class Collapse {
       : options_(options),
         visibility_(std::move(visibility)),
         octree_(foliage, visibility_.id_count()),
-        visibilities_(visibility_.id_count()),
-        totals_(visibility_.view_count()),
         information_(visibility_.id_count() + 1, 0),
         next_id_(foliage.leaf_count()) {
-    place_in_live_.resize(visibility_.id_count());
     for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) {
-      add_live(id);
+      ranking_.insert({0, id});
       octree_.insert(id, quad_centroid(foliage.quads[id]));
     }
     refresh_all();
@@ -100,7 +62,7 @@ class Collapse {
   [[nodiscard]] const Visibility& visibility() const { return visibility_; }
 
   Merge step() {
-    const std::uint32_t chosen = visibilities_.smallest();
+    const std::uint32_t chosen = ranking_.begin()->second;
     octree_.cell_candidates_of(chosen, options_.candidate_count, partners_);
     if (candidates_.size() < partners_.size()) candidates_.resize(partners_.size());
     visibility_.owned_pixels(chosen, chosen_owned_);
@@ -119,9 +81,9 @@ class Collapse {
   }
 
  private:
-  /// a_t of a view, given the background's area there.
-  [[nodiscard]] std::uint32_t total_px(std::uint32_t background_px) const {
-    return options_.count_background ? visibility_.pixels_per_view() : visibility_.pixels_per_view() - background_px;
+  /// a_t of every view, given the background's areas.
+  [[nodiscard]] ViewTotals totals_of(std::span<const std::uint32_t> background_px) const {
+    return view_totals(background_px, visibility_.pixels_per_view(), options_.count_background);
   }
 
   [[nodiscard]] bool counts(std::uint32_t outcome) const { return options_.count_background || outcome != visibility_.background(); }
@@ -132,23 +94,15 @@ class Collapse {
     const LiveLeaf& first = visibility_.leaf(std::min(chosen, partner));
     const LiveLeaf& second = visibility_.leaf(std::max(chosen, partner));
     candidate.corners = merge_corners(first.quad, second.quad);
-    candidate.merge = {
-        chosen,
-        partner,
-        next_id_,
-        {merged_quad(first.quad, second.quad, candidate.corners), merged_card(first.quad, first.card, second.quad, second.card)}};
+    candidate.merge = {chosen, partner, next_id_, merged_leaf(first, second, candidate.corners)};
     visibility_.changes_of(candidate.merge, chosen_owned_, scratch.visibility, candidate.changes);
     const FixedBits change = totals_change(candidate.changes) ? change_of_all(candidate, scratch) : change_of_touched(candidate, scratch);
-    candidate.cost = change < 0 ? -change : change;
+    candidate.cost = std::abs(change);
   }
 
   /// Whether a merge changes a_t of some view, and with it every p(l|v) there.
   [[nodiscard]] bool totals_change(const AreaChanges& changes) const {
-    if (options_.count_background) return false;
-    const auto found = std::find(changes.outcomes.begin(), changes.outcomes.end(), visibility_.background());
-    if (found == changes.outcomes.end()) return false;
-    const auto row = changes.row(static_cast<std::size_t>(found - changes.outcomes.begin()), visibility_.view_count());
-    return std::any_of(row.begin(), row.end(), [](std::int32_t delta) { return delta != 0; });
+    return !options_.count_background && changes.touch(visibility_.background(), visibility_.view_count());
   }
 
   /// The outcome's areas after the i-th change; they lie in scratch.row.
@@ -176,18 +130,16 @@ class Collapse {
   /// The same if some a_t changes: then every leaf's share of that view changes.
   FixedBits change_of_all(const Candidate& candidate, Scratch<Visibility>& scratch) const {
     const AreaChanges& changes = candidate.changes;
-    ViewTotals totals = totals_;
     scratch.change_of.resize(information_.size(), kNone);
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i) scratch.change_of[changes.outcomes[i]] = static_cast<std::uint32_t>(i);
-    const auto background = changed_row(changes, scratch.change_of[visibility_.background()], scratch);
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v) totals.set(v, total_px(background[v]));
+    const ViewTotals totals = totals_of(changed_row(changes, scratch.change_of[visibility_.background()], scratch));
 
     const auto information_after = [&](std::uint32_t outcome) {
       const std::uint32_t i = scratch.change_of[outcome];
       return outcome_information(i == kNone ? row_of(outcome, scratch.row) : changed_row(changes, i, scratch), totals);
     };
     FixedBits after = scratch.change_of[candidate.merge.result] == kNone ? 0 : information_after(candidate.merge.result);
-    for (const std::uint32_t id : live_)
+    for (const auto& [bits, id] : ranking_)
       if (id != candidate.merge.first && id != candidate.merge.second) after += information_after(id);
     for (const std::uint32_t outcome : changes.outcomes) scratch.change_of[outcome] = kNone;
     return after - foliage_information_;
@@ -198,14 +150,12 @@ class Collapse {
     visibility_.apply(candidate.merge, candidate.changes);
     for (const std::uint32_t removed : {chosen, partner}) {
       octree_.remove(removed);
-      visibilities_.remove(removed);
+      ranking_.erase({information_[removed], removed});
       foliage_information_ -= information_[removed];
       information_[removed] = 0;
-      remove_live(removed);
     }
     octree_.insert(next_id_, quad_centroid(candidate.merge.leaf.quad));
-    visibilities_.set(next_id_, 0);
-    add_live(next_id_++);
+    ranking_.insert({0, next_id_++});
     if (all_change) {
       refresh_all();
     } else {
@@ -214,42 +164,29 @@ class Collapse {
     return {std::min(chosen, partner), std::max(chosen, partner), candidate.corners};
   }
 
-  void add_live(std::uint32_t id) {
-    place_in_live_[id] = static_cast<std::uint32_t>(live_.size());
-    live_.push_back(id);
-  }
-
-  void remove_live(std::uint32_t id) {
-    const std::uint32_t place = place_in_live_[id];
-    live_[place] = live_.back();
-    place_in_live_[live_[place]] = place;
-    live_.pop_back();
-  }
-
   void refresh(std::uint32_t outcome) {
     if (!counts(outcome)) return;
     const FixedBits before = information_[outcome];
     information_[outcome] = outcome_information(row_of(outcome, row_), totals_);
     foliage_information_ += information_[outcome] - before;
-    if (outcome != visibility_.background()) visibilities_.set(outcome, information_[outcome]);
+    if (outcome == visibility_.background()) return;
+    ranking_.erase({before, outcome});
+    ranking_.insert({information_[outcome], outcome});
   }
 
   void refresh_all() {
-    const std::span<const std::uint32_t> background = row_of(visibility_.background(), row_);
-    for (std::uint32_t v = 0; v < visibility_.view_count(); ++v) totals_.set(v, total_px(background[v]));
-    for (const std::uint32_t id : live_) refresh(id);
+    totals_ = totals_of(row_of(visibility_.background(), row_));
+    for (const auto& [bits, id] : std::exchange(ranking_, {})) refresh(id);
     refresh(visibility_.background());
   }
 
   CollapseOptions options_;
   Visibility visibility_;
   LeafOctree octree_;
-  LeafVisibilities visibilities_;
   ViewTotals totals_;
-  std::vector<FixedBits> information_;        ///< [outcome] I(V,l), 0 if not live
-  FixedBits foliage_information_ = 0;         ///< I(V,L)
-  std::vector<std::uint32_t> live_;           ///< in any order, since sums over it are exact
-  std::vector<std::uint32_t> place_in_live_;  ///< [id]
+  std::vector<FixedBits> information_;                     ///< [outcome] I(V,l), 0 if not live
+  FixedBits foliage_information_ = 0;                      ///< I(V,L)
+  std::set<std::pair<FixedBits, std::uint32_t>> ranking_;  ///< (I(V,l), id) of live leaves: of equals the smaller id comes first
   std::uint32_t next_id_ = 0;
   std::uint64_t evaluations_ = 0;
   std::vector<std::uint32_t> partners_;
@@ -259,27 +196,10 @@ class Collapse {
   tbb::enumerable_thread_specific<Scratch<Visibility>> scratches_;
 };
 
-template <class Visibility>
-void run(Collapse<Visibility>& collapse, std::uint32_t leaf_count, const ProgressFunction& progress, CollapseResult& result) {
-  collapse_down(collapse, leaf_count, progress, result);
-  result.sequence.evaluations = collapse.evaluations();
-}
-
-class Stopwatch {
- public:
-  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px,
                                        const MeasureAreas& measure) {
-  COPPICE_TRY(buffers, render_item_buffers(shown, views, resolution_px));
-  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
-  LiveVisibility visibility(shown.foliage, std::move(masks), views, buffers);
+  COPPICE_TRY(visibility, LiveVisibility::create(shown, views, resolution_px));
   if (!measure) return visibility;
-  buffers = ItemBuffers{};
   std::vector<std::uint32_t> areas_px((std::size_t{shown.foliage.leaf_count()} + 1) * views.size());
   COPPICE_CHECK(measure({shown.foliage.quads, shown.foliage.cards, {}}, areas_px));
   visibility.correct(areas_px);
@@ -291,24 +211,22 @@ Result<LiveVisibility> live_visibility(const ShownFoliage& shown, const std::vec
 Result<CollapseResult> collapse_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                       const CollapseOptions& options, const ProgressFunction& progress,
                                                       const AreaSource& areas) {
-  if (options.candidate_count == 0 || options.candidate_count > kMaxCandidateCount)
-    return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
-                 std::to_string(options.candidate_count)};
-  const Stopwatch watch;
+  COPPICE_CHECK(check_candidate_count(options));
+  Stopwatch watch;
   CollapseResult result;
   const std::uint32_t leaf_count = shown.foliage.leaf_count();
   if (areas.measure && areas.every_step) {
     COPPICE_CHECK(check_shown(shown, views, options.resolution_px));
     MeasuredVisibility visibility(shown.foliage, views, options.resolution_px, areas.measure);
-    result.visibility_seconds = watch.seconds();
+    result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
-    run(collapse, leaf_count, progress, result);
+    collapse_down(collapse, leaf_count, progress, result);
     COPPICE_CHECK(collapse.visibility().failure());
   } else {
     COPPICE_TRY(visibility, live_visibility(shown, views, options.resolution_px, areas.measure));
-    result.visibility_seconds = watch.seconds();
+    result.visibility_seconds = watch.lap();
     Collapse collapse(shown.foliage, options, std::move(visibility));
-    run(collapse, leaf_count, progress, result);
+    collapse_down(collapse, leaf_count, progress, result);
   }
   return result;
 }

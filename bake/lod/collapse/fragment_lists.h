@@ -111,6 +111,4 @@ class PixelLists {
   std::vector<Entry> pool_;
 };
 
-using FragmentLists = PixelLists<LeafFragment>;
-
 }  // namespace coppice::bake

@@ -26,7 +26,7 @@ constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
 /// Less transmittance than this counts as none: an eighth of a step of 255.
 constexpr float kMinShare = 1.0f / 2048.0f;
 /// How many pixels ahead of a walk memory is prefetched.
-constexpr std::uint32_t kListsAhead = 16, kEntriesAhead = 8;
+constexpr std::size_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
 
 Channels channels_of(const Shade& shade) {
@@ -55,9 +55,11 @@ struct Layers {
   [[nodiscard]] Channels channels() const { return light + (1.0f - share) * kFullCoverage; }
 };
 
+float sum_of(const Channels& channels) {
+  return (channels[0] + channels[1]) + (channels[2] + channels[3]);
+}
 float dot(const Channels& a, const Channels& b) {
-  const Channels products = a * b;
-  return (products[0] + products[1]) + (products[2] + products[3]);
+  return sum_of(a * b);
 }
 
 /// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
@@ -73,24 +75,25 @@ struct SquareSums {
     light2 += share * share;
   }
   [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
-    const auto sum = [](const Channels& channels) {
-      return static_cast<double>((channels[0] + channels[1]) + (channels[2] + channels[3]));
-    };
-    return {.opacity = 2.0 * sum(rest_covered),
-            .light = 2.0 * sum(rest_light * own_shade),
-            .opacity2 = sum(covered2),
-            .both = 2.0 * sum(covered_light * own_shade),
-            .light2 = static_cast<double>(light2) * sum(own_shade * own_shade)};
+    return {.opacity = 2.0 * double{sum_of(rest_covered)},
+            .light = 2.0 * double{dot(rest_light, own_shade)},
+            .opacity2 = double{sum_of(covered2)},
+            .both = 2.0 * double{dot(covered_light, own_shade)},
+            .light2 = double{light2} * double{dot(own_shade, own_shade)}};
   }
 };
 
+/// Pixels are kept in whole sixteenths, so that sums of changes equal drawing again, to the bit.
+constexpr float kFixedUnit = 16.0f;
+
 template <class Fixed>
-Fixed fixed(const Channels& channels, float unit) {
-  return __builtin_convertvector(channels * unit + 0.5f, Fixed);
+Channels unfixed(const Fixed& channels) {
+  return __builtin_convertvector(channels, Channels) * (1.0f / kFixedUnit);
 }
-template <class Fixed>
-Channels unfixed(const Fixed& channels, float unit) {
-  return __builtin_convertvector(channels, Channels) * (1.0f / unit);
+
+void sort_and_unite(std::vector<std::uint32_t>& numbers) {
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace
@@ -115,8 +118,7 @@ IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaM
                                    const ItemBuffers& buffers, const ImageErrorOptions& options)
     : id_count_(2 * shown.foliage.leaf_count() - 1),
       options_(options),
-      card_table_(shown.foliage.card_table),
-      masks_(std::move(masks)),
+      cards_{shown.foliage.card_table, std::move(masks)},
       sphere_(bounding_sphere(shown.foliage)),
       viewpoints_(views),
       views_(buffers.view_count),
@@ -124,7 +126,7 @@ IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaM
       pixels_(id_count_),
       areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
   for (std::size_t m = 0; m < shown.materials.size(); ++m)
-    albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, masks_[m]));
+    albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, cards_.masks[m]));
   const Foliage& foliage = shown.foliage;
   set_resolution(buffers.resolution_px);
   set_coverage_weight(static_cast<double>(options.coverage_weight));
@@ -141,7 +143,7 @@ IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaM
     });
     draw(view);
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) {
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+      ++front_area(v, pixel);
       view.source.push_back(__builtin_convertvector(view.shown[pixel], FixedPixel));
     }
     measure(view);
@@ -203,7 +205,7 @@ inline IncrementalImage::FixedChannels IncrementalImage::composite(const View& v
     layers.share = 0.0f;
     break;
   }
-  return fixed<FixedChannels>(layers.channels() + layers.share * kBackground, kFixedUnit);
+  return __builtin_convertvector((layers.channels() + layers.share * kBackground) * kFixedUnit + 0.5f, FixedChannels);
 }
 
 void IncrementalImage::draw_pixel(View& view, std::uint32_t pixel) const {
@@ -225,11 +227,6 @@ Shade IncrementalImage::color_of(const View& view, const LiveLeaf& leaf) const {
   Shade color = shades_of(leaf).seen_from(view.direction);
   color[3] = leaf.fade;
   return color;
-}
-
-LiveLeaf IncrementalImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
-  const LiveLeaf &a = leaves_[first], &b = leaves_[second];
-  return {merged_quad(a.quad, b.quad, corners), merged_card(a.quad, a.card, b.quad, b.card), fade};
 }
 
 std::uint8_t IncrementalImage::brightest(const LiveLeaf& leaf) const {
@@ -280,15 +277,12 @@ bool IncrementalImage::is_hidden(const View& view, const ProjectedPair& pair) co
 }
 
 IncrementalImage::LeafPixels IncrementalImage::pixels_of(const LiveLeaf& leaf) const {
-  LeafPixels result;
-  result.view_begin.reserve(view_count() + 1);
-  result.view_begin.push_back(0);
+  LeafPixels result{{0}, {}};
   for (const View& view : views_) {
-    for_each_fragment_of(view, leaf, 0, [&](std::uint32_t pixel, LeafFragment fragment) {
-      result.pixels.push_back(pixel);
-      result.depths.push_back(fragment_depth(fragment));
+    for_each_fragment(view.projection, cards_, leaf, 0, [&](std::uint32_t pixel, LeafFragment fragment) {
+      result.pixels.push_back({pixel, fragment_depth(fragment)});
     });
-    result.view_begin.push_back(static_cast<std::uint32_t>(result.pixels.size()));
+    result.view_begin.push_back(result.pixels.size());
   }
   return result;
 }
@@ -298,44 +292,40 @@ void IncrementalImage::prepare(Scratch& scratch) const {
   scratch = {};
   scratch.stamp.resize(pixels_per_view(), 0);
   scratch.rest.resize(pixels_per_view());
-  for (BlockSums* sums : {&scratch.released, &scratch.gained}) {
-    sums->touched.resize(options_.scales.size());
-    for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-      const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
-      sums->sums.emplace_back(count, Channels{});
-      sums->light.emplace_back(count, 0.0f);
-      sums->is_touched.emplace_back(count, std::uint8_t{0});
-    }
+  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
+    const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
+    scratch.released.push_back({std::vector<Channels>(count, Channels{}), std::vector<float>(count), std::vector<std::uint8_t>(count), {}});
+    scratch.gained.push_back(scratch.released.back());
   }
 }
 
-inline void IncrementalImage::add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const {
-  if (sums.is_touched[scale][block] == 0) {
-    sums.is_touched[scale][block] = 1;
-    sums.touched[scale].push_back(block);
+inline void IncrementalImage::add(BlockSums& blocks, std::uint32_t block, const Gain& change) {
+  if (blocks.is_touched[block] == 0) {
+    blocks.is_touched[block] = 1;
+    blocks.touched.push_back(block);
   }
-  sums.sums[scale][block] += change.covered;
-  sums.light[scale][block] += change.light;
+  blocks.sums[block] += change.covered;
+  blocks.light[block] += change.light;
 }
 
-void IncrementalImage::add_coarser(BlockSums& sums) const {
-  for (std::size_t scale = 1; scale < options_.scales.size(); ++scale) {
+void IncrementalImage::add_coarser(std::vector<BlockSums>& scales) const {
+  for (std::size_t scale = 1; scale < scales.size(); ++scale) {
     const std::uint32_t step = options_.scales[scale].shift - options_.scales[scale - 1].shift;
     const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
-    for (const std::uint32_t block : sums.touched[scale - 1])
-      add(sums, scale, ((block / finer_row) >> step) * row + ((block % finer_row) >> step),
-          {sums.sums[scale - 1][block], sums.light[scale - 1][block]});
+    const BlockSums& finer = scales[scale - 1];
+    for (const std::uint32_t block : finer.touched)
+      add(scales[scale], ((block / finer_row) >> step) * row + ((block % finer_row) >> step), {finer.sums[block], finer.light[block]});
   }
 }
 
-void IncrementalImage::clear(BlockSums& sums) const {
-  for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    for (const std::uint32_t block : sums.touched[scale]) {
-      sums.sums[scale][block] = Channels{};
-      sums.light[scale][block] = 0.0f;
-      sums.is_touched[scale][block] = 0;
+void IncrementalImage::clear(std::vector<BlockSums>& scales) {
+  for (BlockSums& blocks : scales) {
+    for (const std::uint32_t block : blocks.touched) {
+      blocks.sums[block] = Channels{};
+      blocks.light[block] = 0.0f;
+      blocks.is_touched[block] = 0;
     }
-    sums.touched[scale].clear();
+    blocks.touched.clear();
   }
 }
 
@@ -355,33 +345,32 @@ double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
   const std::uint32_t now = ++scratch.now;
   double pixels = 0.0;
   for (const std::uint32_t id : {weighing.first, weighing.second}) {
-    const LeafPixels& own = pixels_[id];
-    const std::uint32_t begin = own.view_begin[v], end = own.view_begin[v + 1];
-    for (std::uint32_t i = begin; i < std::min(begin + kListsAhead, end); ++i) prefetch(view, scratch, own.pixels[i]);
-    for (std::uint32_t i = begin; i < std::min(begin + kEntriesAhead, end); ++i) view.fragments.prefetch_entries(own.pixels[i]);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      if (i + kListsAhead < end) prefetch(view, scratch, own.pixels[i + kListsAhead]);
-      if (i + kEntriesAhead < end) view.fragments.prefetch_entries(own.pixels[i + kEntriesAhead]);
-      const std::uint32_t pixel = own.pixels[i];
-      if (make_fragment(own.depths[i], id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
+    const std::span<const PixelDepth> own = pixels_[id].in(v);
+    for (std::size_t i = 0; i < std::min(kListsAhead, own.size()); ++i) prefetch(view, scratch, own[i].pixel);
+    for (std::size_t i = 0; i < std::min(kEntriesAhead, own.size()); ++i) view.fragments.prefetch_entries(own[i].pixel);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      if (i + kListsAhead < own.size()) prefetch(view, scratch, own[i + kListsAhead].pixel);
+      if (i + kEntriesAhead < own.size()) view.fragments.prefetch_entries(own[i + kEntriesAhead].pixel);
+      const auto [pixel, depth] = own[i];
+      if (make_fragment(depth, id) > view.last[pixel] || scratch.stamp[pixel] == now) continue;
       LeafFragment last;
-      const Channels rest = unfixed(composite(view, pixel, {weighing.first, weighing.second}, last), kFixedUnit);
-      const Channels source = unfixed(view.source[pixel], kFixedUnit);
-      const Channels shown = unfixed(view.shown[pixel], kFixedUnit), change = rest - shown;
+      const Channels rest = unfixed(composite(view, pixel, {weighing.first, weighing.second}, last));
+      const Channels source = unfixed(view.source[pixel]);
+      const Channels shown = unfixed(view.shown[pixel]), change = rest - shown;
       scratch.stamp[pixel] = now;
       scratch.rest[pixel] = rest;
       pixels += static_cast<double>(dot(change, rest + shown - 2.0f * source));
       weighing.uncovered += static_cast<double>(change[3]);
-      add(scratch.released, 0, block_of(pixel), {change, 0.0f});
+      add(scratch.released[0], block_of(pixel), {change, 0.0f});
     }
   }
   add_coarser(scratch.released);
   double error = pixels * pixel_weight();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
     double sum = 0.0;
-    for (const std::uint32_t block : scratch.released.touched[scale]) {
-      const Channels& change = scratch.released.sums[scale][block];
-      sum += static_cast<double>(dot(change, 2.0f * unfixed(view.differences[scale][block], kFixedUnit) + change));
+    for (const std::uint32_t block : scratch.released[scale].touched) {
+      const Channels& change = scratch.released[scale].sums[block];
+      sum += static_cast<double>(dot(change, 2.0f * unfixed(view.differences[scale][block]) + change));
     }
     error += sum * block_weight(scale);
   }
@@ -411,7 +400,7 @@ MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& co
   const Channels own_shade = channels_of(shade) - kFullCoverage;
   double covered = 0.0;
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
-  const AlphaMask& mask = masks_[card.material];
+  const AlphaMask& mask = cards_.masks[card.material];
   SquareSums pixels;
   std::vector<PixelDepth>& walk = scratch.walk;
   walk.clear();
@@ -419,28 +408,29 @@ MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& co
     walk.push_back({static_cast<std::uint32_t>(f.y) * resolution_px_ + static_cast<std::uint32_t>(f.x), f.depth});
     prefetch(view, scratch, walk.back().pixel);
   });
-  for (std::size_t i = 0; i < std::min<std::size_t>(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
+  for (std::size_t i = 0; i < std::min(kEntriesAhead, walk.size()); ++i) view.fragments.prefetch_entries(walk[i].pixel);
   for (std::size_t i = 0; i < walk.size(); ++i) {
     if (i + kEntriesAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kEntriesAhead].pixel);
     const auto [pixel, depth] = walk[i];
     const bool is_released = scratch.stamp[pixel] == scratch.now;
     const LeafFragment merged = make_fragment(depth, id_count_);
     if (!is_released && merged > view.last[pixel]) continue;
-    const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel], kFixedUnit);
+    const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel]);
     const Gain gain = gained(weighing, pixel, merged, rest);
-    pixels.add(rest - unfixed(view.source[pixel], kFixedUnit), gain.covered, gain.light);
+    pixels.add(rest - unfixed(view.source[pixel]), gain.covered, gain.light);
     covered += static_cast<double>(gain.covered[3]);
-    add(scratch.gained, 0, block_of(pixel), gain);
+    add(scratch.gained[0], block_of(pixel), gain);
   }
   add_coarser(scratch.gained);
   MergeCost cost = pixels.cost(own_shade) * pixel_weight();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
-    SquareSums blocks;
-    for (const std::uint32_t block : scratch.gained.touched[scale]) {
-      const Channels rest = unfixed(view.differences[scale][block], kFixedUnit) + scratch.released.sums[scale][block];
-      blocks.add(rest, scratch.gained.sums[scale][block], scratch.gained.light[scale][block]);
+    SquareSums squares;
+    const BlockSums& gained_blocks = scratch.gained[scale];
+    for (const std::uint32_t block : gained_blocks.touched) {
+      const Channels rest = unfixed(view.differences[scale][block]) + scratch.released[scale].sums[block];
+      squares.add(rest, gained_blocks.sums[block], gained_blocks.light[block]);
     }
-    cost += blocks.cost(own_shade) * block_weight(scale);
+    cost += squares.cost(own_shade) * block_weight(scale);
   }
   const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
   cost.opacity += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
@@ -456,7 +446,7 @@ void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::
   std::fill(costs.begin(), costs.end(), MergeCost{});
   std::array<LeafShades, PairShapes::kMax> shades;
   for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
-  const Card& card = card_table_[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
+  const Card& card = cards_.table[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
   for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
     const View& view = views_[v];
     Weighing weighing{view, first, second, {}, scratch};
@@ -481,34 +471,27 @@ void IncrementalImage::apply(const LeafMerge& merge) {
     View& view = views_[v];
     const Shade color = color_of(view, merge.leaf);
     std::vector<std::uint32_t> pixels, tiles;
-    const auto area = [&](std::uint32_t pixel) -> std::uint32_t& {
-      return areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
-    };
     for (const std::uint32_t id : {merge.first, merge.second, merge.result}) {
-      const LeafPixels& own = pixels_[id];
-      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i) {
-        const std::uint32_t pixel = own.pixels[i];
-        const LeafFragment fragment = make_fragment(own.depths[i], id);
-        --area(pixel);
+      for (const auto& [pixel, depth] : pixels_[id].in(v)) {
+        const LeafFragment fragment = make_fragment(depth, id);
+        --front_area(v, pixel);
         if (id == merge.result)
           view.fragments.insert(pixel, {fragment, color});
         else
           view.fragments.remove(pixel, fragment);
-        ++area(pixel);
+        ++front_area(v, pixel);
         // If the pair was the last fragment, its own walk has listed the pixel.
         if (fragment <= view.last[pixel]) pixels.push_back(pixel);
       }
     }
-    std::ranges::sort(pixels);
-    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+    sort_and_unite(pixels);
     for (const std::uint32_t pixel : pixels) {
       const FixedChannels before = view.shown[pixel];
       draw_pixel(view, pixel);
       add_difference(view, pixel, view.shown[pixel] - before);
       tiles.push_back(tile_of(pixel));
     }
-    std::ranges::sort(tiles);
-    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+    sort_and_unite(tiles);
     for (const std::uint32_t tile : tiles) find_farthest(view, tile);
   });
   pixels_[merge.first] = pixels_[merge.second] = LeafPixels{};
@@ -533,15 +516,12 @@ void IncrementalImage::halve(std::span<const std::uint32_t> live) {
     }
     view.fragments = PixelLists<ShownFragment>(pixels_per_view());
     for (const std::uint32_t id : live) {
-      const LeafPixels& own = pixels_[id];
       const Shade color = color_of(view, leaves_[id]);
-      for (std::uint32_t i = own.view_begin[v]; i < own.view_begin[v + 1]; ++i)
-        view.fragments.insert(own.pixels[i], {make_fragment(own.depths[i], id), color});
+      for (const auto& [pixel, depth] : pixels_[id].in(v)) view.fragments.insert(pixel, {make_fragment(depth, id), color});
       areas_px_[std::size_t{id} * view_count() + v] = 0;
     }
     areas_px_[std::size_t{background()} * view_count() + v] = 0;
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count() + v];
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) ++front_area(v, pixel);
     draw(view);
     view.source.resize(pixels_per_view());
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel)

@@ -88,21 +88,21 @@ class IncrementalImage {
   /// Four channels at once.
   using Channels = float __attribute__((vector_size(16)));
 
-  /// Sums of one view's differences, scale by scale.
+  /// Sums of one view's differences in the blocks of one scale.
   struct BlockSums {
-    std::vector<std::vector<Channels>> sums;          ///< [scale][block] 0 between calls
-    std::vector<std::vector<float>> light;            ///< [scale][block] the merged leaf's own shade; 0 between calls
-    std::vector<std::vector<std::uint32_t>> touched;  ///< [scale]
-    std::vector<std::vector<std::uint8_t>> is_touched;
+    std::vector<Channels> sums;            ///< [block] 0 between calls
+    std::vector<float> light;              ///< [block] the merged leaf's own shade; 0 between calls
+    std::vector<std::uint8_t> is_touched;  ///< [block]
+    std::vector<std::uint32_t> touched;
   };
   struct PixelDepth {
     std::uint32_t pixel = 0, depth = 0;
   };
   /// Working memory of one thread.
   struct Scratch {
-    BlockSums released, gained;
-    std::vector<std::uint32_t> stamp;  ///< [pixel] == now: `rest` holds what the pixel shows without the pair
-    std::vector<Channels> rest;        ///< [pixel]
+    std::vector<BlockSums> released, gained;  ///< [scale]
+    std::vector<std::uint32_t> stamp;         ///< [pixel] == now: `rest` holds what the pixel shows without the pair
+    std::vector<Channels> rest;               ///< [pixel]
     std::uint32_t now = 0;
     std::vector<PixelDepth> walk;  ///< the pixels of the merged leaf that is being evaluated
   };
@@ -125,8 +125,9 @@ class IncrementalImage {
 
   /// Maximum brightness of a merged leaf: nothing is whiter than white.
   [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
-  /// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
-  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const;
+  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
+    return merged_leaf(leaves_[first], leaves_[second], corners, fade);
+  }
 
   /// Computes how merging a pair would change the error of some views, for each shape that the merged leaf might have. May run on several
   /// threads, each with its own scratch.
@@ -152,10 +153,8 @@ class IncrementalImage {
   [[nodiscard]] double error() const;
 
  private:
-  /// Pixels are kept in whole sixteenths, so that sums of changes equal drawing again, to the bit.
   using FixedChannels = std::int32_t __attribute__((vector_size(16)));
   using FixedPixel = std::int16_t __attribute__((vector_size(8)));
-  static constexpr float kFixedUnit = 16.0f;
 
   struct View {
     Projection projection;
@@ -171,9 +170,11 @@ class IncrementalImage {
   };
   /// Pixels of a leaf, visible or not, view by view.
   struct LeafPixels {
-    std::vector<std::uint32_t> view_begin;  ///< [view_count + 1]
-    std::vector<std::uint32_t> pixels;
-    std::vector<std::uint32_t> depths;
+    std::vector<std::size_t> view_begin;  ///< [view_count + 1]
+    std::vector<PixelDepth> pixels;
+    [[nodiscard]] std::span<const PixelDepth> in(std::uint32_t v) const {
+      return std::span(pixels).subspan(view_begin[v], view_begin[v + 1] - view_begin[v]);
+    }
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
   /// How an opaque merged leaf changes a pixel: it covers, and hides what is behind; and the share of its own shade that shows.
@@ -204,10 +205,14 @@ class IncrementalImage {
   [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
     return fragment == kNothing ? background() : fragment_leaf(fragment);
   }
+  /// The area of the outcome that a pixel of view v now shows in front.
+  [[nodiscard]] std::uint32_t& front_area(std::uint32_t v, std::uint32_t pixel) {
+    return areas_px_[std::size_t{outcome_of(views_[v].fragments.front(pixel))} * view_count() + v];
+  }
   [[nodiscard]] double pixel_weight() const;
   [[nodiscard]] double block_weight(std::size_t scale) const;
   [[nodiscard]] LeafShades shades_of(const LiveLeaf& leaf) const {
-    return leaf_shades(leaf.quad, albedo_[card_table_[leaf.card].material]);
+    return leaf_shades(leaf.quad, albedo_[cards_.table[leaf.card].material]);
   }
   [[nodiscard]] Shade color_of(const View& view, const LiveLeaf& leaf) const;
   [[nodiscard]] LeafPixels pixels_of(const LiveLeaf& leaf) const;
@@ -220,19 +225,14 @@ class IncrementalImage {
   void add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const;
   void draw_pixel(View& view, std::uint32_t pixel) const;
   void find_farthest(View& view, std::uint32_t tile) const;
-  template <class Visit>
-  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
-    const Card& card = card_table_[leaf.card];
-    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
-  }
   double release(std::uint32_t v, Weighing& weighing) const;
   MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
   [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const;
   void prepare(Scratch& scratch) const;
   void prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const;
-  void add(BlockSums& sums, std::size_t scale, std::uint32_t block, const Gain& change) const;
-  void add_coarser(BlockSums& sums) const;
-  void clear(BlockSums& sums) const;
+  static void add(BlockSums& blocks, std::uint32_t block, const Gain& change);
+  void add_coarser(std::vector<BlockSums>& scales) const;
+  static void clear(std::vector<BlockSums>& scales);
 
   static constexpr std::uint32_t kTileShift = 3;
 
@@ -242,8 +242,7 @@ class IncrementalImage {
   double coverage_unit_ = 0.0;  ///< error of a squared excess of one px^2, over 255^2
   std::uint32_t finest_shift_ = 0, finest_blocks_per_row_ = 0;
   ImageErrorOptions options_;
-  std::vector<Card> card_table_;
-  std::vector<AlphaMask> masks_;
+  MaskedCards cards_;
   std::vector<float> albedo_;  ///< [material]
   Sphere sphere_;
   std::vector<Viewpoint> viewpoints_;

@@ -2,7 +2,6 @@
 
 // The distance between a merged leaf and the ends of the leaves that it replaces.
 
-#include <cstdint>
 #include <vector>
 
 #include <glm/vec3.hpp>

@@ -9,6 +9,10 @@
 
 namespace coppice::bake {
 
+LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade) {
+  return {merged_quad(first.quad, second.quad, corners), merged_card(first.quad, first.card, second.quad, second.card), fade};
+}
+
 /// Adds up changes in one row per outcome, found through the scratch's slots.
 class LiveVisibility::ChangeWriter {
  public:
@@ -53,8 +57,7 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
     : view_count_(buffers.view_count),
       pixels_per_view_(buffers.pixels_per_view()),
       id_count_(2 * foliage.leaf_count() - 1),
-      card_table_(foliage.card_table),
-      masks_(std::move(masks)),
+      cards_{foliage.card_table, std::move(masks)},
       views_(buffers.view_count),
       leaves_(id_count_),
       areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
@@ -63,23 +66,24 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
-    view.fragments = FragmentLists(buffers, v, [](LeafFragment fragment) { return fragment; });
+    view.fragments = PixelLists<LeafFragment>(buffers, v, [](LeafFragment fragment) { return fragment; });
     for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
       ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
   });
 }
 
-std::uint32_t LiveVisibility::outcome_of(LeafFragment fragment) const {
-  return fragment == kNothing ? background() : fragment_leaf(fragment);
+Result<LiveVisibility> LiveVisibility::create(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px) {
+  COPPICE_TRY(buffers, render_item_buffers(shown, views, resolution_px));
+  COPPICE_TRY(masks, alpha_masks(shown.materials, shown.images));
+  return LiveVisibility(shown.foliage, std::move(masks), views, buffers);
 }
 
 void LiveVisibility::correct(std::span<const std::uint32_t> measured_px) {
-  const std::size_t leaf_count = measured_px.size() / view_count_ - 1;
-  corrections_px_.resize(measured_px.size());
-  for (std::size_t leaf = 0; leaf <= leaf_count; ++leaf) {
-    const auto exact = areas(leaf < leaf_count ? static_cast<std::uint32_t>(leaf) : background());
-    for (std::size_t v = 0; v < view_count_; ++v)
-      corrections_px_[leaf * view_count_ + v] = static_cast<std::int32_t>(measured_px[leaf * view_count_ + v] - exact[v]);
+  corrections_px_.assign(areas_px_.size(), 0);
+  const std::size_t background_at = measured_px.size() - view_count_;
+  for (std::size_t i = 0; i < measured_px.size(); ++i) {
+    const std::size_t at = i < background_at ? i : areas_px_.size() - measured_px.size() + i;
+    corrections_px_[at] = static_cast<std::int32_t>(measured_px[i] - areas_px_[at]);
   }
 }
 
@@ -88,12 +92,10 @@ void LiveVisibility::areas_after(std::uint32_t outcome, std::span<const std::int
   row.assign(now.begin(), now.end());
   for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
   if (corrections_px_.empty()) return;
-  const std::size_t leaf_count = corrections_px_.size() / view_count_ - 1;
-  if (outcome >= leaf_count && outcome != background()) return;
-  const std::size_t first = std::min<std::size_t>(outcome, leaf_count) * view_count_;
-  for (std::size_t v = 0; v < row.size(); ++v)
-    row[v] = static_cast<std::uint32_t>(
-        std::clamp(static_cast<std::int32_t>(row[v]) + corrections_px_[first + v], 0, static_cast<std::int32_t>(pixels_per_view_)));
+  for (std::size_t v = 0; v < row.size(); ++v) {
+    const std::int32_t corrected_px = static_cast<std::int32_t>(row[v]) + corrections_px_[std::size_t{outcome} * view_count_ + v];
+    row[v] = static_cast<std::uint32_t>(std::clamp(corrected_px, 0, static_cast<std::int32_t>(pixels_per_view_)));
+  }
 }
 
 void LiveVisibility::owned_pixels(std::uint32_t id, OwnedPixels& owned) const {
@@ -130,8 +132,8 @@ void LiveVisibility::release(std::uint32_t v, const LeafMerge& merge, const Owne
 void LiveVisibility::add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const {
   const View& view = views_[v];
   const std::int32_t width = view.projection.resolution_px;
-  const Card& card = card_table_[merge.leaf.card];
-  const AlphaMask& mask = masks_[card.material];
+  const Card& card = cards_.table[merge.leaf.card];
+  const AlphaMask& mask = cards_.masks[card.material];
   const auto shows = [&](const RasterTriangle& triangle, std::uint32_t index, std::int32_t x, std::int32_t y) {
     return mask.hole.empty() || !mask.is_hole(card_uv(triangle, index, card, x, y));
   };
@@ -171,10 +173,12 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     for (const std::uint32_t removed : {merge.first, merge.second}) {
-      for_each_fragment_of(view, leaves_[removed], removed, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
+      for_each_fragment(view.projection, cards_, leaves_[removed], removed,
+                        [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
       areas_px_[std::size_t{removed} * view_count_ + v] = 0;
     }
-    for_each_fragment_of(view, merge.leaf, merge.result, [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
+    for_each_fragment(view.projection, cards_, merge.leaf, merge.result,
+                      [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
     for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
       areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
   });

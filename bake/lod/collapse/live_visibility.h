@@ -6,6 +6,7 @@
 // Both sets are walked pixel by pixel. First every pixel of the removed leaves passes to the next leaf in its list (or the background).
 // Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "plant.h"
+#include "quad_merge.h"
+#include "result.h"
 #include "visibility.h"
 
 namespace coppice::bake {
@@ -24,16 +27,21 @@ struct LiveLeaf {
   std::uint8_t fade = kNoFade;
 };
 
-struct MaskedCard {
-  const Card& card;
-  const AlphaMask& mask;
+/// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
+[[nodiscard]] LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade = kNoFade);
+
+/// What leaves show, with its holes.
+struct MaskedCards {
+  std::vector<Card> table;
+  std::vector<AlphaMask> masks;  ///< [material]
 };
 
 /// Calls visit(pixel, fragment) for every pixel that a leaf covers in a view, in front or not.
 template <class Visit>
-void for_each_fragment(const Projection& projection, const Quad& quad, const MaskedCard& shown, std::uint32_t id, Visit&& visit) {
+void for_each_fragment(const Projection& projection, const MaskedCards& cards, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) {
   const std::int32_t width = projection.resolution_px;
-  rasterise_leaf(project(projection, quad), shown.card, shown.mask, width,
+  const Card& card = cards.table[leaf.card];
+  rasterise_leaf(project(projection, leaf.quad), card, cards.masks[card.material], width,
                  [&](const QuadFragment& f) { visit(static_cast<std::uint32_t>(f.y * width + f.x), make_fragment(f.depth, id)); });
 }
 
@@ -51,6 +59,12 @@ struct AreaChanges {
 
   [[nodiscard]] std::span<const std::int32_t> row(std::size_t i, std::uint32_t view_count) const {
     return std::span(delta_px).subspan(i * view_count, view_count);
+  }
+  /// Whether an outcome's area changes in some view.
+  [[nodiscard]] bool touch(std::uint32_t outcome, std::uint32_t view_count) const {
+    const auto found = std::ranges::find(outcomes, outcome);
+    return found != outcomes.end() && std::ranges::any_of(row(static_cast<std::size_t>(found - outcomes.begin()), view_count),
+                                                          [](std::int32_t delta) { return delta != 0; });
   }
 };
 
@@ -75,8 +89,8 @@ class LiveVisibility {
     std::vector<LeafFragment> rest;  ///< [pixel] of one view: what is in front without the two leaves; set where one of them is
   };
 
-  /// buffers  render_item_buffers of `foliage` with the same views; the conditions are checked there
-  LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
+  /// Starts with all leaves. errors  those of render_item_buffers
+  static Result<LiveVisibility> create(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
 
   /// Adopts areas of the same leaves that somebody else has measured. From now on areas_after() adds the difference between these and the
   /// present ones, as far as the sum is a number of pixels of the view.
@@ -112,26 +126,23 @@ class LiveVisibility {
  private:
   struct View {
     Projection projection;
-    FragmentLists fragments;
+    PixelLists<LeafFragment> fragments;
   };
 
-  template <class Visit>
-  void for_each_fragment_of(const View& view, const LiveLeaf& leaf, std::uint32_t id, Visit&& visit) const {
-    const Card& card = card_table_[leaf.card];
-    for_each_fragment(view.projection, leaf.quad, {card, masks_[card.material]}, id, visit);
+  LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
+  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
+    return fragment == kNothing ? background() : fragment_leaf(fragment);
   }
-  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const;
   class ChangeWriter;
   void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;
   void add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const;
 
   std::uint32_t view_count_ = 0, pixels_per_view_ = 0, id_count_ = 0;
-  std::vector<Card> card_table_;
-  std::vector<AlphaMask> masks_;
+  MaskedCards cards_;
   std::vector<View> views_;
   std::vector<LiveLeaf> leaves_;              ///< [id_count]
   std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
-  std::vector<std::int32_t> corrections_px_;  ///< [(leaf_count + 1) * view_count] from correct(); empty: none
+  std::vector<std::int32_t> corrections_px_;  ///< [(id_count + 1) * view_count] from correct(); empty: none
 };
 
 }  // namespace coppice::bake

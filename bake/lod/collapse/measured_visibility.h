@@ -40,23 +40,19 @@ class MeasuredVisibility {
   void apply(const LeafMerge& merge, const AreaChanges& changes);
 
  private:
-  /// Leaves as a request has them, without holes: the last leaf moves into a hole.
-  struct Leaves {
-    std::vector<std::uint32_t> ids;
-    std::vector<Quad> quads;
-    std::vector<std::uint32_t> cards;
-    std::vector<std::uint32_t> areas_px;  ///< [(ids.size() + 1) * view_count] row per leaf, the background's last
-  };
-
-  void merge_into(const LeafMerge& merge, Leaves& leaves) const;
-  void measure(Leaves& leaves, std::span<const PixelBox> changed);
+  /// [view_count] px
+  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
+    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count(), view_count());
+  }
+  /// returns  [(ids.size() + 1) * view_count] row per leaf, the background's last, px
+  std::vector<std::uint32_t> measured(const std::vector<std::uint32_t>& ids, std::span<const PixelBox> changed);
 
   std::uint32_t resolution_px_ = 0;
   std::vector<Projection> projections_;  ///< [view]
   MeasureAreas measure_;
-  std::vector<LiveLeaf> leaves_;      ///< [id]
-  std::vector<std::uint32_t> place_;  ///< [id] its place in live_, if it is live
-  Leaves live_, trial_;
+  std::vector<LiveLeaf> leaves_;         ///< [id]
+  std::vector<std::uint32_t> live_;      ///< ascending
+  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count] row per outcome
   Result<void> failure_;
 };
 

@@ -22,14 +22,14 @@ inline constexpr double kFixedPerBit = 1099511627776.0;  ///< 2^40
 
 /// a_t(v) of every view, prepared for outcome_information.
 struct ViewTotals {
-  explicit ViewTotals(std::uint32_t view_count) : reciprocal(view_count, 0.0), log2_total(view_count, 0.0) {}
-  /// total_px  the whole image, or the visible foliage; that may be 0, and then every p(l
-  /// v) of the view is 0
-  void set(std::uint32_t view, std::uint32_t total_px);
-
   std::vector<double> reciprocal;  ///< [view_count] 1 / a_t(v), 0 for an empty view
   std::vector<double> log2_total;  ///< [view_count]
 };
+
+/// totals_px  [view_count] the whole image, or the visible foliage; that may be 0, and then every p(l|v) of the view is 0
+ViewTotals view_totals(std::span<const std::uint32_t> totals_px);
+/// background_px  [view_count] If the background counts, a_t is the whole image, else the rest of it.
+ViewTotals view_totals(std::span<const std::uint32_t> background_px, std::uint32_t pixels_per_view, bool count_background);
 
 /// I(V,l), equation (8): (1/N_v) sum_v p(l|v) log2(p(l|v) / p(l)) with p(l|v) = a_l(v) / a_t(v) and p(l) = (1/N_v) sum_v p(l|v).
 /// areas_px  [view_count] a_l(v) of one outcome, <= a_t(v)

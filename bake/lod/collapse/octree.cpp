@@ -2,49 +2,39 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
+
 namespace coppice::bake {
 
 LeafOctree::LeafOctree(const Foliage& source, std::uint32_t id_count) : entries_(id_count) {
-  glm::dvec3 low(0.0), high(0.0);
-  if (!source.quads.empty()) low = high = source.quads[0][0];
-  for (const Quad& quad : source.quads) {
-    for (const glm::vec3& corner : quad) {
-      low = glm::min(low, glm::dvec3(corner));
-      high = glm::max(high, glm::dvec3(corner));
-    }
-  }
+  PointBox<glm::vec3> box;
+  for (const Quad& quad : source.quads)
+    for (const glm::vec3& corner : quad) box.add(corner);
   const std::uint32_t leaf_count = std::max(source.leaf_count(), 1u);
   const auto log2_ceiling = static_cast<std::uint32_t>(std::bit_width(leaf_count - 1));
   depth_ = std::min(7u, 2 + (log2_ceiling + 2) / 3);
-  box_min_ = low;
-  const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  box_min_ = box.low;
+  const glm::dvec3 extent = glm::dvec3(box.high) - glm::dvec3(box.low);
+  const double edge = std::max({extent.x, extent.y, extent.z});
   cells_per_metre_ = edge > 0.0 ? static_cast<double>(1u << depth_) / edge : 0.0;
   for (std::uint32_t level = 0; level <= depth_; ++level) counts_.emplace_back(std::size_t{1} << (3 * level), 0u);
   heads_.assign(std::size_t{1} << (3 * depth_), kNone);
 }
 
 std::size_t LeafOctree::index_of(std::uint32_t level, const Cell& cell) {
-  return (((std::size_t{cell[2]} << level) | cell[1]) << level) | cell[0];
+  return (((std::size_t{cell.z} << level) | cell.y) << level) | cell.x;
 }
 
 LeafOctree::Cell LeafOctree::cell_of(const glm::dvec3& point) const {
-  const double last = static_cast<double>((1u << depth_) - 1);
-  const auto coordinate = [&](double value, double low) {
-    return static_cast<std::uint32_t>(std::clamp(std::floor((value - low) * cells_per_metre_), 0.0, last));
-  };
-  return {coordinate(point.x, box_min_.x), coordinate(point.y, box_min_.y), coordinate(point.z, box_min_.z)};
+  return Cell(glm::clamp(glm::floor((point - box_min_) * cells_per_metre_), 0.0, static_cast<double>((1u << depth_) - 1)));
 }
 
 void LeafOctree::change_counts(const Cell& cell, std::uint32_t change) {
-  for (std::uint32_t level = 0; level <= depth_; ++level) {
-    const std::uint32_t shift = depth_ - level;
-    counts_[level][index_of(level, {cell[0] >> shift, cell[1] >> shift, cell[2] >> shift})] += change;
-  }
+  for (std::uint32_t level = 0; level <= depth_; ++level) counts_[level][index_of(level, cell >> (depth_ - level))] += change;
 }
 
 void LeafOctree::insert(std::uint32_t id, const glm::dvec3& centroid) {
@@ -70,21 +60,15 @@ void LeafOctree::remove(std::uint32_t id) {
 }
 
 LeafOctree::Block LeafOctree::block_round(std::uint32_t id, std::uint32_t level, std::uint32_t rings) const {
-  Block block;
-  block.level = level;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::uint32_t coordinate = entries_[id].cell[axis] >> (depth_ - level);
-    block.low[axis] = coordinate - std::min(coordinate, rings);
-    block.high[axis] = std::min(coordinate + rings, (1u << level) - 1);
-  }
-  return block;
+  const Cell cell = entries_[id].cell >> (depth_ - level);
+  return {cell - glm::min(cell, Cell(rings)), glm::min(cell + rings, Cell((1u << level) - 1)), level};
 }
 
 std::uint32_t LeafOctree::count_in(const Block& block) const {
   std::uint32_t count = 0;
-  for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z)
-    for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y)
-      for (std::uint32_t x = block.low[0]; x <= block.high[0]; ++x) count += counts_[block.level][index_of(block.level, {x, y, z})];
+  for (std::uint32_t z = block.low.z; z <= block.high.z; ++z)
+    for (std::uint32_t y = block.low.y; y <= block.high.y; ++y)
+      for (std::uint32_t x = block.low.x; x <= block.high.x; ++x) count += counts_[block.level][index_of(block.level, {x, y, z})];
   return count;
 }
 
@@ -92,8 +76,7 @@ std::uint32_t LeafOctree::count_in(const Block& block) const {
 void LeafOctree::gather(std::uint32_t level, const Cell& cell, std::uint32_t centre_id) {
   if (counts_[level][index_of(level, cell)] == 0) return;
   if (level < depth_) {
-    for (std::uint32_t child = 0; child < 8; ++child)
-      gather(level + 1, {cell[0] * 2 + (child & 1), cell[1] * 2 + ((child >> 1) & 1), cell[2] * 2 + (child >> 2)}, centre_id);
+    for (std::uint32_t child = 0; child < 8; ++child) gather(level + 1, cell * 2u + Cell(child & 1, child >> 1 & 1, child >> 2), centre_id);
     return;
   }
   for (std::uint32_t id = heads_[index_of(depth_, cell)]; id != kNone; id = entries_[id].next) {
@@ -114,9 +97,9 @@ void LeafOctree::gather_round(std::uint32_t id, std::uint32_t count) {
   }
   if (count_in(block) <= count) block = block_round(id, 0, 0);
   gathered_.clear();
-  for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z)
-    for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y)
-      for (std::uint32_t x = block.low[0]; x <= block.high[0]; ++x) gather(block.level, {x, y, z}, id);
+  for (std::uint32_t z = block.low.z; z <= block.high.z; ++z)
+    for (std::uint32_t y = block.low.y; y <= block.high.y; ++y)
+      for (std::uint32_t x = block.low.x; x <= block.high.x; ++x) gather(block.level, {x, y, z}, id);
 }
 
 void LeafOctree::cell_candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {

@@ -2,7 +2,7 @@
 
 // Selects the leaves that a leaf may be collapsed with: the paper's octree cells.
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -38,14 +38,14 @@ class LeafOctree {
   void candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates);
 
  private:
-  using Cell = std::array<std::uint32_t, 3>;
+  using Cell = glm::uvec3;
   struct Block {
-    Cell low{}, high{};  ///< inclusive, cells of `level`
+    Cell low{0}, high{0};  ///< inclusive, cells of `level`
     std::uint32_t level = 0;
   };
   struct Entry {
     glm::dvec3 centroid{0.0};
-    Cell cell{};  ///< deepest level
+    Cell cell{0};  ///< deepest level
     std::uint32_t next = kNone, previous = kNone;
   };
   struct Near {

@@ -4,17 +4,14 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "quad_merge.h"
+#include "bounds.h"
 
 namespace coppice::bake {
 namespace {
-
-using EightPoints = std::array<glm::dvec3, 8>;
 
 constexpr std::size_t kCells = 16;  ///< along a side of a bit image
 constexpr std::size_t kRowsPerWord = 64 / kCells;
@@ -74,11 +71,6 @@ struct Shapes {
   [[nodiscard]] std::uint8_t triangle(std::size_t a, std::size_t b, std::size_t c) const { return triangle_of[a * 64 + b * 8 + c]; }
 };
 
-const Shapes& shapes_of_eight_points() {
-  static const Shapes shapes;
-  return shapes;
-}
-
 /// Cells whose centres are not right of the line from a to b. Points are in cells.
 Bits left_of(const glm::dvec2& a, const glm::dvec2& b) {
   constexpr std::uint64_t kFullRow = (std::uint64_t{1} << kCells) - 1;
@@ -126,17 +118,16 @@ void draw_triangles(const std::array<glm::dvec2, 8>& points, const Shapes& shape
   }
 }
 
-void draw(const EightPoints& points, const Basis& basis, const Shapes& shapes, Silhouettes& seen) {
+void draw(const PairVertices& points, const Basis& basis, const Shapes& shapes, Silhouettes& seen) {
   std::array<glm::dvec2, 8> cells;
-  glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
+  PointBox<glm::dvec2> box;
   for (std::size_t i = 0; i < 8; ++i) {
     cells[i] = {glm::dot(points[i], basis.right), glm::dot(points[i], basis.up)};
-    low = {std::min(low.x, cells[i].x), std::min(low.y, cells[i].y)};
-    high = {std::max(high.x, cells[i].x), std::max(high.y, cells[i].y)};
+    box.add(cells[i]);
   }
-  const glm::dvec2 extent = high - low;
+  const glm::dvec2 extent = box.extent();
   if (!(extent.x > 0.0) || !(extent.y > 0.0)) return;
-  for (glm::dvec2& point : cells) point = (point - low) * (static_cast<double>(kCells) / extent);
+  for (glm::dvec2& point : cells) point = (point - box.low) * (static_cast<double>(kCells) / extent);
   draw_triangles(cells, shapes, seen.triangles);
   for (std::size_t w = 0; w < seen.pair.size(); ++w) {
     for (const std::size_t leaf : {std::size_t{0}, std::size_t{4}})
@@ -187,7 +178,7 @@ struct BestShapes {
 };
 
 /// The same quad with the same diagonal, started and wound so that its corners point where those of `like` do.
-PairCorners aligned(const EightPoints& points, const PairCorners& ring, const Quad& like) {
+PairCorners aligned(const PairVertices& points, const PairCorners& ring, const Quad& like) {
   const glm::dvec3 center = (points[ring[0]] + points[ring[1]] + points[ring[2]] + points[ring[3]]) * 0.25;
   const glm::dvec3 like_center = quad_centroid(like);
   PairCorners best = ring;
@@ -210,12 +201,8 @@ PairCorners aligned(const EightPoints& points, const PairCorners& ring, const Qu
 
 PairShapes pair_shapes(const Quad& first, const Quad& second) {
   static const std::array<Basis, kDirections> bases = icosahedron_axes();
-  const Shapes& all = shapes_of_eight_points();
-  EightPoints points;
-  for (std::size_t i = 0; i < 4; ++i) {
-    points[i] = first[i];
-    points[i + 4] = second[i];
-  }
+  static const Shapes all;
+  const PairVertices points = pair_vertices(first, second);
   std::array<Silhouettes, kDirections> views;
   for (std::size_t v = 0; v < kDirections; ++v) draw(points, bases[v], all, views[v]);
 

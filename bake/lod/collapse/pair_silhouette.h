@@ -6,15 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <span>
 
 #include "plant.h"
+#include "quad_merge.h"
 
 namespace coppice::bake {
-
-/// Four of a pair's eight vertices (0..3 of first, 4..7 of second) in ring order: the corners of a quad.
-using PairCorners = std::array<std::uint8_t, 4>;
 
 /// A quad for a pair, and areas of both when nothing hides them: means over directions.
 struct PairShape {
@@ -23,11 +20,7 @@ struct PairShape {
   float shared_m2 = 0.0f;                ///< silhouette of what both cover
 
   /// Mismatch between the quad and the pair: their squared difference of opacity, plus the difference of their covered areas. For opaque
-  /// leaves and an opaque quad:
-  /// silhouettes' symmetric difference
-  ///  +
-  /// difference of their areas
-  /// .
+  /// leaves and an opaque quad: the silhouettes' symmetric difference + difference of their areas.
   [[nodiscard]] float mismatch_m2(float pair_opacity, float opacity) const {
     const float squares = pair_opacity * pair_opacity * pair_m2 - 2.0f * pair_opacity * opacity * shared_m2 + opacity * opacity * quad_m2;
     return std::max(squares, 0.0f) + pair_opacity * std::abs(opacity * quad_m2 - pair_opacity * pair_m2);

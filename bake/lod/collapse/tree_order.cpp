@@ -8,6 +8,10 @@
 namespace coppice::bake {
 namespace {
 
+Quad quad_of(const Tree::Node& node, const std::vector<glm::vec3>& vertices) {
+  return {vertices[node.vertices[0]], vertices[node.vertices[1]], vertices[node.vertices[2]], vertices[node.vertices[3]]};
+}
+
 /// Nodes in the sequence's numbering: source leaves, then merge results.
 std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const CollapseSequence& sequence,
                                              const std::vector<glm::vec3>& vertices) {
@@ -15,9 +19,6 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
   nodes.reserve(foliage.quads.size() + sequence.merges.size());
   for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
     nodes.push_back({{leaf * 4, leaf * 4 + 1, leaf * 4 + 2, leaf * 4 + 3}, foliage.cards[leaf], kNoFade});
-  const auto quad_of = [&](const Tree::Node& node) {
-    return Quad{vertices[node.vertices[0]], vertices[node.vertices[1]], vertices[node.vertices[2]], vertices[node.vertices[3]]};
-  };
   for (const Merge& merge : sequence.merges) {
     COPPICE_ASSERT(merge.first < merge.second && merge.second < nodes.size());
     const Tree::Node& first = nodes[merge.first];
@@ -28,7 +29,7 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
       COPPICE_ASSERT(corner < 8);
       result.vertices[i] = corner < 4 ? first.vertices[corner] : second.vertices[corner - 4u];
     }
-    result.card = merged_card(quad_of(first), first.card, quad_of(second), second.card);
+    result.card = merged_card(quad_of(first, vertices), first.card, quad_of(second, vertices), second.card);
     result.fade = merge.fade;
     nodes.push_back(result);
   }
@@ -78,8 +79,7 @@ std::vector<std::uint32_t> cut_nodes(const Tree& tree, std::uint32_t leaf_count)
 }
 
 Quad node_quad(const Tree& tree, std::uint32_t node) {
-  const Tree::Node& n = tree.nodes[node];
-  return {tree.vertices[n.vertices[0]], tree.vertices[n.vertices[1]], tree.vertices[n.vertices[2]], tree.vertices[n.vertices[3]]};
+  return quad_of(tree.nodes[node], tree.vertices);
 }
 
 Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::uint32_t leaf_count) {

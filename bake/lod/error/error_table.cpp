@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numeric>
 
@@ -53,8 +52,7 @@ Color background_of(const BakedPlant& plant, const std::vector<glm::vec3>& card_
 Result<Renderer> make_renderer(const BakedPlant& plant) {
   Renderer renderer;
   renderer.plant = &plant;
-  COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
-  renderer.masks = std::move(masks);
+  COPPICE_CHECK(move_into(renderer.masks, alpha_masks(plant.materials, plant.images)));
   const std::vector<glm::vec3> colors = mean_texel_colors(plant.materials, plant.images, renderer.masks);
   for (const Card& card : plant.card_table) renderer.card_albedo.push_back(colors[card.material]);
   renderer.background = background_of(plant, renderer.card_albedo);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "plant.h"
 #include "progress.h"
 #include "result.h"

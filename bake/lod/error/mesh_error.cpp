@@ -50,37 +50,20 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
   return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
 }
 
-/// The light of a triangle. Leaves are lit by their face, from either side; wood by its corners' normals, or from behind by their
-/// opposites.
-class Light {
- public:
-  static Light of_face(const std::array<glm::vec3, 3>& corners) {
-    Light light;
-    const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-    const float length = glm::length(normal);
-    light.cosine_ = length > 0.0f ? std::abs(glm::dot(normal, error_light())) / length : 0.0f;
-    return light;
-  }
-  static Light of_normals(const std::array<glm::vec3, 3>& normals, bool from_behind) {
-    Light light;
-    light.is_smooth_ = true;
-    for (std::size_t k = 0; k < 3; ++k) light.normals_[k] = from_behind ? -normals[k] : normals[k];
-    return light;
-  }
+/// A leaf is lit by its face, from either side.
+float face_cosine(const std::array<glm::vec3, 3>& corners) {
+  const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+  const float length = glm::length(normal);
+  return length > 0.0f ? std::abs(glm::dot(normal, error_light())) / length : 0.0f;
+}
 
-  [[nodiscard]] float cosine(const std::array<double, 3>& weight) const {
-    if (!is_smooth_) return cosine_;
-    glm::vec3 normal(0.0f);
-    for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * normals_[k];
-    const float length = glm::length(normal);
-    return length > 0.0f ? std::max(glm::dot(normal, error_light()) / length, 0.0f) : 0.0f;
-  }
-
- private:
-  std::array<glm::vec3, 3> normals_{};
-  bool is_smooth_ = false;
-  float cosine_ = 0.0f;
-};
+/// Wood is lit by the normals of its corners.
+float smooth_cosine(const std::array<glm::vec3, 3>& normals, const std::array<double, 3>& weight) {
+  glm::vec3 normal(0.0f);
+  for (std::size_t k = 0; k < 3; ++k) normal += static_cast<float>(weight[k]) * normals[k];
+  const float length = glm::length(normal);
+  return length > 0.0f ? std::max(glm::dot(normal, error_light()) / length, 0.0f) : 0.0f;
+}
 
 class TexturedCanvas {
  public:
@@ -89,7 +72,9 @@ class TexturedCanvas {
 
   [[nodiscard]] glm::vec3 to_viewer() const { return {projection_.direction[0], projection_.direction[1], projection_.direction[2]}; }
 
-  void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material, const Light& light) {
+  /// cosine(weights)  of the angle to the light, at a place between the corners
+  template <class Cosine>
+  void draw(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material, const Cosine& cosine) {
     const std::array points{project(projection_, corners[0]), project(projection_, corners[1]), project(projection_, corners[2])};
     const RasterTriangle triangle(points[0], points[1], points[2]);
     const Look& look = looks_[material];
@@ -106,7 +91,7 @@ class TexturedCanvas {
         if (masks_[material].is_hole(uv)) continue;
         depths_[pixel] = depth;
         const float albedo = look.levels.empty() ? look.plain : luminance_at(look.levels[level], uv);
-        image[pixel] = plant_luminance(lambert_luminance(albedo, light.cosine(weight)));
+        image[pixel] = plant_luminance(lambert_luminance(albedo, cosine(weight)));
       }
     }
   }
@@ -124,32 +109,37 @@ class TexturedCanvas {
   std::vector<std::uint32_t> depths_;
 };
 
+void draw_leaf_triangle(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material,
+                        TexturedCanvas& canvas) {
+  canvas.draw(corners, uvs, material, [cosine = face_cosine(corners)](const auto&) { return cosine; });
+}
+
 void draw_quads(const BakedPlant& plant, std::span<const std::uint32_t> nodes, TexturedCanvas& canvas) {
   for (const std::uint32_t node : nodes) {
     const Quad quad = node_quad(plant.tree, node);
     const Card& card = plant.card_table[plant.tree.nodes[node].card];
-    for (const std::size_t second : {std::size_t{1}, std::size_t{2}}) {
-      const std::array corners{quad[0], quad[second], quad[second + 1]};
-      canvas.draw(corners, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material, Light::of_face(corners));
-    }
+    for (const std::size_t second : {std::size_t{1}, std::size_t{2}})
+      draw_leaf_triangle({quad[0], quad[second], quad[second + 1]}, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material,
+                         canvas);
   }
 }
 
-enum class Surface { leaves, wood };
+void draw_leaves(const Mesh& mesh, TexturedCanvas& canvas) {
+  for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t)
+    draw_leaf_triangle(at_corners(mesh.positions, mesh.indices, 3 * t), at_corners(mesh.uvs, mesh.indices, 3 * t),
+                       mesh.triangle_materials[t], canvas);
+}
 
-void draw_mesh(const Mesh& mesh, Surface surface, TexturedCanvas& canvas) {
+/// Seen from behind, a triangle is lit by the opposites of its normals.
+void draw_wood(const Mesh& mesh, TexturedCanvas& canvas) {
   for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
-    std::array<glm::vec3, 3> corners{}, normals{};
-    std::array<glm::vec2, 3> uvs{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      corners[k] = mesh.positions[mesh.indices[3 * t + k]];
-      normals[k] = mesh.normals[mesh.indices[3 * t + k]];
-      uvs[k] = mesh.uvs[mesh.indices[3 * t + k]];
-    }
+    const std::array corners = at_corners(mesh.positions, mesh.indices, 3 * t);
+    std::array normals = at_corners(mesh.normals, mesh.indices, 3 * t);
     const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-    const bool from_behind = glm::dot(face, canvas.to_viewer()) < 0.0f;
-    canvas.draw(corners, uvs, mesh.triangle_materials[t],
-                surface == Surface::wood ? Light::of_normals(normals, from_behind) : Light::of_face(corners));
+    if (glm::dot(face, canvas.to_viewer()) < 0.0f)
+      for (glm::vec3& normal : normals) normal = -normal;
+    canvas.draw(corners, at_corners(mesh.uvs, mesh.indices, 3 * t), mesh.triangle_materials[t],
+                [&](const std::array<double, 3>& weight) { return smooth_cosine(normals, weight); });
   }
 }
 
@@ -163,8 +153,7 @@ struct Scene {
 
 Result<Scene> make_scene(const BakedPlant& plant, std::span<const Mesh* const> meshes) {
   Scene scene;
-  COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
-  scene.masks = std::move(masks);
+  COPPICE_CHECK(move_into(scene.masks, alpha_masks(plant.materials, plant.images)));
   std::vector<bool> shown(plant.materials.size(), false);
   for (const Card& card : plant.card_table) shown[card.material] = true;
   for (const Mesh* mesh : meshes)
@@ -218,7 +207,7 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
     LuminanceImage finest;
     for (std::size_t lod = 0; lod < lods.size(); ++lod) {
       TexturedCanvas canvas(leaves);
-      draw_mesh(*lods[lod], Surface::wood, canvas);
+      draw_wood(*lods[lod], canvas);
       if (lod == 0) finest = canvas.image;
       errors[lod][view] = squared_errors(finest, canvas.image);
       changes[lod][view] = coarse_change(finest, canvas.image);
@@ -262,7 +251,7 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
     draw_quads(plant, scene.leaves, quads);
-    for (const Mesh* part : parts) draw_mesh(*part, Surface::leaves, meshes);
+    for (const Mesh* part : parts) draw_leaves(*part, meshes);
     errors[view] = squared_errors(meshes.image, quads.image);
   });
   std::vector<float> error_px;

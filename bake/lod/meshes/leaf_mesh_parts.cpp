@@ -11,6 +11,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "coppice/format.h"
 
 namespace coppice::bake {
@@ -27,8 +28,8 @@ bool is_parallelogram(const Quad& quad) {
 bool is_quad(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   if (leaf.triangle_count != 2) return false;
   std::array<std::uint32_t, 4> uses{};
-  for (std::size_t i = 3 * std::size_t{leaf.first_triangle}; i < 3 * (std::size_t{leaf.first_triangle} + 2); ++i) {
-    const auto corner = std::ranges::find(quad, mesh.positions[mesh.indices[i]]);
+  for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) {
+    const auto corner = std::ranges::find(quad, mesh.positions[vertex]);
     if (corner == quad.end()) return false;
     ++uses[static_cast<std::size_t>(corner - quad.begin())];
   }
@@ -46,12 +47,12 @@ std::uint64_t spread(std::uint64_t x) {
 
 /// Leaf numbers along a Morton curve through their stalks; leaves at one place keep leaf order.
 std::vector<std::size_t> curve_order(const std::vector<Quad>& quads) {
-  glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-  for (const Quad& quad : quads) low = glm::min(low, quad[0]), high = glm::max(high, quad[0]);
-  const glm::vec3 extent = glm::max(high - low, glm::vec3(std::numeric_limits<float>::min()));
+  PointBox<glm::vec3> box;
+  for (const Quad& quad : quads) box.add(quad[0]);
+  const glm::vec3 extent = glm::max(box.extent(), glm::vec3(std::numeric_limits<float>::min()));
   std::vector<std::uint64_t> codes;
   for (const Quad& quad : quads) {
-    const glm::vec3 place = glm::clamp((quad[0] - low) / extent, 0.0f, 1.0f) * 65535.0f;
+    const glm::vec3 place = glm::clamp((quad[0] - box.low) / extent, 0.0f, 1.0f) * 65535.0f;
     const auto step = [&](int axis) { return static_cast<std::uint64_t>(std::lround(place[axis])); };
     codes.push_back(spread(step(0)) | spread(step(1)) << 1 | spread(step(2)) << 2);
   }
@@ -71,8 +72,7 @@ class PartBuilder {
   void add(const LeafRange& leaf, const glm::vec3& stalk) {
     LeafMeshPart& part = parts.back();
     const glm::vec2 shift = uv_shift(leaf);
-    for (std::size_t i = 3 * std::size_t{leaf.first_triangle}; i < 3 * (std::size_t{leaf.first_triangle} + leaf.triangle_count); ++i) {
-      const std::uint32_t vertex = source_.indices[i];
+    for (const std::uint32_t vertex : leaf_indices(source_, leaf)) {
       if (leaf_of_[vertex] != leaf.first_triangle) {
         leaf_of_[vertex] = leaf.first_triangle;
         vertex_of_[vertex] = static_cast<std::uint32_t>(part.mesh.positions.size());
@@ -91,10 +91,9 @@ class PartBuilder {
 
  private:
   [[nodiscard]] glm::vec2 uv_shift(const LeafRange& leaf) const {
-    glm::vec2 low(std::numeric_limits<float>::max());
-    for (std::size_t i = 0; i < 3 * std::size_t{leaf.triangle_count}; ++i)
-      low = glm::min(low, source_.uvs[source_.indices[3 * std::size_t{leaf.first_triangle} + i]]);
-    return glm::floor(low);
+    PointBox<glm::vec2> box;
+    for (const std::uint32_t vertex : leaf_indices(source_, leaf)) box.add(source_.uvs[vertex]);
+    return glm::floor(box.low);
   }
 
   const Mesh& source_;

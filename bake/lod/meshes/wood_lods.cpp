@@ -14,9 +14,9 @@
 #include <vector>
 
 #include <meshoptimizer.h>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "triangle_soup.h"
 #include "wood_pieces.h"
 #include "wood_proxies.h"
@@ -414,10 +414,7 @@ void append_piece(const Mesh& source, const WoodPiece& piece, const Indices& ind
   const std::vector<glm::vec3> positions = is_whole ? piece.positions : thickened(piece, normals, indices);
   std::map<std::tuple<std::uint32_t, float, float, float>, std::uint32_t> appended;  // vertices of the mesh
   for (std::size_t i = 0; i < indices.size(); i += 3) {
-    const auto of_corners = [&](const std::vector<glm::vec3>& values) {
-      return std::array{values[indices[i]], values[indices[i + 1]], values[indices[i + 2]]};
-    };
-    const glm::vec3 face = is_whole ? glm::vec3(0.0f) : lit_face(of_corners(positions), of_corners(normals));
+    const glm::vec3 face = is_whole ? glm::vec3(0.0f) : lit_face(at_corners(positions, indices, i), at_corners(normals, indices, i));
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = indices[i + k];
       const Corner corner = face == glm::vec3(0.0f) ? Corner{vertex, source.normals[piece.vertices[vertex]]}
@@ -437,9 +434,8 @@ void append_piece(const Mesh& source, const WoodPiece& piece, const Indices& ind
 
 /// The longest side of the box of all pieces.
 double extent_m(const Mesh& mesh) {
-  glm::vec3 low = mesh.positions.front(), high = low;
-  for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
-  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const glm::vec3 extent = box_of(mesh.positions).extent();
+  return std::max({extent.x, extent.y, extent.z});
 }
 
 Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {

@@ -5,14 +5,13 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
+#include "bounds.h"
 #include "union_find.h"
 #include "weld.h"
 
@@ -20,6 +19,10 @@ namespace coppice::bake {
 namespace {
 
 using Corners = std::array<glm::dvec3, 3>;
+
+Corners corners_of(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& indices, std::size_t first) {
+  return {positions[indices[first]], positions[indices[first + 1]], positions[indices[first + 2]]};
+}
 
 glm::dvec3 area_vector(const Corners& corner) {
   return 0.5 * glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
@@ -90,9 +93,7 @@ void measure(WoodPiece& piece) {
   if (piece.area_m2 > 0.0) {
     piece.center /= piece.area_m2;
     for (std::size_t i = 0; i < piece.indices.size(); i += 3)
-      piece.facing +=
-          area_vector({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]}) /
-          piece.area_m2;
+      piece.facing += area_vector(corners_of(piece.positions, piece.indices, i)) / piece.area_m2;
     set_axes(piece, samples);
   } else {
     piece.center = piece.positions.front();
@@ -230,11 +231,12 @@ std::uint32_t reversed_bits(std::uint32_t value) {
 }
 
 void set_curve_ranks(std::vector<WoodPiece>& pieces) {
-  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
-  for (const WoodPiece& piece : pieces) low = glm::min(low, piece.center), high = glm::max(high, piece.center);
-  const double side_m = std::max({high.x - low.x, high.y - low.y, high.z - low.z, std::numeric_limits<double>::min()});
+  PointBox<glm::dvec3> box;
+  for (const WoodPiece& piece : pieces) box.add(piece.center);
+  const glm::dvec3 extent = box.extent();
+  const double side_m = std::max({extent.x, extent.y, extent.z, std::numeric_limits<double>::min()});
   std::vector<std::pair<std::uint32_t, std::uint32_t>> along;
-  for (std::uint32_t i = 0; i < pieces.size(); ++i) along.emplace_back(morton_code((pieces[i].center - low) / side_m), i);
+  for (std::uint32_t i = 0; i < pieces.size(); ++i) along.emplace_back(morton_code((pieces[i].center - box.low) / side_m), i);
   std::ranges::sort(along);
   for (std::uint32_t rank = 0; rank < along.size(); ++rank) pieces[along[rank].second].curve_rank = rank;
 }
@@ -253,7 +255,7 @@ double projected_area_m2(const std::vector<glm::vec3>& positions, const std::vec
   glm::dvec3 sum(0.0);
   double area_m2 = 0.0;
   for (std::size_t i = 0; i < indices.size(); i += 3) {
-    const glm::dvec3 area = area_vector({positions[indices[i]], positions[indices[i + 1]], positions[indices[i + 2]]});
+    const glm::dvec3 area = area_vector(corners_of(positions, indices, i));
     sum += area;
     area_m2 += glm::length(area);
   }
@@ -264,8 +266,7 @@ std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
   constexpr int kMaxSplits = 6;
   std::vector<AreaSample> samples;
   for (std::size_t i = 0; i < piece.indices.size(); i += 3)
-    append_samples({piece.positions[piece.indices[i]], piece.positions[piece.indices[i + 1]], piece.positions[piece.indices[i + 2]]},
-                   spacing_m, kMaxSplits, samples);
+    append_samples(corners_of(piece.positions, piece.indices, i), spacing_m, kMaxSplits, samples);
   return samples;
 }
 

@@ -83,27 +83,6 @@ std::vector<Knot> line_of(const WoodPiece& piece, const std::vector<AreaSample>&
   return knots;
 }
 
-/// A ring of corners round a place on the piece.
-struct Ring {
-  glm::dvec3 center{0.0};
-  std::array<glm::dvec3, 2> radii{};  ///< the ellipse's
-};
-
-/// Gives a line's rings the widths of their knots, but for a common factor. side  direction of the first corner; other_side  replaces it
-/// where it is along the line
-std::vector<Ring> line_rings(const std::vector<Knot>& knots, const glm::dvec3& side, const glm::dvec3& other_side) {
-  std::vector<Ring> rings;
-  for (std::size_t i = 0; i < knots.size(); ++i) {
-    const glm::dvec3 way = knots[std::min(i + 1, knots.size() - 1)].at - knots[i > 0 ? i - 1 : 0].at;
-    const glm::dvec3 along = glm::normalize(way);
-    glm::dvec3 first = glm::cross(glm::cross(along, side), along);
-    if (glm::length(first) < 1e-3) first = glm::cross(along, other_side);
-    first = glm::normalize(first);
-    rings.push_back({knots[i].at, {knots[i].width_m * first, knots[i].width_m * glm::cross(along, first)}});
-  }
-  return rings;
-}
-
 /// Corners and normals of a body before its final size.
 struct Body {
   std::vector<glm::dvec3> centers;  ///< [corner] the centre of its ring, from which the body grows
@@ -118,16 +97,29 @@ void add_corner(Body& body, const glm::dvec3& center, const glm::dvec3& arm) {
   body.outward.push_back(glm::length(arm) > 0.0 ? glm::normalize(arm) : arm);
 }
 
-Body line_body(const std::vector<Ring>& rings, std::uint32_t sides) {
+/// Adds an ellipse of corners round a place on the piece.
+void add_ring(Body& body, const glm::dvec3& center, const std::array<glm::dvec3, 2>& radii, std::uint32_t sides) {
+  for (std::uint32_t side = 0; side < sides; ++side) {
+    const double angle = 2.0 * std::numbers::pi * side / sides;
+    add_corner(body, center, std::cos(angle) * radii[0] + std::sin(angle) * radii[1]);
+  }
+}
+
+/// Gives a line's rings the widths of their knots, but for a common factor. side  direction of the first corner; other_side  replaces it
+/// where it is along the line
+Body line_body(const std::vector<Knot>& knots, std::uint32_t sides, const glm::dvec3& side, const glm::dvec3& other_side) {
   Body body;
-  for (const Ring& ring : rings)
-    for (std::uint32_t side = 0; side < sides; ++side) {
-      const double angle = 2.0 * std::numbers::pi * side / sides;
-      add_corner(body, ring.center, std::cos(angle) * ring.radii[0] + std::sin(angle) * ring.radii[1]);
-    }
-  for (std::uint32_t ring = 0; ring + 1 < rings.size(); ++ring)
-    for (std::uint32_t side = 0; side < (sides == 2 ? 1 : sides); ++side) {
-      const std::uint32_t a = ring * sides + side, b = ring * sides + (side + 1) % sides, c = a + sides, d = b + sides;
+  for (std::size_t i = 0; i < knots.size(); ++i) {
+    const glm::dvec3 way = knots[std::min(i + 1, knots.size() - 1)].at - knots[i > 0 ? i - 1 : 0].at;
+    const glm::dvec3 along = glm::normalize(way);
+    glm::dvec3 first = glm::cross(glm::cross(along, side), along);
+    if (glm::length(first) < 1e-3) first = glm::cross(along, other_side);
+    first = glm::normalize(first);
+    add_ring(body, knots[i].at, {knots[i].width_m * first, knots[i].width_m * glm::cross(along, first)}, sides);
+  }
+  for (std::uint32_t ring = 0; ring + 1 < knots.size(); ++ring)
+    for (std::uint32_t k = 0; k < (sides == 2 ? 1 : sides); ++k) {
+      const std::uint32_t a = ring * sides + k, b = ring * sides + (k + 1) % sides, c = a + sides, d = b + sides;
       body.indices.insert(body.indices.end(), {a, b, c, c, b, d});
     }
   return body;
@@ -139,10 +131,7 @@ Body spindle_body(const WoodPiece& piece, std::uint32_t sides) {
   constexpr double kMinSpread = 0.02;
   std::array<glm::dvec3, 3> axes{};
   for (std::size_t k = 0; k < 3; ++k) axes[k] = std::max(piece.spread_m[k], kMinSpread * piece.spread_m[0]) * piece.axes[k];
-  for (std::uint32_t side = 0; side < sides; ++side) {
-    const double angle = 2.0 * std::numbers::pi * side / sides;
-    add_corner(body, piece.center, std::cos(angle) * axes[1] + std::sin(angle) * axes[2]);
-  }
+  add_ring(body, piece.center, {axes[1], axes[2]}, sides);
   add_corner(body, piece.center, -axes[0]);
   add_corner(body, piece.center, axes[0]);
   for (std::uint32_t side = 0; side < sides; ++side) {
@@ -208,7 +197,7 @@ void append_proxy(const Mesh& source, const WoodPiece& piece, const ProxyDesc& d
   Body body;
   if (is_line) {
     const std::vector<Knot> knots = line_of(piece, line_samples(piece, desc.form.sections), desc.form.sections);
-    body = line_body(line_rings(knots, first_side(piece, desc.turn), piece.axes[0]), desc.form.sides);
+    body = line_body(knots, desc.form.sides, first_side(piece, desc.turn), piece.axes[0]);
   } else {
     body = spindle_body(piece, desc.form.sides);
   }

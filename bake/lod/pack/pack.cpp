@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-
-#include <glm/common.hpp>
 
 #include "alpha_mask.h"
+#include "bounds.h"
 #include "card_look.h"
 #include "mesh_error.h"
 #include "page_encode.h"
@@ -109,8 +107,7 @@ Result<void> add_pages(const QuantisedTree& tree, FileContents& contents) {
     const std::size_t count = std::min<std::size_t>(COPPICE_PAGE_SPLITS, tree.splits.size() - first);
     const PageSource source{std::span(tree.splits).subspan(first, count), static_cast<std::uint32_t>(first), tree.nodes,
                             tree.box.max - tree.box.min, tree.box.steps};
-    COPPICE_TRY(page, encode_page(source));
-    contents.pages.push_back(std::move(page));
+    COPPICE_CHECK(move_into(contents.pages.emplace_back(), encode_page(source)));
   }
   return {};
 }
@@ -170,24 +167,12 @@ Result<void> add_wood(const BakedPlant& plant, FileContents& contents) {
     contents.wood_error_px = plant.wood.error_px;
     return {};
   }
-  COPPICE_TRY(error_px, measure_wood_error(plant, lods));
-  contents.wood_error_px = std::move(error_px);
-  return {};
-}
-
-Result<void> add_textures(const BakedPlant& plant, TextureCoding coding, FileContents& contents) {
-  for (std::size_t i = 0; i < plant.images.size(); ++i) {
-    COPPICE_TRY(texture, encode_texture(plant.images[i], cutoff_of_image(plant, i), coding));
-    contents.textures.push_back(std::move(texture));
-  }
-  return {};
+  return move_into(contents.wood_error_px, measure_wood_error(plant, lods));
 }
 
 /// Bits that keep positions within the steps of the leaf quads on every axis: Draco divides the longest side into equal steps.
 int position_bits(const Mesh& mesh, const QuantisationBox& box) {
-  glm::vec3 low = mesh.positions.front(), high = low;
-  for (const glm::vec3& position : mesh.positions) low = glm::min(low, position), high = glm::max(high, position);
-  const glm::vec3 extent = high - low, step_m = (box.max - box.min) / static_cast<float>(box.steps);
+  const glm::vec3 extent = box_of(mesh.positions).extent(), step_m = (box.max - box.min) / static_cast<float>(box.steps);
   const float longest_m = std::max({extent.x, extent.y, extent.z});
   int bits = 14;
   constexpr int kMaxBits = 18;  // a flat plant has no steps across
@@ -248,7 +233,8 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   const std::vector<bool> of_meshes = leaf_mesh_materials(plant);
   for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
     contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m]), of_meshes[m]));
-  COPPICE_CHECK(add_textures(plant, textures, contents));
+  for (std::size_t i = 0; i < plant.images.size(); ++i)
+    COPPICE_CHECK(move_into(contents.textures.emplace_back(), encode_texture(plant.images[i], cutoff_of_image(plant, i), textures)));
   for (const Card& card : plant.card_table) {
     if (card.material >= contents.materials.size()) return Error{Status::invalid_argument, "pack: a card's material is not there"};
     contents.cards.push_back(file_card(card, contents));
@@ -264,8 +250,7 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   COPPICE_CHECK(add_leaf_meshes(plant, tree.box, contents));
   COPPICE_CHECK(add_wood(plant, contents));  // comes last: it gets what the others leave of the first read
   COPPICE_TRY(file, write_file(contents));
-  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.wood), total_bytes(contents.textures),
-           total_bytes(contents.leaf_meshes)};
+  sizes = {file.size(), total_bytes(contents.pages), total_bytes(contents.leaf_meshes)};
   return file;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "plant.h"
@@ -13,9 +12,7 @@ namespace coppice::bake {
 /// Bytes that pack() wrote, by kind of chunk.
 struct PackSizes {
   std::uint64_t file_bytes = 0;
-  std::uint64_t foliage_bytes = 0;  ///< all pages
-  std::uint64_t wood_bytes = 0;
-  std::uint64_t texture_bytes = 0;
+  std::uint64_t foliage_bytes = 0;    ///< all pages
   std::uint64_t leaf_mesh_bytes = 0;  ///< without the textures that only they show
 };
 

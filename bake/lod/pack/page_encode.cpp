@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+#include <optional>
 
 #include "check.h"
 #include "coppice/format.h"
-#include "page_model.h"
-#include "page_shapes.h"
 #include "symbol_writer.h"
 
 namespace coppice::bake {
@@ -22,7 +20,63 @@ using page_model::Context;
 using page_model::PageHeader;
 using page_model::Parent;
 using page_model::Point;
+using page_model::Shape;
 using page_model::Step;
+
+struct Affine {
+  double a = 0.0, b = 0.0;
+};
+
+bool near(const Affine& one, const Affine& other) {
+  constexpr double kSame = 0.03;
+  return std::abs(one.a - other.a) < kSame && std::abs(one.b - other.b) < kSame;
+}
+
+double dot(const Point& u, const Point& v) {
+  return double(u[0]) * v[0] + double(u[1]) * v[1] + double(u[2]) * v[2];
+}
+
+/// Corner 3 by least squares from the other three, in steps of the box. Empty for a parallelogram, a sliver, and values that a Shape cannot
+/// hold.
+std::optional<Affine> affine_of(const QuantisedQuad& quad) {
+  constexpr double kLargest = 7.9, kSliver = 1e-6;
+  constexpr std::int32_t kRounding = 3;
+  std::array<Point, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = page_model::point_of(quad[i]);
+  const Point e = page_model::difference(corners[1], corners[0]), f = page_model::difference(corners[2], corners[0]);
+  const Point g = page_model::difference(corners[3], corners[0]);
+  bool parallelogram = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) parallelogram = parallelogram && std::abs(g[axis] - f[axis] + e[axis]) <= kRounding;
+  const double determinant = dot(e, e) * dot(f, f) - dot(e, f) * dot(e, f);
+  if (parallelogram || determinant <= kSliver * dot(e, e) * dot(f, f)) return {};
+  const Affine affine{(dot(g, e) * dot(f, f) - dot(g, f) * dot(e, f)) / determinant,
+                      (dot(g, f) * dot(e, e) - dot(g, e) * dot(e, f)) / determinant};
+  if (std::abs(affine.a) > kLargest || std::abs(affine.b) > kLargest) return {};
+  return affine;
+}
+
+/// Removes the largest cluster of `affines` and returns its mean; empty if it has fewer members than `min_count`.
+std::optional<Affine> take_cluster(std::vector<Affine>& affines, std::size_t min_count) {
+  const Affine* centre = nullptr;
+  std::ptrdiff_t largest = 0;
+  for (const Affine& candidate : affines) {
+    const auto count = std::ranges::count_if(affines, [&](const Affine& affine) { return near(affine, candidate); });
+    if (count <= largest) continue;
+    largest = count;
+    centre = &candidate;
+  }
+  if (centre == nullptr || static_cast<std::size_t>(largest) < min_count) return {};
+  const auto others =
+      std::stable_partition(affines.begin(), affines.end(), [middle = *centre](const Affine& affine) { return near(affine, middle); });
+  Affine sum;
+  for (const Affine& affine : std::span(affines.begin(), others)) sum.a += affine.a, sum.b += affine.b;
+  affines.erase(affines.begin(), others);
+  return Affine{sum.a / static_cast<double>(largest), sum.b / static_cast<double>(largest)};
+}
+
+std::int16_t fixed_point(double value) {
+  return static_cast<std::int16_t>(std::lround(value * page_model::kShapeOne));
+}
 
 struct SymbolCode {
   std::uint8_t context, symbol;
@@ -52,45 +106,46 @@ struct Codes {
   }
 };
 
-/// Probabilities of every context, as a page stores them.
-struct Tables {
-  std::array<std::vector<std::uint8_t>, Context::kContextCount> digits;
-  std::array<std::vector<std::uint32_t>, Context::kContextCount> probabilities;
-  std::array<std::vector<double>, Context::kContextCount> costs;  ///< bits
-
-  void set(std::size_t context, std::vector<std::uint8_t> weights) {
-    probabilities[context].resize(weights.size());
-    share_out(weights, probabilities[context]);
-    costs[context] = symbol_costs(probabilities[context]);
-    digits[context] = std::move(weights);
-  }
-  /// Whether the context has only one symbol, which takes no bytes.
-  [[nodiscard]] bool only_one(std::size_t context) const { return std::ranges::count(probabilities[context], kProbabilityOne) > 0; }
-  /// A symbol that the table lacks costs more than any that it has, so that it can come into use.
-  [[nodiscard]] double cost(const SymbolCode& code) const {
-    constexpr double kUnseen = 12.0;
-    const std::vector<double>& of = costs[code.context];
-    return code.symbol < of.size() ? std::min(of[code.symbol], kUnseen) : kUnseen;
-  }
-  [[nodiscard]] double cost(const Codes& codes) const {
-    double sum = 0.0;
-    for (const SymbolCode& code : codes.symbols) sum += cost(code);
-    for (const PlainBits& plain : codes.bits) sum += plain.count;
-    return sum;
-  }
-};
-
-std::vector<std::uint8_t> default_digits(std::size_t context) {
+/// Probabilities of one context, as a page stores them.
+struct Table {
   std::vector<std::uint8_t> digits;
-  for (const char* digit = page_model::kDefaultWeights[context]; *digit != 0; ++digit)
-    digits.push_back(static_cast<std::uint8_t>(*digit <= '9' ? *digit - '0' : *digit - 'a' + 10));
-  return digits;
+  std::vector<std::uint32_t> probabilities;
+  std::vector<double> costs;  ///< bits
+
+  /// Whether the context has only one symbol, which takes no bytes.
+  [[nodiscard]] bool only_one() const { return std::ranges::count(probabilities, kProbabilityOne) > 0; }
+};
+using Tables = std::array<Table, Context::kContextCount>;
+
+Table table_of(std::vector<std::uint8_t> digits) {
+  Table table{std::move(digits), {}, {}};
+  table.probabilities.resize(table.digits.size());
+  share_out(table.digits, table.probabilities);
+  table.costs = symbol_costs(table.probabilities);
+  return table;
 }
 
 Tables default_tables() {
   Tables tables;
-  for (std::size_t context = 0; context < Context::kContextCount; ++context) tables.set(context, default_digits(context));
+  for (std::size_t context = 0; context < Context::kContextCount; ++context) {
+    std::vector<std::uint8_t> digits;
+    for (const char* digit = page_model::kDefaultWeights[context]; *digit != 0; ++digit)
+      digits.push_back(static_cast<std::uint8_t>(*digit <= '9' ? *digit - '0' : *digit - 'a' + 10));
+    tables[context] = table_of(std::move(digits));
+  }
   return tables;
+}
+
+/// Bits of a part of the page. A symbol that the table lacks costs more than any that it has, so that it can come into use.
+double cost_of(const Codes& codes, const Tables& tables) {
+  constexpr double kUnseen = 12.0;
+  double sum = 0.0;
+  for (const SymbolCode& code : codes.symbols) {
+    const std::vector<double>& costs = tables[code.context].costs;
+    sum += code.symbol < costs.size() ? std::min(costs[code.symbol], kUnseen) : kUnseen;
+  }
+  for (const PlainBits& plain : codes.bits) sum += plain.count;
+  return sum;
 }
 
 std::array<std::uint16_t, 3> axis_weights(const glm::vec3& extent) {
@@ -201,7 +256,7 @@ class Planner {
       if (new_card) trial_.symbol(Context::kCard, child.card);
       const page_model::Steps& steps = page_model::kSteps[child.known];
       for (std::uint32_t s = 0; s < steps.count; ++s) code_corner(kind, steps.step[s], child.corners, parent, trial_);
-      const double cost = tables.cost(trial_);
+      const double cost = cost_of(trial_, tables);
       if (kind > 0 && cost >= lowest) continue;
       lowest = cost;
       std::swap(best_, trial_);
@@ -275,9 +330,10 @@ double cost_of(const std::vector<std::uint32_t>& counts, const std::vector<doubl
   return sum;
 }
 
-/// Bytes of a table that the page stores.
-std::size_t table_bytes(std::size_t symbol_count) {
-  return 1 + (symbol_count + 1) / 2;
+/// Bits of one context's symbols with a table of their own, and of that table.
+double own_cost_of(const std::vector<std::uint32_t>& counts) {
+  const std::size_t table_bytes = 1 + (counts.size() + 1) / 2;
+  return cost_of(counts, table_of(weight_digits(counts)).costs) + 8.0 * static_cast<double>(table_bytes);
 }
 
 /// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
@@ -286,16 +342,12 @@ std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32
   const auto counts = count_symbols(codes);
   for (std::size_t context = 0; context < counts.size(); ++context) {
     const bool kinds = context >= Context::kKind && context < Context::kKind + 4;
-    std::vector<std::uint8_t> digits = usual.digits[context];
+    std::vector<std::uint8_t> digits = usual[context].digits;
     if (kinds && digits.size() > kind_symbols) digits.resize(kind_symbols);
-    tables.set(context, digits);
+    tables[context] = table_of(std::move(digits));
     if (counts[context].empty()) continue;
-    const double usual_cost = cost_of(counts[context], tables.costs[context]);
-    Tables own;
-    own.set(context, weight_digits(counts[context]));
-    const double own_cost = cost_of(counts[context], own.costs[context]) + 8.0 * static_cast<double>(table_bytes(counts[context].size()));
-    if (own_cost >= usual_cost) continue;
-    tables.set(context, own.digits[context]);
+    if (own_cost_of(counts[context]) >= cost_of(counts[context], tables[context].costs)) continue;
+    tables[context] = table_of(weight_digits(counts[context]));
     stored |= 1u << context;
   }
   return stored;
@@ -320,7 +372,7 @@ void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uin
   put(bytes, stored, 4);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     if ((stored >> context & 1) == 0) continue;
-    const std::vector<std::uint8_t>& digits = tables.digits[context];
+    const std::vector<std::uint8_t>& digits = tables[context].digits;
     put(bytes, static_cast<std::uint32_t>(digits.size() - 1), 1);
     for (std::size_t i = 0; i < digits.size(); i += 2) {
       const std::uint32_t high = i + 1 < digits.size() ? digits[i + 1] : 0u;
@@ -339,19 +391,12 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   std::array<std::vector<std::uint8_t>, Context::kContextCount> symbols;
   for (const SymbolCode& code : codes.symbols) symbols[code.context].push_back(code.symbol);
   for (std::size_t context = 0; context < symbols.size(); ++context) {
-    const std::vector<std::uint8_t> block = write_symbols(tables.probabilities[context], symbols[context]);
-    if (!tables.only_one(context)) put_length(bytes, block.size());
+    const std::vector<std::uint8_t> block = write_symbols(tables[context].probabilities, symbols[context]);
+    if (!tables[context].only_one()) put_length(bytes, block.size());
     bytes.insert(bytes.end(), block.begin(), block.end());
   }
   const std::vector<std::uint8_t> rest = write_bits(codes.bits);
   bytes.insert(bytes.end(), rest.begin(), rest.end());
-}
-
-/// Bits of one context's symbols with a table of their own.
-double min_cost(const std::vector<std::uint32_t>& counts) {
-  Tables own;
-  own.set(0, weight_digits(counts));
-  return cost_of(counts, own.costs[0]) + 8.0 * static_cast<double>(table_bytes(counts.size()));
 }
 
 /// Whether the halves of the page's fades take fewer bits as they are than as differences from the parents'.
@@ -370,7 +415,7 @@ std::array<bool, 2> choose_plain_fades(const PageSource& source) {
   for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
     const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
     if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
-    plain[half] = min_cost(count_symbols(codes[1])[Context::kFades + half]) < min_cost(differences);
+    plain[half] = own_cost_of(count_symbols(codes[1])[Context::kFades + half]) < own_cost_of(differences);
   }
   return plain;
 }
@@ -394,6 +439,20 @@ PageHeader header_of(const PageSource& source) {
 }
 
 }  // namespace
+
+std::vector<Shape> common_shapes(std::span<const QuantisedQuad> quads) {
+  constexpr std::size_t kMinShare = 20;  // one quad in so many
+  std::vector<Affine> affines;
+  for (const QuantisedQuad& quad : quads)
+    if (const auto affine = affine_of(quad)) affines.push_back(*affine);
+  std::vector<Shape> shapes = {page_model::kParallelogram};
+  while (shapes.size() < page_model::kMaxShapes) {
+    const auto cluster = take_cluster(affines, quads.size() / kMinShare + 2);
+    if (!cluster) break;
+    shapes.push_back({fixed_point(cluster->a), fixed_point(cluster->b)});
+  }
+  return shapes;
+}
 
 Result<std::vector<std::uint8_t>> encode_page(const PageSource& source) {
   constexpr int kPlans = 4;  // a fifth gains nothing noticeable

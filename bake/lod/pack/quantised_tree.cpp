@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "bounds.h"
 #include "coppice/format.h"
 
 namespace coppice::bake {
@@ -50,14 +50,9 @@ Result<std::array<std::uint8_t, 4>> find_slots(const Tree& tree, std::uint32_t s
 }  // namespace
 
 QuantisationBox leaf_box(const Tree& tree, std::uint32_t steps) {
-  constexpr float kFar = std::numeric_limits<float>::max();
-  QuantisationBox box{glm::vec3(kFar), glm::vec3(-kFar), steps};
-  for (const glm::vec3& vertex : tree.vertices)
-    for (int axis = 0; axis < 3; ++axis) {
-      box.min[axis] = std::min(box.min[axis], vertex[axis]);
-      box.max[axis] = std::max(box.max[axis], vertex[axis]);
-    }
-  return tree.vertices.empty() ? QuantisationBox{.steps = steps} : box;
+  if (tree.vertices.empty()) return {.steps = steps};
+  const auto [low, high] = box_of(tree.vertices);
+  return {low, high, steps};
 }
 
 QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
@@ -71,12 +66,8 @@ QuantisedPoint quantise(const QuantisationBox& box, const glm::vec3& point) {
 }
 
 glm::vec3 dequantise(const QuantisationBox& box, const QuantisedPoint& point) {
-  glm::vec3 result(0.0f);
-  for (int axis = 0; axis < 3; ++axis) {
-    const float share = static_cast<float>(point[static_cast<std::size_t>(axis)]) / static_cast<float>(box.steps);
-    result[axis] = box.min[axis] + share * (box.max[axis] - box.min[axis]);
-  }
-  return result;
+  const glm::vec3 share = glm::vec3(point[0], point[1], point[2]) / static_cast<float>(box.steps);
+  return box.min + share * (box.max - box.min);
 }
 
 Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {

@@ -6,8 +6,8 @@
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
-#include <glm/common.hpp>
 
+#include "bounds.h"
 #include "coppice/format.h"
 
 namespace coppice::bake {
@@ -36,23 +36,20 @@ Result<void> check_mesh(const Mesh& mesh, std::uint32_t material_count) {
 }
 
 bool is_degenerate(const Mesh& mesh, std::size_t triangle) {
-  const glm::vec3& a = mesh.positions[mesh.indices[3 * triangle]];
-  const glm::vec3& b = mesh.positions[mesh.indices[3 * triangle + 1]];
-  const glm::vec3& c = mesh.positions[mesh.indices[3 * triangle + 2]];
+  const auto [a, b, c] = at_corners(mesh.positions, mesh.indices, 3 * triangle);
   return a == b || b == c || c == a;
 }
 
-template <class T, class Source>
-int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type, std::uint8_t components,
-                  Source source) {
+template <class Source>
+void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data_type, std::uint8_t components,
+                   Source source) {
   draco::GeometryAttribute description;
-  description.Init(type, nullptr, components, data_type, false, std::int64_t{components} * static_cast<std::int64_t>(sizeof(T)), 0);
+  description.Init(type, nullptr, components, data_type, false, components * draco::DataTypeLength(data_type), 0);
   const int id = mesh.AddAttribute(description, true, mesh.num_points());
   for (std::uint32_t point = 0; point < mesh.num_points(); ++point) {
     const auto value = source(point);
     mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(point), &value);
   }
-  return id;
 }
 
 /// Fills in one point per corner. Draco then merges equal values and equal points, which recovers the connectivity.
@@ -67,13 +64,13 @@ void fill(draco::Mesh& target, const Mesh& mesh, std::span<const QuantisedPoint>
   for (std::uint32_t face = 0; face < triangles.size(); ++face)
     target.SetFace(draco::FaceIndex(face), {draco::PointIndex(3 * face), draco::PointIndex(3 * face + 1), draco::PointIndex(3 * face + 2)});
   using Attribute = draco::GeometryAttribute;
-  add_attribute<float>(target, Attribute::POSITION, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.positions[vertex_of(corner)]; });
-  add_attribute<float>(target, Attribute::NORMAL, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.normals[vertex_of(corner)]; });
-  add_attribute<float>(target, Attribute::TEX_COORD, draco::DT_FLOAT32, 2, [&](auto corner) { return mesh.uvs[vertex_of(corner)]; });
-  add_attribute<std::uint8_t>(target, Attribute::GENERIC, draco::DT_UINT8, 1,
-                              [&](auto corner) { return static_cast<std::uint8_t>(mesh.triangle_materials[triangles[corner / 3]]); });
+  add_attribute(target, Attribute::POSITION, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.positions[vertex_of(corner)]; });
+  add_attribute(target, Attribute::NORMAL, draco::DT_FLOAT32, 3, [&](auto corner) { return mesh.normals[vertex_of(corner)]; });
+  add_attribute(target, Attribute::TEX_COORD, draco::DT_FLOAT32, 2, [&](auto corner) { return mesh.uvs[vertex_of(corner)]; });
+  add_attribute(target, Attribute::GENERIC, draco::DT_UINT8, 1,
+                [&](auto corner) { return static_cast<std::uint8_t>(mesh.triangle_materials[triangles[corner / 3]]); });
   if (!stalks.empty())
-    add_attribute<std::uint16_t>(target, Attribute::GENERIC, draco::DT_UINT16, 3, [&](auto corner) { return stalks[vertex_of(corner)]; });
+    add_attribute(target, Attribute::GENERIC, draco::DT_UINT16, 3, [&](auto corner) { return stalks[vertex_of(corner)]; });
   target.DeduplicateAttributeValues();
   target.DeduplicatePointIds();
 }
@@ -98,12 +95,10 @@ Result<std::vector<std::uint8_t>> compress(const draco::Mesh& mesh, const Attrib
 
 /// Draco spreads its steps over the range of the uvs: so many more bits keep them at 1/4096 of the image.
 int extra_uv_bits(const Mesh& mesh) {
-  if (mesh.uvs.empty()) return 0;
-  glm::vec2 low = mesh.uvs.front(), high = low;
-  for (const glm::vec2& uv : mesh.uvs) low = glm::min(low, uv), high = glm::max(high, uv);
+  const glm::vec2 extent = box_of(mesh.uvs).extent();
   constexpr int kMaxExtraBits = 8;
   int extra = 0;
-  while (extra < kMaxExtraBits && std::ldexp(1.0f, extra) < std::max(high.x - low.x, high.y - low.y)) ++extra;
+  while (extra < kMaxExtraBits && std::ldexp(1.0f, extra) < std::max(extent.x, extent.y)) ++extra;
   return extra;
 }
 
@@ -114,8 +109,7 @@ Result<EncodedWood> encode(const Mesh& mesh, std::span<const QuantisedPoint> sta
   fill(points, mesh, stalks);
   EncodedWood result;
   if (points.num_faces() == 0) return result;
-  COPPICE_TRY(bytes, compress(points, bits));
-  result.bytes = std::move(bytes);
+  COPPICE_CHECK(move_into(result.bytes, compress(points, bits)));
   // Draco may split vertices, so only decoding tells the counts.
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(result.bytes.data()), result.bytes.size());

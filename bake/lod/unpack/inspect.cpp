@@ -4,14 +4,14 @@
 #include <cmath>
 #include <cstddef>
 
-#include <glm/common.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "block_texture.h"
+#include "bounds.h"
 #include "layout.h"
 #include "leaf_mesh_parts.h"
 #include "printable.h"
 #include "reader.h"
-#include "to_vector.h"
 #include "unpack.h"
 
 namespace coppice::bake {
@@ -54,13 +54,15 @@ WindSummary wind_summary(const WindField& field) {
 
 /// Size of the leaves, if there are any, and the finest wood.
 Result<std::array<double, 3>> measure(const PlantFile& file, std::span<const std::uint8_t> bytes) {
-  glm::dvec3 low(0.0), high(0.0);
-  for (int axis = 0; axis < 3; ++axis) low[axis] = file.plant.leaf_box_min[axis], high[axis] = file.plant.leaf_box_max[axis];
+  PointBox<glm::dvec3> box;
+  box.add(glm::make_vec3(file.plant.leaf_box_min));
+  box.add(glm::make_vec3(file.plant.leaf_box_max));
   if (file.plant.wood_lod_count > 0) {
     COPPICE_TRY(wood, unpack_wood(file, bytes, 0));
-    for (const glm::vec3& position : wood.positions) low = glm::min(low, glm::dvec3(position)), high = glm::max(high, glm::dvec3(position));
+    for (const glm::vec3& position : wood.positions) box.add(position);
   }
-  return std::array<double, 3>{high.x - low.x, high.y - low.y, high.z - low.z};
+  const glm::dvec3 size_m = box.extent();
+  return std::array<double, 3>{size_m.x, size_m.y, size_m.z};
 }
 
 }  // namespace
@@ -89,8 +91,7 @@ Result<FileSummary> inspect(std::span<const std::uint8_t> bytes) {
   for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
     summary.leaf_meshes.push_back({file.leaf_meshes[mesh].vertex_count, file.leaf_meshes[mesh].triangle_count,
                                    find_chunk(file, COPPICE_CHUNK_LEAF_MESH, mesh)->bytes});
-  COPPICE_TRY(size_m, measure(file, bytes));
-  summary.size_m = size_m;
+  COPPICE_CHECK(move_into(summary.size_m, measure(file, bytes)));
   summary.wind = wind_summary(wind_field(file));
   summary.leaf_mesh_error_px = to_vector(file.leaf_mesh_error_px);
   std::uint64_t page_bytes = 0;

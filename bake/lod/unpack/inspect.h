@@ -38,11 +38,12 @@ struct FileSummary {
   std::uint32_t material_count = 0;
   std::uint32_t card_count = 0;
   std::vector<ChunkSummary> chunks;  ///< one per kind that occurs, in the order of coppice_chunk_kind
-  struct Wood {
+  struct Mesh {
     std::uint32_t vertices = 0, triangles = 0;
     std::uint64_t bytes = 0;
   };
-  std::vector<Wood> wood;  ///< [lod], finest first
+  std::vector<Mesh> wood;         ///< [lod], finest first
+  std::vector<Mesh> leaf_meshes;  ///< one a chunk; none if nothing is finer than the quads
   struct Texture {
     const char* format = "";  ///< "bc3" and the like
     std::uint32_t width = 0, height = 0, mip_count = 0;
@@ -54,11 +55,6 @@ struct FileSummary {
   std::vector<float> error_px;     ///< [levels * sizes]
   double bytes_per_leaf = 0.0;     ///< page bytes per leaf; 0 without leaves
   std::array<double, 3> size_m{};  ///< width, height and depth of the leaves' box and the finest wood
-  struct LeafMesh {
-    std::uint32_t vertices = 0, triangles = 0;
-    std::uint64_t bytes = 0;
-  };
-  std::vector<LeafMesh> leaf_meshes;  ///< one a chunk; none if nothing is finer than the quads
   WindSummary wind;
   std::vector<float> wood_error_px;       ///< [wood LoDs * sizes] each LoD's error against the finest
   std::vector<float> leaf_mesh_error_px;  ///< [sizes] error of all quads against the leaf meshes; empty without these

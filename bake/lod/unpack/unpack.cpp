@@ -1,6 +1,11 @@
+#include "unpack.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <string>
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "block_texture.h"
 #include "decoded_pages.h"
@@ -8,7 +13,6 @@
 #include "normal_map.h"
 #include "quantised_tree.h"
 #include "reader.h"
-#include "to_vector.h"
 #include "wood_codec.h"
 
 namespace coppice::bake {
@@ -37,12 +41,8 @@ const coppice_file_chunk& chunk_of(const PlantFile& file, coppice_chunk_kind kin
   return *find_chunk(file, kind, index);  // read_front has checked that the table holds every chunk PLANT names
 }
 
-glm::vec3 vec3_of(const float (&values)[3]) {
-  return {values[0], values[1], values[2]};
-}
-
 QuantisationBox quantisation_box(const coppice_file_plant& plant) {
-  return {vec3_of(plant.leaf_box_min), vec3_of(plant.leaf_box_max), quantised_max(plant)};
+  return {glm::make_vec3(plant.leaf_box_min), glm::make_vec3(plant.leaf_box_max), quantised_max(plant)};
 }
 
 Tree root_tree(const PlantFile& file, const QuantisationBox& box, const QuantisedQuad& root) {
@@ -128,8 +128,7 @@ Result<LeafMeshPart> read_leaf_mesh(const PlantFile& file, Bytes bytes, std::uin
   const auto [vertices, triangles] = file.leaf_meshes[index];
   COPPICE_TRY(decoded, read_mesh(chunk, bytes, {vertices, triangles, file.materials, true}));
   LeafMeshPart part;
-  COPPICE_TRY(mesh, plain_mesh(decoded, chunk));
-  part.mesh = std::move(mesh);
+  COPPICE_CHECK(move_into(part.mesh, plain_mesh(decoded, chunk)));
   const QuantisationBox box = quantisation_box(file.plant);
   for (const WoodVertex& vertex : decoded.vertices) part.stalks.push_back(dequantise(box, vertex.stalk));
   return part;
@@ -157,7 +156,7 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
   for (const coppice_file_material& source : file.materials) {
     Material material;
     material.name = "material" + std::to_string(plant.materials.size());
-    material.base_color = {source.base_color[0], source.base_color[1], source.base_color[2], source.base_color[3]};
+    material.base_color = glm::make_vec4(source.base_color);
     const std::uint32_t texture = material_texture(source), normal_map = material_normal_map(source);
     material.image = texture == COPPICE_NO_TEXTURE ? kNone : texture;
     material.normal_map = normal_map == COPPICE_NO_TEXTURE ? kNone : normal_map;
@@ -169,7 +168,7 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
   }
   for (const coppice_file_card& source : file.cards) {
     Card card{source.material, {}};
-    for (std::size_t corner = 0; corner < 4; ++corner) card.uv[corner] = {source.uv[corner][0], source.uv[corner][1]};
+    for (std::size_t corner = 0; corner < 4; ++corner) card.uv[corner] = glm::make_vec2(source.uv[corner]);
     plant.card_table.push_back(card);
   }
   plant.errors = {to_vector(file.error_leaf_counts), to_vector(file.error_sizes_px), to_vector(file.error_px)};
@@ -178,14 +177,14 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
 /// Checks that every vertex is inside the sphere, but for quantisation and rounding: culling trusts the sphere.
 Result<void> check_sphere(const PlantFile& file, const BakedPlant& plant) {
   // Doubles, so that squares of finite numbers stay finite.
-  const glm::dvec3 extent = vec3_of(file.plant.leaf_box_max) - vec3_of(file.plant.leaf_box_min);
+  const glm::dvec3 extent = glm::make_vec3(file.plant.leaf_box_max) - glm::make_vec3(file.plant.leaf_box_min);
   const glm::dvec3 center = plant.sphere.center;
   // Tolerates half a step of 14 bits on each axis of the leaf box or the wood's, which are inside the sphere: under 1e-4 of either.
   const double radius = plant.sphere.radius;
   const double max_length = radius + 1e-4 * std::max({extent.x, extent.y, extent.z, 2.0 * radius});
   const auto outside = [&](const glm::vec3& point) {
     const glm::dvec3 offset = glm::dvec3(point) - center;
-    return !(offset.x * offset.x + offset.y * offset.y + offset.z * offset.z <= max_length * max_length);
+    return !(glm::dot(offset, offset) <= max_length * max_length);
   };
   bool holds = std::ranges::none_of(plant.tree.vertices, outside);
   for (const Mesh& lod : plant.wood.lods) holds = holds && std::ranges::none_of(lod.positions, outside);
@@ -209,24 +208,17 @@ Result<BakedPlant> unpack(Bytes bytes) {
   BakedPlant plant;
   plant.name = file.plant.name;
   plant.metric = file.plant.metric;
-  plant.sphere = {vec3_of(file.plant.sphere_center), file.plant.sphere_radius};
+  plant.sphere = {glm::make_vec3(file.plant.sphere_center), file.plant.sphere_radius};
   plant.wind = {file.wind, to_vector(file.wind_nodes)};
   copy_tables(file, plant);
-  COPPICE_TRY(tree, read_tree(file, bytes));
-  plant.tree = std::move(tree);
-  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod) {
-    COPPICE_TRY(mesh, unpack_wood(file, bytes, lod));
-    plant.wood.lods.push_back(std::move(mesh));
-  }
+  COPPICE_CHECK(move_into(plant.tree, read_tree(file, bytes)));
+  for (std::uint32_t lod = 0; lod < file.plant.wood_lod_count; ++lod)
+    COPPICE_CHECK(move_into(plant.wood.lods.emplace_back(), unpack_wood(file, bytes, lod)));
   plant.wood.error_px = to_vector(file.wood_error_px);
-  for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture) {
-    COPPICE_TRY(image, read_image(file, bytes, texture));
-    plant.images.push_back(std::move(image));
-  }
-  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh) {
-    COPPICE_TRY(part, read_leaf_mesh(file, bytes, mesh));
-    plant.leaf_meshes.parts.push_back(std::move(part));
-  }
+  for (std::uint32_t texture = 0; texture < file.plant.texture_count; ++texture)
+    COPPICE_CHECK(move_into(plant.images.emplace_back(), read_image(file, bytes, texture)));
+  for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
+    COPPICE_CHECK(move_into(plant.leaf_meshes.parts.emplace_back(), read_leaf_mesh(file, bytes, mesh)));
   plant.leaf_meshes.error_px = to_vector(file.leaf_mesh_error_px);
   restore_normal_maps(plant);
   COPPICE_CHECK(check_sphere(file, plant));

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "plant.h"
 #include "result.h"
@@ -16,6 +17,12 @@ namespace coppice::bake {
 /// invariant of FORMAT.md on the way.
 /// errors  bad_file, naming the field and the byte offset
 Result<BakedPlant> unpack(std::span<const std::uint8_t> file);
+
+/// array  what a file's front holds
+template <class Array>
+[[nodiscard]] auto to_vector(const Array& array) {
+  return std::vector(array.begin(), array.end());
+}
 
 /// Unpacks one wood LoD alone. plant  from read_front; it has this LoD. errors  bad_file
 Result<Mesh> unpack_wood(const PlantFile& plant, std::span<const std::uint8_t> file, std::uint32_t lod);

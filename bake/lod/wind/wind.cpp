@@ -13,6 +13,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "nearest_point.h"
 #include "parallel_for.h"
 #include "wind_field.h"
@@ -45,14 +46,7 @@ constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
 /// Limits for natural periods.
 constexpr double kMinPeriod_s = 0.25, kMaxPeriod_s = 10.0;
 
-struct Box {
-  glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-  void add(const glm::vec3& point) {
-    low = glm::min(low, glm::dvec3(point));
-    high = glm::max(high, glm::dvec3(point));
-  }
-  [[nodiscard]] glm::dvec3 extent() const { return glm::max(high - low, glm::dvec3(0.0)); }
-};
+using Box = PointBox<glm::dvec3>;
 
 /// The plant's leaves: a plant that is all wood has a quad that is no leaf.
 std::span<const Quad> leaf_quads(const WindSource& source) {
@@ -118,14 +112,6 @@ struct Motion {
   Beam stem, branches;
 };
 
-/// The value that a tenth of all exceed.
-double upper_value(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 9 / 10);
-  std::ranges::nth_element(values, at);
-  return *at;
-}
-
 /// Wood bends as cantilevers do, and leaves follow the ring that bears them.
 class WoodMotion {
  public:
@@ -141,7 +127,7 @@ class WoodMotion {
       loads[bearers_[i]].moment +=
           shown_m2 * 0.25 * (glm::dvec3(quads_[i][0]) + glm::dvec3(quads_[i][1]) + glm::dvec3(quads_[i][2]) + glm::dvec3(quads_[i][3]));
     }
-    const glm::dvec3 extent = leaf_box.extent();
+    const glm::dvec3 extent = glm::max(leaf_box.extent(), glm::dvec3(0.0));
     const double full_m2 = quads_.empty() ? std::numeric_limits<double>::infinity() : kFullShare * 0.5 * (extent.x + extent.z) * extent.y;
     bend_ = bend_wood(rings_, std::move(loads), stand, full_m2);
   }
@@ -150,7 +136,7 @@ class WoodMotion {
     Motion motion{bend_.top_m, 0.0, {}, bend_.stem, bend_.branches};
     std::vector<double> tips_m;
     for (std::size_t i = 0; i < quads_.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
-    motion.lean_m = std::max(upper_value(std::move(tips_m)), kMinLean * radius_m_);
+    motion.lean_m = std::max(quantile(std::move(tips_m), 9), kMinLean * radius_m_);
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       WindPoint point{glm::vec3(rings_[i].center)};
       point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *

@@ -1,15 +1,16 @@
 #include "wind_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include "wind_field.h"
 
@@ -29,24 +30,23 @@ struct Node {
 class Nodes {
  public:
   explicit Nodes(const WindTarget& target)
-      : head_(target.head), hangs_(target.hangs), side_(target.head.node_side), nodes_(wind_node_count(side_)) {}
+      : low_(glm::make_vec3(target.head.box_min)),
+        high_(glm::make_vec3(target.head.box_max)),
+        hangs_(target.hangs),
+        side_(target.head.node_side),
+        nodes_(wind_node_count(side_)) {}
 
   void add(const WindPoint& point) {
-    std::array<std::uint32_t, 3> cell{};
-    glm::dvec3 inside(0.0);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double low = head_.box_min[axis], high = head_.box_max[axis];
-      const double at = std::clamp((point.position[static_cast<int>(axis)] - low) / (high - low), 0.0, 1.0) * (side_ - 1);
-      cell[axis] = std::min(static_cast<std::uint32_t>(at), side_ - 2);
-      inside[static_cast<int>(axis)] = at - cell[axis];
-    }
+    const glm::dvec3 at = glm::clamp((glm::dvec3(point.position) - low_) / (high_ - low_), 0.0, 1.0) * static_cast<double>(side_ - 1);
+    const glm::uvec3 cell = glm::min(glm::uvec3(at), glm::uvec3(side_ - 2));
+    const glm::dvec3 inside = at - glm::dvec3(cell);
     const double lean = point.lean;
     const glm::dvec3 shares(lean, lean * point.phase_cos, lean * point.phase_sin);
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
       const std::uint32_t x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
       const double weight =
           point.weight * (x != 0 ? inside.x : 1.0 - inside.x) * (y != 0 ? inside.y : 1.0 - inside.y) * (z != 0 ? inside.z : 1.0 - inside.z);
-      Node& node = nodes_[index(cell[0] + x, cell[1] + y, cell[2] + z)];
+      Node& node = nodes_[index(cell.x + x, cell.y + y, cell.z + z)];
       node.shares += weight * shares;
       node.weight += weight;
     }
@@ -65,15 +65,9 @@ class Nodes {
       std::vector<bool> next = is_known;
       for (std::size_t i = 0; i < nodes_.size(); ++i) {
         if (is_known[i]) continue;
-        glm::dvec3 sum(0.0);
-        double count = 0.0;
-        visit_neighbours(i, [&](std::size_t other) {
-          if (!is_known[other]) return;
-          sum += nodes_[other].shares;
-          count += 1.0;
-        });
-        if (count == 0.0) continue;
-        nodes_[i].shares = sum / count;
+        const auto mean = mean_round(i, nodes_, [&](std::size_t other) { return bool{is_known[other]}; });
+        if (!mean) continue;
+        nodes_[i].shares = *mean;
         next[i] = true;
       }
       is_known = std::move(next);
@@ -84,15 +78,8 @@ class Nodes {
   /// Moves each node half way to the mean of its neighbours.
   void smooth() {
     const std::vector<Node> before = nodes_;
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      glm::dvec3 sum(0.0);
-      double count = 0.0;
-      visit_neighbours(i, [&](std::size_t other) {
-        sum += before[other].shares;
-        count += 1.0;
-      });
-      nodes_[i].shares = 0.5 * (before[i].shares + sum / count);
-    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      nodes_[i].shares = 0.5 * (before[i].shares + *mean_round(i, before, [](std::size_t) { return true; }));
     hold();
   }
 
@@ -103,14 +90,24 @@ class Nodes {
     return x + std::size_t{side_} * (y + std::size_t{side_} * z);
   }
 
-  template <class Visit>
-  void visit_neighbours(std::size_t i, const Visit& visit) const {
+  /// The mean of those neighbours of a node that count; nothing if none does.
+  template <class Counts>
+  [[nodiscard]] std::optional<glm::dvec3> mean_round(std::size_t i, const std::vector<Node>& nodes, const Counts& counts) const {
+    glm::dvec3 sum(0.0);
+    double count = 0.0;
+    const auto add_one = [&](std::size_t other) {
+      if (!counts(other)) return;
+      sum += nodes[other].shares;
+      count += 1.0;
+    };
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis, stride *= side_) {
       const std::size_t at = i / stride % side_;
-      if (at > 0) visit(i - stride);
-      if (at + 1 < side_) visit(i + stride);
+      if (at > 0) add_one(i - stride);
+      if (at + 1 < side_) add_one(i + stride);
     }
+    if (count == 0.0) return {};
+    return sum / count;
   }
 
   /// Stops all motion where the plant is held.
@@ -119,7 +116,7 @@ class Nodes {
       for (std::uint32_t x = 0; x < side_; ++x) nodes_[index(x, hangs_ ? side_ - 1 : 0, z)].shares = glm::dvec3(0.0);
   }
 
-  coppice_file_wind head_;
+  glm::dvec3 low_, high_;  ///< the field's box
   bool hangs_;
   std::uint32_t side_;
   std::vector<Node> nodes_;

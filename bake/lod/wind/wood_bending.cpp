@@ -1,7 +1,6 @@
 #include "wood_bending.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <utility>
@@ -18,26 +17,6 @@ constexpr double kThinShare = 0.3;
 /// Maximum slope: what bends farther lies down, and catches less.
 constexpr double kMaxSlope = 1.0;
 
-/// The children of each ring: ring i's start at first[i].
-struct Children {
-  std::vector<std::uint32_t> first, rings;
-  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t ring) const {
-    return std::span(rings).subspan(first[ring], first[ring + 1] - first[ring]);
-  }
-};
-
-Children children_of(std::span<const Ring> rings) {
-  Children children{std::vector<std::uint32_t>(rings.size() + 1, 0u), {}};
-  for (const Ring& ring : rings)
-    if (ring.parent != kNone) ++children.first[ring.parent + 1];
-  for (std::size_t i = 1; i < children.first.size(); ++i) children.first[i] += children.first[i - 1];
-  children.rings.resize(children.first.back());
-  std::vector<std::uint32_t> next(children.first.begin(), children.first.end() - 1);
-  for (std::uint32_t i = 0; i < rings.size(); ++i)
-    if (rings[i].parent != kNone) children.rings[next[rings[i].parent]++] = i;
-  return children;
-}
-
 /// Adds the wood's own load, and to each ring the load of what it bears.
 void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   for (std::size_t i = rings.size(); i-- > 0;) {
@@ -50,6 +29,23 @@ void sum_loads(std::span<const Ring> rings, std::vector<RingLoad>& loads) {
   }
 }
 
+/// What all children of a ring bear, and the first of those that bear most.
+struct Children {
+  double load_m2 = 0.0;
+  std::uint32_t main = kNone;
+};
+
+std::vector<Children> children_of(std::span<const Ring> rings, std::span<const RingLoad> loads) {
+  std::vector<Children> children(rings.size());
+  for (std::uint32_t i = 0; i < rings.size(); ++i) {
+    if (rings[i].parent == kNone) continue;
+    Children& siblings = children[rings[i].parent];
+    siblings.load_m2 += loads[i].area_m2;
+    if (siblings.main == kNone || loads[i].area_m2 > loads[siblings.main].area_m2) siblings.main = i;
+  }
+  return children;
+}
+
 /// Rings of a stem, upwards, and the radius of its lowest third.
 struct Stem {
   std::vector<std::uint32_t> rings;
@@ -57,27 +53,19 @@ struct Stem {
 };
 
 /// Finds the stem that stands on `root`.
-Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, const Children& children) {
+Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, std::span<const Children> children) {
   std::vector<std::uint32_t> stem{root};
-  for (;;) {
-    double all_m2 = 0.0;
-    std::uint32_t main = kNone;
-    for (const std::uint32_t child : children.of(stem.back())) {
-      all_m2 += loads[child].area_m2;
-      if (main == kNone || loads[child].area_m2 > loads[main].area_m2) main = child;
-    }
-    if (main == kNone || loads[main].area_m2 < kMainShare * all_m2) break;
-    stem.push_back(main);
-  }
+  for (Children next = children[root]; next.main != kNone && loads[next.main].area_m2 >= kMainShare * next.load_m2;
+       next = children[next.main])
+    stem.push_back(next.main);
   const std::size_t third = (stem.size() + 2) / 3;
   std::vector<double> radii_m;
   for (const std::uint32_t ring : std::span(stem).first(third)) radii_m.push_back(rings[ring].radius_m);
-  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-  std::ranges::nth_element(radii_m, middle);
+  const double radius_m = quantile(std::move(radii_m), 5);
   std::size_t thick = third;
-  while (thick < stem.size() && rings[stem[thick]].radius_m >= kThinShare * *middle) ++thick;
+  while (thick < stem.size() && rings[stem[thick]].radius_m >= kThinShare * radius_m) ++thick;
   stem.resize(thick);
-  return {std::move(stem), *middle};
+  return {std::move(stem), radius_m};
 }
 
 /// Bends a ring as the next piece of a cantilever whose end is `from`.
@@ -119,7 +107,7 @@ WoodBend bend_wood(std::span<const Ring> rings, std::vector<RingLoad> loads, con
   WoodBend bend;
   bend.rings.resize(rings.size());
   sum_loads(rings, loads);
-  const Children children = children_of(rings);
+  const std::vector<Children> children = children_of(rings, loads);
   double all_m2 = 0.0;
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (rings[i].parent == kNone) all_m2 += loads[i].area_m2;

@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "union_find.h"
 #include "weld.h"
 
@@ -166,9 +167,8 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
     if (pieces[i] == i) ++set_count;
     filed.push_back({0, 0, i});
   }
-  glm::dvec3 low(points.front()), high = low;
-  for (const glm::vec3& point : points) low = glm::min(low, glm::dvec3(point)), high = glm::max(high, glm::dvec3(point));
-  const glm::dvec3 extent = high - low;
+  const auto box = box_of(points);
+  const glm::dvec3 low(box.low), extent = glm::dvec3(box.high) - low;
   double cell_m = std::max({extent.x, extent.y, extent.z}) / 4096.0;
   while (set_count > 1 && cell_m > 0.0) {
     for (Filed& each : filed) {
@@ -190,11 +190,8 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
 
 std::vector<double> piece_areas_m2(const WoodGraph& graph, const std::vector<std::uint32_t>& corners) {
   std::vector<double> areas_m2(graph.points.size(), 0.0);
-  for (std::size_t i = 0; i < corners.size(); i += 3) {
-    const glm::dvec3 from(graph.points[corners[i]]);
-    const glm::dvec3 a = glm::dvec3(graph.points[corners[i + 1]]) - from, b = glm::dvec3(graph.points[corners[i + 2]]) - from;
-    areas_m2[graph.pieces[corners[i]]] += 0.5 * glm::length(glm::cross(a, b));
-  }
+  for (std::size_t i = 0; i < corners.size(); i += 3)
+    areas_m2[graph.pieces[corners[i]]] += triangle_m2(at_corners(graph.points, corners, i));
   return areas_m2;
 }
 
@@ -208,10 +205,15 @@ void set_links(std::vector<Link> links, WoodGraph& graph) {
     ++graph.first_links[from + 1];
     graph.links.push_back(to);
   }
-  for (std::size_t i = 1; i < graph.first_links.size(); ++i) graph.first_links[i] += graph.first_links[i - 1];
+  std::partial_sum(graph.first_links.begin(), graph.first_links.end(), graph.first_links.begin());
 }
 
 }  // namespace
+
+double triangle_m2(const std::array<glm::vec3, 3>& corners) {
+  const glm::dvec3 from(corners[0]);
+  return 0.5 * glm::length(glm::cross(glm::dvec3(corners[1]) - from, glm::dvec3(corners[2]) - from));
+}
 
 WoodGraph wood_graph(const Mesh& wood, double spacing_m) {
   WoodGraph graph;

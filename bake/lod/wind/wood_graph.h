@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,6 +23,8 @@ struct WoodGraph {
     return std::span(links).subspan(first_links[point], first_links[point + 1] - first_links[point]);
   }
 };
+
+double triangle_m2(const std::array<glm::vec3, 3>& corners);
 
 /// Builds the graph. Triangles are split until no edge is longer than spacing_m, so that a tube of few triangles has rings all along. Loose
 /// pieces of the mesh are linked to the nearest point of the rest, the nearest pieces first.

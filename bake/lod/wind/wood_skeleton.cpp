@@ -31,11 +31,7 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 
 double surface_m2(const Mesh& wood) {
   double sum_m2 = 0.0;
-  for (std::size_t i = 0; i < wood.indices.size(); i += 3) {
-    const glm::dvec3 from(wood.positions[wood.indices[i]]);
-    const glm::dvec3 a = glm::dvec3(wood.positions[wood.indices[i + 1]]) - from, b = glm::dvec3(wood.positions[wood.indices[i + 2]]) - from;
-    sum_m2 += 0.5 * glm::length(glm::cross(a, b));
-  }
+  for (std::size_t i = 0; i < wood.indices.size(); i += 3) sum_m2 += triangle_m2(at_corners(wood.positions, wood.indices, i));
   return sum_m2;
 }
 
@@ -195,14 +191,19 @@ void smooth_radii(std::vector<Ring>& rings) {
       radii_m.push_back(rings[at].radius_m);
     for (std::uint32_t step = 0, at = thickest_child[i]; step < 2 && at != kNone; ++step, at = thickest_child[at])
       radii_m.push_back(rings[at].radius_m);
-    const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-    std::ranges::nth_element(radii_m, middle);
-    middles_m.push_back(*middle);
+    middles_m.push_back(quantile(std::move(radii_m), 5));
   }
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = middles_m[i];
 }
 
 }  // namespace
+
+double quantile(std::vector<double> values, std::size_t tenths) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
+  std::ranges::nth_element(values, at);
+  return *at;
+}
 
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct Ring {
   double radius_m = 0.0;  ///< mean distance of the surface from the ring's axis; > 0
   double length_m = 0.0;  ///< from the parent's centre; 0 for a first ring
 };
+
+/// The value that `tenths` tenths of all values are below; 0 without values.
+double quantile(std::vector<double> values, std::size_t tenths);
 
 /// Computes the wood as a tree of rings, parents first. Any triangles will do: loose pieces grow out of the nearest ones, and of the pieces
 /// that touch the ground, all but slight ones stand on it.

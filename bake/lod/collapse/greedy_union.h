@@ -1,13 +1,15 @@
 #pragma once
 
-// Shared by the methods that unite organs: the cheapest pair goes first, and each item has one best partner among its neighbours.
+// The greedy union of leaves or other items without views: the cheapest pair goes first, and each item has one best partner among its
+// neighbours.
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <queue>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -43,6 +45,10 @@ class GreedyUnion {
 
   [[nodiscard]] std::uint32_t live_count() const { return live_count_; }
 
+  [[nodiscard]] const Item& item(std::uint32_t id) const { return items_[id]; }
+  /// Pairs whose cost was computed.
+  [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
+
   /// [live items] in the order of ids
   [[nodiscard]] std::vector<Item> live_items() const {
     std::vector<Item> items;
@@ -51,10 +57,9 @@ class GreedyUnion {
     return items;
   }
 
-  /// Unites the cheapest pair. At least two items must be live.
-  void step() {
-    const Pair pair = cheapest_pair();
-    const std::uint32_t first = std::min(pair.item, pair.partner), second = std::max(pair.item, pair.partner);
+  /// Unites the cheapest pair and returns their ids, the smaller first. At least two items must be live.
+  std::pair<std::uint32_t, std::uint32_t> step() {
+    const auto [cost, first, second, item] = cheapest_pair();
     for (const std::uint32_t id : {first, second}) {
       octree_.remove(id);
       live_[id] = false;
@@ -65,39 +70,39 @@ class GreedyUnion {
     --live_count_;
     octree_.insert(united, rules_.middle(items_[united]));
     find_partner(united);
+    return {first, second};
   }
 
  private:
+  /// An item's best partner at the last search, in the order in which pairs are united.
   struct Pair {
     double cost = 0.0;
-    std::uint32_t item = 0, partner = 0;
-  };
-  struct Costlier {
-    bool operator()(const Pair& a, const Pair& b) const {
-      const auto key = [](const Pair& p) { return std::tuple(p.cost, std::min(p.item, p.partner), std::max(p.item, p.partner), p.item); };
-      return key(a) > key(b);
-    }
+    std::uint32_t first = 0, second = 0;  ///< first < second
+    std::uint32_t item = 0;               ///< the one of them that searched
+    auto operator<=>(const Pair&) const = default;
   };
 
+  /// Finds the cheapest pair. A pair whose item is gone is dropped; an item whose partner is gone searches again.
   Pair cheapest_pair() {
     for (;;) {
       COPPICE_ASSERT(!pairs_.empty());
       const Pair pair = pairs_.top();
       pairs_.pop();
-      if (!live_[pair.item]) continue;
-      if (live_[pair.partner]) return pair;
-      find_partner(pair.item);
+      if (live_[pair.first] && live_[pair.second]) return pair;
+      if (live_[pair.item]) find_partner(pair.item);
     }
   }
 
   void find_partner(std::uint32_t id) {
     octree_.candidates_of(id, rules_.neighbour_count, neighbours_);
-    Pair best{std::numeric_limits<double>::infinity(), id, kNone};
+    double lowest = std::numeric_limits<double>::infinity();
+    std::uint32_t partner = kNone;
     for (const std::uint32_t other : neighbours_) {
       const double cost = rules_.cost(items_[id], items_[other]);
-      if (cost < best.cost || (cost == best.cost && other < best.partner)) best = {cost, id, other};
+      if (cost < lowest || (cost == lowest && other < partner)) lowest = cost, partner = other;
     }
-    if (best.partner != kNone) pairs_.push(best);
+    evaluations_ += neighbours_.size();
+    if (partner != kNone) pairs_.push({lowest, std::min(id, partner), std::max(id, partner), id});
   }
 
   UnionRules<Item> rules_;
@@ -105,8 +110,9 @@ class GreedyUnion {
   std::vector<bool> live_;   ///< [id]
   std::uint32_t live_count_;
   LeafOctree octree_;
-  std::priority_queue<Pair, std::vector<Pair>, Costlier> pairs_;
+  std::priority_queue<Pair, std::vector<Pair>, std::greater<>> pairs_;
   std::vector<std::uint32_t> neighbours_;
+  std::uint64_t evaluations_ = 0;
 };
 
 /// The live items at each count, in the order of `counts`; each count 1 .. items.size() (asserted).

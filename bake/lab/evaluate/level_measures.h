@@ -8,8 +8,7 @@
 #include "evaluate.h"
 #include "evaluation_render.h"
 #include "image_measures.h"
-#include "level.h"
-#include "stored_level.h"
+#include "level_files.h"
 #include "surface_distance.h"
 
 namespace coppice::bake {

@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -24,6 +23,7 @@
 #include "collapse_image.h"
 #include "collapse_information.h"
 #include "naive_collapse.h"
+#include "stopwatch.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -34,10 +34,6 @@ Result<CollapseResult> collapse(const std::string& method, const Foliage& foliag
   const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage.leaf_count()));
   if (metric == Metric::mi) return collapse_by_mutual_information({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, {});
   return collapse_by_image_error({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, ImageErrorOptions{}, {});
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// Processor time of this process, all threads.
@@ -56,7 +52,7 @@ Cost measure(const std::string& method, std::uint32_t leaf_count) {
   Cost cost;
   int ends[2];
   if (pipe(ends) != 0) return cost;
-  const auto start = std::chrono::steady_clock::now();
+  const test::Stopwatch watch;
   const pid_t child = fork();
   if (child == 0) {
     const auto result = collapse(method, test::filled_crown(leaf_count, 1));
@@ -71,7 +67,7 @@ Cost measure(const std::string& method, std::uint32_t leaf_count) {
     cost.evaluations = 0;
   close(ends[0]);
   const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
-  cost.wall_seconds = seconds_since(start);
+  cost.wall_seconds = watch.seconds();
   cost.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   cost.peak_mib = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return cost;

@@ -4,10 +4,6 @@
 //                                       the growth from 5,000 to 77,000 leaves once both have been baked.
 //   growth_table naive LEAVES           mi against naive_collapse on one plant; fails if the sequences differ. 400 leaves take minutes.
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +18,7 @@
 #include "bake.h"
 #include "collapse_image.h"
 #include "collapse_information.h"
+#include "job_processes.h"
 #include "naive_collapse.h"
 #include "stopwatch.h"
 #include "test_foliage.h"
@@ -47,29 +44,22 @@ struct Cost {
   double peak_mib = 0.0;
 };
 
-/// One collapse in a child process, so that its peak memory is its own. evaluations 0: it failed
+/// One collapse in a process of its own, as is its peak memory then. evaluations 0: it failed
 Cost measure(const std::string& method, std::uint32_t leaf_count) {
   Cost cost;
-  int ends[2];
-  if (pipe(ends) != 0) return cost;
   const test::Stopwatch watch;
-  const pid_t child = fork();
-  if (child == 0) {
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t, const JobProgress&) {
     const auto result = collapse(method, test::filled_crown(leaf_count, 1));
-    const std::uint64_t evaluations = result ? result->sequence.evaluations : 0;
-    _exit(write(ends[1], &evaluations, sizeof evaluations) == sizeof evaluations ? 0 : 1);
-  }
-  close(ends[1]);
-  rusage usage{};
-  int status = 1;
-  if (child < 0 || wait4(child, &status, 0, &usage) != child || status != 0 ||
-      read(ends[0], &cost.evaluations, sizeof cost.evaluations) != sizeof cost.evaluations)
-    cost.evaluations = 0;
-  close(ends[0]);
-  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+    return std::to_string(result ? result->sequence.evaluations : 0) + " " + std::to_string(cpu_seconds());
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t, const JobEnd& end) {
+    std::istringstream(end.result) >> cost.evaluations >> cost.cpu_seconds;
+    cost.peak_mib = static_cast<double>(end.peak_rss_bytes) / (1 << 20);
+  };
+  run_jobs(1, 1, callbacks);
   cost.wall_seconds = watch.seconds();
-  cost.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
-  cost.peak_mib = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return cost;
 }
 

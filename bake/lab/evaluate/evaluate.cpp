@@ -11,12 +11,11 @@
 
 #include "evaluation_render.h"
 #include "gltf_write.h"
-#include "image_measures.h"
 #include "leaf_cards.h"
 #include "leaf_quads.h"
 #include "leaf_shade.h"
-#include "level_measures.h"
 #include "material_split.h"
+#include "measures.h"
 #include "thumbnail.h"
 #include "visibility.h"
 

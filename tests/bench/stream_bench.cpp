@@ -367,7 +367,7 @@ class Run {
   double upload_ms_ = 0;  ///< of the last frame
 };
 
-/// Of luminance, 0..255, over all pixels.
+/// The error of luminance, 0..255, over all pixels.
 double luminance_rmse(const test::Picture& a, const test::Picture& b) {
   const auto luminance = [](const std::uint8_t* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; };
   double sum = 0;

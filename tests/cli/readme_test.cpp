@@ -52,7 +52,7 @@ bool has_option(const std::string& program, const std::string& option) {
   return std::ranges::find(options, option) != options.end();
 }
 
-/// Of any program; where coppice-forest is not built it may be one of that.
+/// Whether any program has the option; where coppice-forest is not built it may be one of that.
 bool is_an_option(const std::string& option) {
   if (!helps().contains("coppice-forest")) return !option.empty();
   return std::ranges::any_of(helps(), [&](const auto& help) { return has_option(help.first, option); });
@@ -199,7 +199,7 @@ TEST(Documents, NamedFilesOfSourceExist) {
   EXPECT_GT(file_count, 40u);
 }
 
-/// Of a heading, as GitHub makes it.
+/// The anchor of a heading, as GitHub makes it.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char letter : heading) {

@@ -106,7 +106,7 @@ TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
   }
   EXPECT_TRUE(fs::exists(out / "all" / "plant.coppice"));
 
-  // Of a list, one plant by itself.
+  // A list allows it for one plant by itself.
   const Words batch = quick({"bake-all", folder / "list.json", "-o", out / "list", "--quiet"});
   write_text(folder / "list.json", R"([{"input": "inner/plant.gltf", "allow_outside": false}])");
   expect_refused(batch, {"plant.gltf", "buffers[0].uri: ../plant.bin", "--allow-outside"});

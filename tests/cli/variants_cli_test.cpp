@@ -41,7 +41,7 @@ struct Folder {
   }
 };
 
-/// Of a baked file.
+/// How many leaves a baked file has.
 nlohmann::json leaves_of(const fs::path& file) {
   return nlohmann::json::parse(run_tool({"inspect", file, "--json"}).out)["leaves"];
 }

@@ -110,7 +110,7 @@ class ForestWindow : public testing::Test {
     EXPECT_TRUE(comes_true([&] { return files_in(frames()) > before + count; })) << forest_->err();
   }
 
-  /// Of the window as it is, with the overlay.
+  /// The window as it is, with the overlay.
   Picture shown() {
     const std::size_t count = files_in(frames());  // the last one may not be whole
     char name[16];

@@ -140,8 +140,9 @@ struct PixelBox {
 
 /// A triangle as the rays see it, in camera space: x right, y up, z forward.
 struct RayTriangle {
-  std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
-  double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
+  const std::uint32_t* indices = nullptr;  ///< its corners in the mesh
+  std::array<glm::dvec3, 3> edges{};       ///< b x c, c x a, a x b, of the sign that makes hits positive
+  double determinant = 0.0;                ///< a . (b x c), positive; 0: seen edge-on or without area
   PixelBox box;
   double doubled_area_px = 0.0;  ///< in the image; 0 if a corner is not in front of the camera
 };
@@ -178,8 +179,7 @@ class Painter {
     if (ribbon.mesh.indices.empty() || looks_[needle.material].all_holes) return;
     mesh_ = &ribbon.mesh;
     const TrianglePaint paint{plain_look(needle.material), {}, leaf, add_surface(needle.material, 1.0f, ribbon.facets), 0};
-    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle)
-      walk(prepare(ribbon.mesh.indices.data() + 3 * triangle), ribbon.mesh.indices.data() + 3 * triangle, paint);
+    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle) walk(prepare(triangle), paint);
   }
 
   void draw_voxel(const Voxel& voxel, std::uint32_t leaf) {
@@ -230,26 +230,26 @@ class Painter {
   }
 
   void draw_triangle(std::size_t triangle, const LeafShade& shade) {
-    const std::uint32_t* indices = mesh_->indices.data() + 3 * triangle;
     const std::uint32_t material = mesh_->triangle_materials[triangle];
     const SurfaceLook& look = looks_[material];
-    const RayTriangle ray_triangle = prepare(indices);
+    const RayTriangle ray_triangle = prepare(triangle);
     if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const UnlitImage::Facet facet{seen_normal(indices), 1.0};
+    const UnlitImage::Facet facet{seen_normal(ray_triangle.indices), 1.0};
     const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
     image_.surfaces.back().is_textured = !look.mips.empty();
-    walk(ray_triangle, indices, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(indices, look, ray_triangle)});
+    walk(ray_triangle, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(look, ray_triangle)});
   }
 
-  void walk(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint) {
+  void walk(const RayTriangle& triangle, const TrianglePaint& paint) {
     for (std::int32_t y = triangle.box.rows.first; y <= triangle.box.rows.last; ++y)
-      for (std::int32_t x = triangle.box.columns.first; x <= triangle.box.columns.last; ++x) draw_pixel(triangle, indices, paint, x, y);
+      for (std::int32_t x = triangle.box.columns.first; x <= triangle.box.columns.last; ++x) draw_pixel(triangle, paint, x, y);
   }
 
-  [[nodiscard]] RayTriangle prepare(const std::uint32_t* indices) const {
-    std::array<glm::dvec3, 3> corners{};
-    for (std::size_t i = 0; i < 3; ++i) corners[i] = in_camera_space(glm::dvec3(mesh_->positions[indices[i]]));
+  [[nodiscard]] RayTriangle prepare(std::size_t index) const {
     RayTriangle triangle;
+    triangle.indices = mesh_->indices.data() + 3 * index;
+    std::array<glm::dvec3, 3> corners{};
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = in_camera_space(glm::dvec3(mesh_->positions[triangle.indices[i]]));
     triangle.edges = {glm::cross(corners[1], corners[2]), glm::cross(corners[2], corners[0]), glm::cross(corners[0], corners[1])};
     triangle.determinant = glm::dot(corners[0], triangle.edges[0]);
     if (triangle.determinant < 0.0) {
@@ -305,12 +305,13 @@ class Painter {
     return std::abs(ab.x * ac.y - ab.y * ac.x);
   }
 
+  [[nodiscard]] glm::dvec2 uv_of(const RayTriangle& triangle, std::size_t corner) const { return {mesh_->uvs[triangle.indices[corner]]}; }
+
   /// The level whose texels are nearest to a pixel in size. One level per triangle suffices: over a leaf the size changes little.
-  [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
+  [[nodiscard]] std::uint32_t mip_level(const SurfaceLook& look, const RayTriangle& triangle) const {
     if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
     const glm::dvec2 size(look.width, look.height);
-    const double area_texels = doubled_area(
-        {glm::dvec2(mesh_->uvs[indices[0]]) * size, glm::dvec2(mesh_->uvs[indices[1]]) * size, glm::dvec2(mesh_->uvs[indices[2]]) * size});
+    const double area_texels = doubled_area({uv_of(triangle, 0) * size, uv_of(triangle, 1) * size, uv_of(triangle, 2) * size});
     const double level = 0.5 * std::log2(std::max(1.0, area_texels / triangle.doubled_area_px));
     return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
   }
@@ -336,7 +337,7 @@ class Painter {
     return pixel_box(pixels);
   }
 
-  void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
+  void draw_pixel(const RayTriangle& triangle, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
     const SurfaceLook& look = paint.look;
     const glm::dvec3 ray(ray_x(x), ray_y(y), 1.0);
     const double a = glm::dot(ray, triangle.edges[0]), b = glm::dot(ray, triangle.edges[1]), c = glm::dot(ray, triangle.edges[2]);
@@ -345,17 +346,13 @@ class Painter {
     const double depth = triangle.determinant / sum;
     const std::size_t pixel = pixel_at(x, y);
     if (!(depth < depths_[pixel])) return;
-    if (!look.holes.empty() || !look.mips.empty()) {
-      const glm::dvec2 uv =
-          (a * glm::dvec2(mesh_->uvs[indices[0]]) + b * glm::dvec2(mesh_->uvs[indices[1]]) + c * glm::dvec2(mesh_->uvs[indices[2]])) / sum;
-      const Texel texel = nearest_texel(look, uv);
-      if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
-      if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
-      if (!look.mips.empty())
-        image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
-    } else if (!covers(paint.shade.opacity, paint.leaf, pixel)) {
-      return;
-    }
+    Texel texel;
+    if (!look.holes.empty() || !look.mips.empty())
+      texel = nearest_texel(look, (a * uv_of(triangle, 0) + b * uv_of(triangle, 1) + c * uv_of(triangle, 2)) / sum);
+    if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
+    if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
+    if (!look.mips.empty())
+      image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
     show(pixel, depth, paint.surface);
   }
 

@@ -1,20 +1,22 @@
+// coppice-lab: the program that `coppice evaluate` becomes. To the user the two are one: its help and its messages say `coppice`.
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "bake_arguments.h"
-#include "command_evaluate.h"
 #include "evaluate.h"
+#include "evaluate_command.h"
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "import_gltf.h"
 #include "limit_arguments.h"
 #include "material_split.h"
 #include "output.h"
+#include "program.h"
 #include "progress_bar.h"
 #include "report.h"
-#include "report_html.h"
 
 namespace coppice::bake {
 namespace {
@@ -237,8 +239,7 @@ void add_outputs(CLI::App& command, EvaluateArguments& arguments) {
       ->type_name("F.glb");
 }
 
-}  // namespace
-
+/// Adds the options of `coppice evaluate`. Its callback evaluates, and leaves the exit code in *exit_code.
 void declare_evaluate(CLI::App& command, int* exit_code) {
   auto arguments = std::make_shared<EvaluateArguments>();
   command.footer(
@@ -271,4 +272,12 @@ void declare_evaluate(CLI::App& command, int* exit_code) {
   });
 }
 
+}  // namespace
 }  // namespace coppice::bake
+
+// Memory that runs out before the first command may end the program.
+// NOLINTNEXTLINE(bugprone-exception-escape)
+int main(int argc, char** argv) {
+  const std::string name = std::string("coppice ") + coppice::bake::kEvaluateCommand;
+  return coppice::bake::run_program({name.c_str(), coppice::bake::kEvaluateAbout, coppice::bake::declare_evaluate}, argc, argv);
+}

@@ -3,7 +3,6 @@
 // makes of either, as `coppice bake --metric mi` and `--areas vulkan` do: I(V,L) and the errors of cuts at .8 .6 .4 .2 .1 .05 .025.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -16,15 +15,12 @@
 #include "import_gltf.h"
 #include "leaf_cards.h"
 #include "occlusion_areas.h"
+#include "stopwatch.h"
 #include "tree_order.h"
 #include "visibility.h"
 
 namespace coppice::bake {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 Result<Plant> load(const std::string& name) {
   return name.ends_with(".glb") ? import_gltf(name, {}) : generate_plant(name, 1);
@@ -84,15 +80,15 @@ int print_plant(const std::string& name) {
   const auto queries = OcclusionAreas::create({shown, views, options.resolution_px});
   if (!queries) return std::fprintf(stderr, "%s\n", queries.error().message().c_str()), 1;
 
-  auto start = std::chrono::steady_clock::now();
+  test::Stopwatch watch;
   const auto buffers = render_item_buffers(shown, views, options.resolution_px);
-  const double buffer_seconds = seconds_since(start);
-  start = std::chrono::steady_clock::now();
+  const double buffer_seconds = watch.seconds();
+  watch = {};
   std::vector<std::uint32_t> areas_px((std::size_t{foliage->leaf_count()} + 1) * views.size());
   if (const auto done = (*queries)->measure({foliage->quads, foliage->cards, {}}, areas_px, {}); !done)
     return std::fprintf(stderr, "%s\n", done.error().message().c_str()), 1;
   std::printf("%s, %u leaves, on %s\n  %.2f s for item buffers, %.2f s for queries\n", name.substr(name.rfind('/') + 1).c_str(),
-              foliage->leaf_count(), (*queries)->device_name().c_str(), buffer_seconds, seconds_since(start));
+              foliage->leaf_count(), (*queries)->device_name().c_str(), buffer_seconds, watch.seconds());
   print_differences(areas_px, *buffers);
 
   const test::HeldOutViews reference(*foliage, *plant);
@@ -102,9 +98,9 @@ int print_plant(const std::string& name) {
   std::vector<std::pair<const char*, AreaSource>> sources{{"item buffers", {}}, {"initial", {measure, false}}};
   if (foliage->leaf_count() <= kMaxMeasuredLeaves) sources.push_back({"every step", {measure, true}});
   for (const auto& [source_name, source] : sources) {
-    start = std::chrono::steady_clock::now();
+    watch = {};
     const auto result = collapse_by_mutual_information(shown, views, options, {}, source);
-    if (const int failed = print_collapse(source_name, {*foliage, reference}, result, seconds_since(start)); failed != 0) return failed;
+    if (const int failed = print_collapse(source_name, {*foliage, reference}, result, watch.seconds()); failed != 0) return failed;
   }
   return 0;
 }

@@ -3,32 +3,30 @@
 // species, each of a seed of its own, in small views. Needs Slurm (slurm_cluster.h), root and two idle processors.
 //   cluster_table [PLANTS [VIEWS [RESOLUTION]]]     200, 8, 96
 
-#include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <thread>
-#include <vector>
 
-#include "places.h"
-#include "process.h"
 #include "slurm_cluster.h"
-#include "text_files.h"
+#include "stopwatch.h"
+#include "tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace coppice::test;
 
-double seconds_of(const std::string& program, const std::vector<std::string>& arguments, const ProcessOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+double seconds_of(const std::string& program, const Words& arguments, const ProcessOptions& options) {
+  const Stopwatch watch;
   const ProcessResult result = run_process(program, arguments, options);
   if (result.exit_code != 0) throw std::runtime_error(program + ": " + result.err);
+  const double seconds = watch.seconds();
   const std::size_t last = result.out.find_last_of('\n', result.out.size() - 2);
   std::printf("%s", result.out.substr(last == std::string::npos ? 0 : last + 1).c_str());
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return seconds;
 }
 
 void measure(const std::string& count, const std::string& views, const std::string& resolution) {
@@ -38,31 +36,26 @@ void measure(const std::string& count, const std::string& views, const std::stri
   const char* const species[] = {"corylus", "juniper", "willow"};
   for (int i = 0; i < std::stoi(count); ++i) {
     const std::string name = species[i % 3] + std::to_string(i) + ".glb";
-    if (run_process(coppice::test::kTool, {"plant", species[i % 3], "-o", plants / name, "--seed", std::to_string(i)}).exit_code != 0)
+    if (run_tool({"plant", species[i % 3], "-o", plants / name, "--seed", std::to_string(i)}).exit_code != 0)
       throw std::runtime_error("cannot grow " + name);
   }
-  const std::vector<std::string> bake{"bake-all", plants, "--views", views, "--resolution", resolution, "--candidates", "4", "-o"};
-  const auto with = [&](std::vector<std::string> words, const std::vector<std::string>& more) {
-    words.insert(words.end(), bake.begin(), bake.end());
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  };
+  const Words bake{"bake-all", plants, "--views", views, "--resolution", resolution, "--candidates", "4", "-o"};
+  const auto with = [&](const Words& words, const Words& more) { return joined(joined(words, bake), more); };
   const auto shard = [&](const char* processor, const char* folder_name, const char* part) {
-    return seconds_of(program_on_path("taskset"),
-                      with({"--cpu-list", processor, coppice::test::kTool}, {folder / folder_name, "--shard", part}), {});
+    return seconds_of(program_on_path("taskset"), with({"--cpu-list", processor, kTool}, {folder / folder_name, "--shard", part}), {});
   };
   // Machines are faster at some times than at others: one half of it before the rest and one after.
   const double before = shard("0", "one", "1/2");
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::thread other([&] { shard("1", "hand", "2/2"); });
   shard("0", "hand", "1/2");
   other.join();
-  const double hand = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double hand = watch.seconds();
   double two = 0.0, warm = 0.0;
   {
     const SlurmCluster cluster(2);
-    two = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
-    warm = seconds_of(coppice::test::kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
+    two = seconds_of(kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
+    warm = seconds_of(kTool, with({}, {folder / "two", "--slurm"}), cluster.environment());
   }
   const double one = before + shard("0", "one", "2/2");
   const auto files = [&](const char* name) { return outputs(folder / name, ".coppice-"); };

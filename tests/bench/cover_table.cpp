@@ -1,8 +1,7 @@
 // Whether crowns keep their cover and their picture when they are made of crossed cards: pairs of square cards that share their middle and
 // their axis, each a pinnate leaf with holes between its leaflets, as trees of many generators and packs have them.
-//   cover_table LEAVES...   The same crown (4 x 6 x 4 m, 60 m^2 of leaf surface) of so many cards: rmse_256 and rmse_16 in single frames
-//   and
-//                           in means of 16 frames, and cover, of `default` and of the best meshoptimizer, level by level.
+//   cover_table LEAVES...   bakes the same crown (4 x 6 x 4 m, 60 m^2 of leaf surface) of so many cards. It prints rmse_256 and rmse_16 in
+//                           single frames and in means of 16 frames, and cover, of `default` and of meshoptimizer, level by level.
 
 #include <cstdio>
 #include <cstdlib>

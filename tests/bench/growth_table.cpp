@@ -4,12 +4,7 @@
 //                                       the growth from 5,000 to 77,000 leaves once both have been baked.
 //   growth_table naive LEAVES           mi against naive_collapse on one plant; fails if the sequences differ. 400 leaves take minutes.
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +18,9 @@
 #include "bake.h"
 #include "collapse_image.h"
 #include "collapse_information.h"
+#include "job_processes.h"
 #include "naive_collapse.h"
+#include "stopwatch.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -34,10 +31,6 @@ Result<CollapseResult> collapse(const std::string& method, const Foliage& foliag
   const std::vector<Viewpoint> views = *viewpoints(metric_view_count(metric, foliage.leaf_count()));
   if (metric == Metric::mi) return collapse_by_mutual_information({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, {});
   return collapse_by_image_error({foliage, test::plain_materials(), {}}, views, CollapseOptions{}, ImageErrorOptions{}, {});
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// Processor time of this process, all threads.
@@ -51,29 +44,22 @@ struct Cost {
   double peak_mib = 0.0;
 };
 
-/// One collapse in a child process, so that its peak memory is its own. evaluations 0: it failed
+/// One collapse in a process of its own, as is its peak memory then. evaluations 0: it failed
 Cost measure(const std::string& method, std::uint32_t leaf_count) {
   Cost cost;
-  int ends[2];
-  if (pipe(ends) != 0) return cost;
-  const auto start = std::chrono::steady_clock::now();
-  const pid_t child = fork();
-  if (child == 0) {
+  const test::Stopwatch watch;
+  JobCallbacks callbacks;
+  callbacks.run = [&](std::size_t, const JobProgress&) {
     const auto result = collapse(method, test::filled_crown(leaf_count, 1));
-    const std::uint64_t evaluations = result ? result->sequence.evaluations : 0;
-    _exit(write(ends[1], &evaluations, sizeof evaluations) == sizeof evaluations ? 0 : 1);
-  }
-  close(ends[1]);
-  rusage usage{};
-  int status = 1;
-  if (child < 0 || wait4(child, &status, 0, &usage) != child || status != 0 ||
-      read(ends[0], &cost.evaluations, sizeof cost.evaluations) != sizeof cost.evaluations)
-    cost.evaluations = 0;
-  close(ends[0]);
-  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
-  cost.wall_seconds = seconds_since(start);
-  cost.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
-  cost.peak_mib = static_cast<double>(usage.ru_maxrss) / 1024.0;
+    return std::to_string(result ? result->sequence.evaluations : 0) + " " + std::to_string(cpu_seconds());
+  };
+  callbacks.progressed = [](std::size_t, double) {};
+  callbacks.ended = [&](std::size_t, const JobEnd& end) {
+    std::istringstream(end.result) >> cost.evaluations >> cost.cpu_seconds;
+    cost.peak_mib = static_cast<double>(end.peak_rss_bytes) / (1 << 20);
+  };
+  run_jobs(1, 1, callbacks);
+  cost.wall_seconds = watch.seconds();
   return cost;
 }
 

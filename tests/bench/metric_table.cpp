@@ -4,7 +4,6 @@
 // baker's: a Fibonacci sphere turned away from its axes, another light, no box filter of the baker's.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -20,28 +19,28 @@
 #include "held_out_error.h"
 #include "import_gltf.h"
 #include "leaf_cards.h"
+#include "stopwatch.h"
 #include "tree_order.h"
 
 namespace coppice::bake {
 namespace {
-
-/// "3:1,5:4": blocks of 8 px a side count once, of 32 px four times.
-std::vector<BlockScale> parse_scales(const std::string& text) {
-  std::vector<BlockScale> scales;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) {
-    const std::size_t colon = part.find(':');
-    if (colon == std::string::npos) throw std::invalid_argument(part);
-    scales.push_back({static_cast<std::uint32_t>(std::stoul(part.substr(0, colon))), std::stol(part.substr(colon + 1))});
-  }
-  return scales;
-}
 
 std::vector<std::string> split_at_commas(const std::string& text) {
   std::vector<std::string> parts;
   std::istringstream stream(text);
   for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
   return parts;
+}
+
+/// "3:1,5:4": blocks of 8 px a side count once, of 32 px four times.
+std::vector<BlockScale> parse_scales(const std::string& text) {
+  std::vector<BlockScale> scales;
+  for (const std::string& part : split_at_commas(text)) {
+    const std::size_t colon = part.find(':');
+    if (colon == std::string::npos) throw std::invalid_argument(part);
+    scales.push_back({static_cast<std::uint32_t>(std::stoul(part.substr(0, colon))), std::stol(part.substr(colon + 1))});
+  }
+  return scales;
 }
 
 Result<Plant> load(const std::string& name) {
@@ -78,7 +77,7 @@ int print_plant(const std::string& name, const std::vector<std::string>& methods
   if (!foliage) return std::fprintf(stderr, "%s\n", foliage.error().message().c_str()), 1;
   const test::HeldOutViews reference(*foliage, *plant);
   for (const std::string& method : methods) {
-    const auto start = std::chrono::steady_clock::now();
+    const test::Stopwatch watch;
     Tree tree;
     if (method != "stochastic") {
       const Metric metric = method == "mi" ? Metric::mi : Metric::default_metric;
@@ -92,7 +91,7 @@ int print_plant(const std::string& name, const std::vector<std::string>& methods
                    static_cast<unsigned long long>(result->sequence.evaluations));
       tree = build_tree(*foliage, result->sequence);
     }
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = watch.seconds();
     std::printf("%-28s %-10s %6.1f s", name.substr(name.rfind('/') + 1).c_str(), method.c_str(), seconds);
     for (const std::uint32_t leaf_count : level_leaf_counts(foliage->leaf_count())) {
       const Foliage cut =

@@ -2,7 +2,6 @@
 //   page_table A.coppice B.coppice ...
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <numeric>
@@ -13,6 +12,7 @@
 #include "page_encode.h"
 #include "quantised_tree.h"
 #include "reader.h"
+#include "stopwatch.h"
 #include "unpack.h"
 
 namespace {
@@ -21,16 +21,13 @@ using namespace coppice;
 
 using Pages = std::vector<std::vector<std::uint8_t>>;
 
-std::uint32_t splits_in_page(const bake::QuantisedTree& tree, std::uint32_t page) {
-  return std::min(COPPICE_PAGE_SPLITS, static_cast<std::uint32_t>(tree.splits.size()) - page * COPPICE_PAGE_SPLITS);
-}
-
 Pages encode(const bake::QuantisedTree& tree) {
   Pages pages;
-  for (std::uint32_t first = 0; first < tree.splits.size(); first += COPPICE_PAGE_SPLITS) {
-    const std::uint32_t count = splits_in_page(tree, first / COPPICE_PAGE_SPLITS);
+  const std::span<const Split> splits = tree.splits;
+  for (std::size_t first = 0; first < splits.size(); first += COPPICE_PAGE_SPLITS) {
+    const auto page_splits = splits.subspan(first, std::min<std::size_t>(COPPICE_PAGE_SPLITS, splits.size() - first));
     pages.push_back(
-        *bake::encode_page({std::span(tree.splits).subspan(first, count), first, tree.nodes, tree.box.max - tree.box.min, tree.box.steps}));
+        *bake::encode_page({page_splits, static_cast<std::uint32_t>(first), tree.nodes, tree.box.max - tree.box.min, tree.box.steps}));
   }
   return pages;
 }
@@ -49,11 +46,11 @@ bool decode(const bake::QuantisedTree& tree, const Pages& pages, std::vector<Pag
   for (std::size_t page = 0; page < pages.size(); ++page) places.push_back(nodes.data() + 1 + 2 * COPPICE_PAGE_SPLITS * page);
   for (std::uint32_t page = 0; page < pages.size(); ++page) {
     const PageOutput out{{nodes.data(), std::span(places).first(page + 1)}, {}};
-    const auto start = std::chrono::steady_clock::now();
+    const test::Stopwatch watch;
     if (!decode_page(pages[page], {page, static_cast<std::uint32_t>(tree.splits.size() + 1), COPPICE_MAX_CARDS, tree.box.steps}, out,
                      *scratch, decoders))
       return false;
-    best_s[page] = std::min(best_s[page], std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best_s[page] = std::min(best_s[page], watch.seconds());
   }
   return true;
 }

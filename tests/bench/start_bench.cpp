@@ -2,7 +2,6 @@
 // and pipeline cache; a driver that keeps compiled shaders on disk has to be told not to (Mesa: MESA_SHADER_CACHE_DISABLE=true).
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <stdexcept>
 #include <vector>
@@ -11,15 +10,10 @@
 
 #include "context_desc.h"
 #include "shot.h"
+#include "stopwatch.h"
 
 namespace coppice::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 struct Times {
   double created_ms = 0, ready_ms = 0;
@@ -27,7 +21,7 @@ struct Times {
 
 Times start(const ContextDesc& desc, bool shadows) {
   coppice_context* context = nullptr;
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   if (create_context(desc, &context) != COPPICE_OK) throw std::runtime_error("coppice_vulkan_context_create failed");
   std::vector<coppice_output> outputs{COPPICE_OUTPUT_LIT};
   if (shadows) outputs.push_back(COPPICE_OUTPUT_DEPTH);
@@ -35,10 +29,10 @@ Times start(const ContextDesc& desc, bool shadows) {
     coppice_view view = 0;
     if (create_view(context, &view, output) != COPPICE_OK) throw std::runtime_error("coppice_vulkan_view_create failed");
   }
-  Times times{.created_ms = ms_since(begin)};
+  Times times{.created_ms = watch.ms()};
   VkBool32 ready = VK_FALSE;
   while (coppice_pipelines_ready(context, &ready) == COPPICE_OK && ready == VK_FALSE) usleep(100);
-  times.ready_ms = ms_since(begin);
+  times.ready_ms = watch.ms();
   coppice_context_destroy(context);
   return times;
 }

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,7 +15,6 @@
 #include <fstream>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -37,12 +35,12 @@
 #include "pack.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
+#include "stopwatch.h"
 #include "vulkan_device.h"
 
 namespace {
 
 using namespace coppice;
-using Clock = std::chrono::steady_clock;
 
 struct Options {
   std::vector<std::string> files;
@@ -60,18 +58,14 @@ struct Streaming {
   float prefetch_frames = 20.0f;
 };
 
-// ---- plants -------------------------------------------------------------------------------------------------------------------------
+void expect(const Result<void>& result) {
+  if (!result) throw std::runtime_error(result.error().message());
+}
 
 template <class T>
 T expect(Result<T> result) {
   if (!result) throw std::runtime_error(result.error().message());
   return *std::move(result);
-}
-
-void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  std::ofstream stream(path, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
 std::vector<std::string> baked_plants(const std::filesystem::path& folder, std::uint32_t count) {
@@ -84,13 +78,11 @@ std::vector<std::string> baked_plants(const std::filesystem::path& folder, std::
     files.push_back(stem + ".coppice");
     if (std::filesystem::exists(files.back())) continue;
     const bake::Plant plant = expect(bake::generate_plant(species, i + 1));
-    const auto written = bake::write_glb(stem + ".glb", {{"leaves", &plant.foliage}, {"wood", &plant.wood}}, plant.materials, plant.images);
-    if (!written) throw std::runtime_error(written.error().message());
+    expect(bake::write_glb(stem + ".glb", {{"leaves", &plant.foliage}, {"wood", &plant.wood}}, plant.materials, plant.images));
     bake::BakeReport report;
     const auto bytes = expect(bake::bake(
         stem + ".glb", {}, [](const char*, double) {}, report));
-    const auto stored = bake::write_file_atomically(files.back(), bytes);
-    if (!stored) throw std::runtime_error(stored.error().message());
+    expect(bake::write_file_atomically(files.back(), bytes));
     std::filesystem::remove(stem + ".glb");
     std::printf("baked %s in %.1f s\n", files.back().c_str(), report.seconds.total);
   }
@@ -104,12 +96,10 @@ std::vector<std::string> random_plants(const std::filesystem::path& folder, std:
     plant.sphere = {glm::vec3(0.0f), 1.6f};
     bake::PackSizes sizes;
     files.push_back((folder / (std::to_string(i) + ".coppice")).string());
-    write_file(files.back(), expect(bake::pack(plant, sizes)));
+    expect(bake::write_file_atomically(files.back(), expect(bake::pack(plant, sizes))));
   }
   return files;
 }
-
-// ---- the flight ---------------------------------------------------------------------------------------------------------------------
 
 constexpr float kSpacing_m = 5.0f;
 
@@ -154,8 +144,6 @@ test::Shot view_at(const Options& options, const Forest& forest, std::uint32_t f
   return view;
 }
 
-// ---- a run --------------------------------------------------------------------------------------------------------------------------
-
 struct Percentiles {
   double p50 = 0, p99 = 0, max = 0;
 };
@@ -174,8 +162,18 @@ struct Sample {
   std::uint64_t memory_bytes = 0;
 };
 
+/// What is timed in each frame: its key in the report, and how it is printed.
+struct Timed {
+  const char* key;
+  const char* label;
+  int decimals;
+};
+enum TimedIndex : std::size_t { kBegin, kUpload, kRecord, kFrame, kTimedCount };
+constexpr std::array<Timed, kTimedCount> kTimed{
+    {{"begin_ms", "coppice_frame_begin", 3}, {"upload_ms", "upload", 3}, {"record_ms", "upload and cull", 3}, {"frame_ms", "frame", 2}}};
+
 struct RunResult {
-  std::vector<double> begin_ms, upload_ms, record_ms, frame_ms;
+  std::array<std::vector<double>, kTimedCount> ms;  ///< [TimedIndex][frame]
   std::vector<Sample> samples;
   std::vector<test::Picture> pictures;
   coppice_stats stats{};
@@ -188,10 +186,6 @@ struct RunResult {
   std::vector<std::uint32_t> visible;  ///< [frame] instances in view, as the GPU has counted them; the last is not known
   std::optional<std::uint32_t> first_complete_frame, settled_frame;
 };
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 class Run {
  public:
@@ -256,14 +250,15 @@ class Run {
     for (int i = 0; i < 20000; ++i) {
       frame(view, false, nullptr);
       const coppice_stats now = stats();
-      if (i > 3 && now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && now.streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
-      if (now.streamed[COPPICE_STREAMED_ALL].in_flight > 0) ::usleep(500);
+      const auto& all = now.streamed[COPPICE_STREAMED_ALL];
+      if (i > 3 && all.wanted == 0 && all.in_flight == 0) break;
+      if (all.in_flight > 0) ::usleep(500);
     }
     result.full_bytes = stats().memory_bytes - empty;
   }
 
   void fly() {
-    const auto start = Clock::now();
+    const test::Stopwatch watch;
     const std::uint64_t calls = test::counted_device_calls().calls;
     const std::uint32_t step = std::max(options_.frames / std::max(options_.pictures, 1u), 1u);
     for (std::uint32_t i = 0; i < options_.frames; ++i) {
@@ -271,7 +266,7 @@ class Run {
       frame(view_at(options_, forest_, i), true, picture ? &result.pictures.emplace_back() : nullptr);
       account(i);
     }
-    result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    result.seconds = watch.seconds();
     result.device_calls = test::counted_device_calls().calls - calls;
     result.stats = stats();
   }
@@ -313,22 +308,22 @@ class Run {
     if (complete && !result.first_complete_frame) result.first_complete_frame = index + 1;
     result.frames_with_missing_plants += !complete;
     const coppice_stats now = stats();
+    const auto& all = now.streamed[COPPICE_STREAMED_ALL];
     coppice_view_stats drawn;
     coppice_view_stats_init(&drawn);
     check(coppice_get_view_stats(context_, view_, &drawn), "coppice_get_view_stats");
-    if (now.streamed[COPPICE_STREAMED_ALL].wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
-    result.frames_waiting += now.streamed[COPPICE_STREAMED_ALL].wanted > 0;
+    if (all.wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
+    result.frames_waiting += all.wanted > 0;
     result.threshold_sum_px += static_cast<double>(drawn.threshold_px);
     if (index > 0) result.visible.push_back(drawn.visible_instance_count);
     if (index % std::max(options_.frames / 100, 1u) == 0)
-      result.samples.push_back({index, drawn.threshold_px, now.streamed[COPPICE_STREAMED_ALL].wanted,
-                                now.streamed[COPPICE_STREAMED_ALL].in_flight, now.memory_bytes});
+      result.samples.push_back({index, drawn.threshold_px, all.wanted, all.in_flight, now.memory_bytes});
   }
 
   void record(VkCommandBuffer cmd, const test::Shot& view) {
-    const auto start = Clock::now();
+    const test::Stopwatch watch;
     check(coppice_record_upload(context_, cmd), "coppice_record_upload");
-    upload_ms_ = ms_since(start);
+    upload_ms_ = watch.ms();
     check(coppice_record_cull(context_, cmd, view_, &view.light), "coppice_record_cull");
   }
 
@@ -341,9 +336,9 @@ class Run {
     camera.view = view_;
     begun.cameras = &camera;
     begun.camera_count = 1;
-    const auto start = Clock::now();
+    const test::Stopwatch watch;
     check(coppice_frame_begin(context_, &begun), "coppice_frame_begin");
-    const double begin_ms = ms_since(start);
+    const double begin_ms = watch.ms();
     if (!draw) {
       test::submit(device(), [&](VkCommandBuffer cmd) { record(cmd, view); });
       return;
@@ -352,15 +347,13 @@ class Run {
     test::Picture drawn = test::draw_on_white(
         device(), view,
         [&](VkCommandBuffer cmd) {
-          const auto record_start = Clock::now();
+          const test::Stopwatch recording;
           record(cmd, view);
-          record_ms = ms_since(record_start);
+          record_ms = recording.ms();
         },
         [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, view_, 0), "coppice_record_draw"); });
-    result.begin_ms.push_back(begin_ms);
-    result.upload_ms.push_back(upload_ms_);
-    result.record_ms.push_back(record_ms);
-    result.frame_ms.push_back(ms_since(start));
+    const std::array<double, kTimedCount> ms{begin_ms, upload_ms_, record_ms, watch.ms()};
+    for (std::size_t i = 0; i < kTimedCount; ++i) result.ms[i].push_back(ms[i]);
     if (picture != nullptr) *picture = std::move(drawn);
   }
 
@@ -374,9 +367,7 @@ class Run {
   double upload_ms_ = 0;  ///< of the last frame
 };
 
-// ---- the report ---------------------------------------------------------------------------------------------------------------------
-
-/// Of luminance, 0..255, over all pixels.
+/// The error of luminance, 0..255, over all pixels.
 double luminance_rmse(const test::Picture& a, const test::Picture& b) {
   const auto luminance = [](const std::uint8_t* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; };
   double sum = 0;
@@ -384,32 +375,29 @@ double luminance_rmse(const test::Picture& a, const test::Picture& b) {
   return std::sqrt(sum / (static_cast<double>(a.rgba.size()) / 4.0));
 }
 
-nlohmann::ordered_json json_of(const Percentiles& p) {
-  return {{"p50", p.p50}, {"p99", p.p99}, {"max", p.max}};
-}
-
 nlohmann::ordered_json json_of(const RunResult& run) {
   nlohmann::ordered_json json;
-  json["begin_ms"] = json_of(percentiles(run.begin_ms));
-  json["upload_ms"] = json_of(percentiles(run.upload_ms));
-  json["record_ms"] = json_of(percentiles(run.record_ms));
-  json["frame_ms"] = json_of(percentiles(run.frame_ms));
-  json["seconds"] = run.seconds;
-  json["counted_peak_bytes"] = run.counted_peak_bytes;
-  json["memory_peak_bytes"] = run.stats.memory_peak_bytes;
-  json["most_device_allocations"] = run.max_device_allocations;
-  json["device_allocation_calls"] = run.device_calls;
-  json["pages_loaded"] = run.stats.streamed[COPPICE_STREAMED_ALL].loaded;
-  json["pages_evicted"] = run.stats.streamed[COPPICE_STREAMED_ALL].evicted;
-  json["pages_cancelled"] = run.stats.streamed[COPPICE_STREAMED_ALL].cancelled;
-  json["bytes_read"] = run.stats.bytes_read;
-  json["bytes_per_s"] = static_cast<double>(run.stats.bytes_read) / run.seconds;
-  json["decode_ms"] = run.stats.decode_ms;
+  for (std::size_t i = 0; i < kTimedCount; ++i) {
+    const Percentiles p = percentiles(run.ms[i]);
+    json[kTimed[i].key] = {{"p50", p.p50}, {"p99", p.p99}, {"max", p.max}};
+  }
+  const auto& all = run.stats.streamed[COPPICE_STREAMED_ALL];
+  json.update({{"seconds", run.seconds},
+               {"counted_peak_bytes", run.counted_peak_bytes},
+               {"memory_peak_bytes", run.stats.memory_peak_bytes},
+               {"most_device_allocations", run.max_device_allocations},
+               {"device_allocation_calls", run.device_calls},
+               {"pages_loaded", all.loaded},
+               {"pages_evicted", all.evicted},
+               {"pages_cancelled", all.cancelled},
+               {"bytes_read", run.stats.bytes_read},
+               {"bytes_per_s", static_cast<double>(run.stats.bytes_read) / run.seconds},
+               {"decode_ms", run.stats.decode_ms}});
   if (run.first_complete_frame) json["first_complete_frame"] = *run.first_complete_frame;
   if (run.settled_frame) json["settled_frame"] = *run.settled_frame;
   json["frames_over_budget"] = run.frames_over_budget;
   json["frames_waiting"] = run.frames_waiting;
-  json["threshold_px_mean"] = run.threshold_sum_px / static_cast<double>(run.frame_ms.size());
+  json["threshold_px_mean"] = run.threshold_sum_px / static_cast<double>(run.ms[kFrame].size());
   json["frames_with_missing_plants"] = run.frames_with_missing_plants;
   for (const Sample& sample : run.samples)
     json["samples"].push_back({{"frame", sample.frame},
@@ -421,23 +409,21 @@ nlohmann::ordered_json json_of(const RunResult& run) {
 }
 
 void print(const char* name, const RunResult& run) {
-  const Percentiles begin = percentiles(run.begin_ms), upload = percentiles(run.upload_ms), record = percentiles(run.record_ms),
-                    frame = percentiles(run.frame_ms);
   std::printf("%s\n", name);
-  std::printf("  coppice_frame_begin  p50 %.3f ms, p99 %.3f, max %.3f\n", begin.p50, begin.p99, begin.max);
-  std::printf("  upload               p50 %.3f ms, p99 %.3f, max %.3f\n", upload.p50, upload.p99, upload.max);
-  std::printf("  upload and cull      p50 %.3f ms, p99 %.3f, max %.3f\n", record.p50, record.p99, record.max);
-  std::printf("  frame                p50 %.2f ms, p99 %.2f, max %.2f\n", frame.p50, frame.p99, frame.max);
+  for (std::size_t i = 0; i < kTimedCount; ++i) {
+    const Percentiles p = percentiles(run.ms[i]);
+    const int decimals = kTimed[i].decimals;
+    std::printf("  %-20s p50 %.*f ms, p99 %.*f, max %.*f\n", kTimed[i].label, decimals, p.p50, decimals, p.p99, decimals, p.max);
+  }
+  const auto& all = run.stats.streamed[COPPICE_STREAMED_ALL];
   std::printf("  counted memory       peak %.2f MiB\n", static_cast<double>(run.counted_peak_bytes) / (1 << 20));
   std::printf("  device allocations   %llu at most; %llu calls in the frames\n",
               static_cast<unsigned long long>(run.max_device_allocations), static_cast<unsigned long long>(run.device_calls));
   std::printf("  threshold            mean %.2f px; %u of %zu frames wait for something\n",
-              run.threshold_sum_px / static_cast<double>(run.frame_ms.size()), run.frames_waiting, run.frame_ms.size());
+              run.threshold_sum_px / static_cast<double>(run.ms[kFrame].size()), run.frames_waiting, run.ms[kFrame].size());
   std::printf("  pages                %llu loaded, %llu evicted, %llu cancelled; %.1f MB/s read\n",
-              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].loaded),
-              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].evicted),
-              static_cast<unsigned long long>(run.stats.streamed[COPPICE_STREAMED_ALL].cancelled),
-              1e-6 * static_cast<double>(run.stats.bytes_read) / run.seconds);
+              static_cast<unsigned long long>(all.loaded), static_cast<unsigned long long>(all.evicted),
+              static_cast<unsigned long long>(all.cancelled), 1e-6 * static_cast<double>(run.stats.bytes_read) / run.seconds);
 }
 
 bool require(bool holds, const char* what) {
@@ -494,15 +480,14 @@ int run(const Options& options) {
   }
   const std::uint64_t budget_bytes = options.budget_bytes != 0 ? options.budget_bytes : all.full_bytes / 20;
   print("everything resident", all);
-  nlohmann::ordered_json json;
-  json["device"] = test::vulkan_device().device_name;
-  json["species"] = options.species;
-  json["instances"] = options.instances;
-  json["frames"] = options.frames;
-  json["error_px"] = options.error_px;
-  json["all_bytes"] = all.full_bytes;
-  json["budget_bytes"] = budget_bytes;
-  json["resident"] = json_of(all);
+  nlohmann::ordered_json json{{"device", test::vulkan_device().device_name},
+                              {"species", options.species},
+                              {"instances", options.instances},
+                              {"frames", options.frames},
+                              {"error_px", options.error_px},
+                              {"all_bytes", all.full_bytes},
+                              {"budget_bytes", budget_bytes},
+                              {"resident", json_of(all)}};
   std::vector<Streaming> ways{{}};
   if (options.compare) {
     ways.push_back({.name = "read by the pool", .reading = Reading::thread_pool});

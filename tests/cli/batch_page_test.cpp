@@ -1,34 +1,22 @@
 // The page of `coppice bake-all --html`: its pictures, and what it shows in headless Chromium.
 
-#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "browser.h"
-#include "documents.h"
 #include "gltf_builder.h"
 #include "image_decode.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
-#include "text_files.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace batch_page_test {
 
 namespace fs = std::filesystem;
-using coppice::test::mentions;
-using coppice::test::ProcessOptions;
-using coppice::test::ProcessResult;
-using coppice::test::program_on_path;
-using coppice::test::read_text;
-using coppice::test::Scheme;
-using coppice::test::TemporaryFolder;
 
 constexpr const char* kProbe = R"probe(
 <pre id="probe"></pre>
@@ -70,32 +58,24 @@ class BatchPage : public testing::Test {
   /// A hazel, the smallest plant under a name that is markup, and a file that is no plant.
   void SetUp() override {
     fs::create_directories(plants_);
-    ASSERT_EQ(run({"plant", "corylus", "-o", plants_ / "hazel.glb"}).exit_code, 0);
-    coppice::test::write_file(plants_ / "small<b>.glb", coppice::test::small_plant().glb());
-    std::ofstream(plants_ / "letter.glb") << "this is a letter, not a plant\n";
+    ASSERT_EQ(run_tool({"plant", "corylus", "-o", plants_ / "hazel.glb"}).exit_code, 0);
+    write_file(plants_ / "small<b>.glb", small_plant().glb());
+    write_text(plants_ / "letter.glb", "this is a letter, not a plant\n");
   }
 
-  [[nodiscard]] ProcessResult run(const std::vector<std::string>& arguments, const ProcessOptions& options = {}) const {
-    return coppice::test::run_process(coppice::test::kTool, arguments, options);
-  }
-  ProcessResult bake_all(const std::vector<std::string>& more, const ProcessOptions& options = {}) {
-    std::vector<std::string> arguments{"bake-all", plants_, "-o", out_, "--views", "2", "--resolution", "16"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run(arguments, options);
+  /// Bakes, and expects the failure of the letter.
+  void bake_all(const Words& more) {
+    EXPECT_EQ(run_tool(joined({"bake-all", plants_, "-o", out_, "--views", "2", "--resolution", "16"}, more)).exit_code, 1);
   }
 
   /// The pictures' bytes by their names.
   [[nodiscard]] std::map<std::string, std::string> pictures() const {
-    std::map<std::string, std::string> files;
-    std::error_code absent;
-    for (fs::directory_iterator entry(out_ / ".coppice-pictures", absent), end; !absent && entry != end; entry.increment(absent))
-      files[entry->path().filename()] = read_text(entry->path());
-    return files;
+    const fs::path folder = out_ / ".coppice-pictures";
+    return fs::exists(folder) ? outputs(folder) : std::map<std::string, std::string>{};
   }
 
   nlohmann::json probe(int width_px = 1400) {
-    const fs::path page = coppice::test::page_with(read_text(page_), kProbe, folder_ / "probed.html");
-    return coppice::test::probed_page(page, folder_ / "profile", width_px, Scheme::light);
+    return probed_page(page_with(read_text(page_), kProbe, folder_ / "probed.html"), folder_ / "profile", width_px, Scheme::light);
   }
 
   TemporaryFolder folder_;
@@ -103,13 +83,13 @@ class BatchPage : public testing::Test {
 };
 
 TEST_F(BatchPage, APictureShowsThePlantNearAndFar) {
-  EXPECT_EQ(bake_all({}).exit_code, 1);
+  bake_all({});
   EXPECT_TRUE(pictures().empty()) << "nobody asked for them";
-  EXPECT_EQ(bake_all({"--html", page_}).exit_code, 1);
+  bake_all({"--html", page_});
   const auto drawn = pictures();
   ASSERT_EQ(drawn.size(), 2u);
   for (const auto& [name, bytes] : drawn) {
-    const auto image = coppice::bake::decode_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, 4096);
+    const auto image = bake::decode_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, 4096);
     ASSERT_TRUE(image);
     ASSERT_EQ(image->width, 288u);
     ASSERT_EQ(image->height, 224u);
@@ -125,14 +105,14 @@ TEST_F(BatchPage, APictureShowsThePlantNearAndFar) {
     EXPECT_LT(far, std::size_t{64} * 64) << "it is not below the plant alone";
   }
   fs::remove_all(out_ / ".coppice-pictures");
-  EXPECT_EQ(bake_all({"--pictures", "--jobs", "1"}).exit_code, 1);
+  bake_all({"--pictures", "--jobs", "1"});
   EXPECT_EQ(pictures(), drawn) << "of cached plants, and the same bytes";
 }
 
 TEST_F(BatchPage, ShowsEveryPlant) {
   if (program_on_path("chromium").empty())
     GTEST_SKIP() << "chromium is not installed (third_party/install does that): the page is not opened";
-  ASSERT_EQ(bake_all({"--html", page_}).exit_code, 1);
+  bake_all({"--html", page_});
   const nlohmann::json found = probe();
   ASSERT_TRUE(found.is_object());
   EXPECT_TRUE(mentions(found["title"].get<std::string>(), {out_.string()}));
@@ -154,3 +134,4 @@ TEST_F(BatchPage, ShowsEveryPlant) {
 }
 
 }  // namespace batch_page_test
+}  // namespace coppice::test

@@ -4,21 +4,19 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "help_text.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace completion_test {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 /// A program that completes, and how it is asked for its script.
 struct Program {
@@ -28,7 +26,7 @@ struct Program {
 };
 
 const std::vector<Program>& programs() {
-  static const std::vector<Program> all = {{"coppice", test::kTool, "completion"}, {"coppice-forest", test::kForest, "--completion"}};
+  static const std::vector<Program> all = {{"coppice", kTool, "completion"}, {"coppice-forest", kForest, "--completion"}};
   return all;
 }
 
@@ -38,7 +36,7 @@ fs::path write_script(const Program& program, const std::string& shell, const Te
   EXPECT_EQ(result.err, "");
   EXPECT_NE(result.out, "");
   fs::path path = folder.path() / (program.name + "." + shell);
-  std::ofstream(path) << result.out;
+  write_text(path, result.out);
   return path;
 }
 
@@ -56,7 +54,7 @@ class Completion : public testing::Test {
   Completion() {
     fs::create_directories(files_ / "a folder");
     for (const char* name : {"oak.glb", "oak.gltf", "oak.coppice", "birch.coppice", "wood.forest", "map.png", "notes.txt"})
-      std::ofstream(files_ / name) << "x";
+      write_text(files_ / name, "x");
   }
 
   /// What bash offers for the last word. Words as readline has them: = is one of its own.
@@ -67,9 +65,8 @@ class Completion : public testing::Test {
     static const std::string complete =
         "source \"$1\"; cd \"$2\"; complete=$3; PATH=$4:$PATH; shift 4; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); "
         "$complete; printf '%s\\n' \"${COMPREPLY[@]}\"";
-    Words arguments = {"-u", "-c", complete, "bash", write_script(program, "bash", folder_), files_, function, programs_};
-    arguments.insert(arguments.end(), line.begin(), line.end());
-    const ProcessResult result = run_process(program_on_path("bash"), arguments);
+    const Words arguments = {"-u", "-c", complete, "bash", write_script(program, "bash", folder_), files_, function, programs_};
+    const ProcessResult result = run_process(program_on_path("bash"), joined(arguments, line));
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     return sorted_lines(result.out);
@@ -86,11 +83,10 @@ class Completion : public testing::Test {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return result.out;
   }
-  Words in_fish(const std::string& line) { return sorted_lines(answer_of_fish(line)); }
 
   TemporaryFolder folder_;
   fs::path files_ = folder_.path() / "files";
-  fs::path programs_ = fs::path(test::kTool).parent_path();  // of both
+  fs::path programs_ = fs::path(kTool).parent_path();  // of both
 };
 
 TEST_F(Completion, ScriptsAreWellFormed) {
@@ -128,46 +124,49 @@ TEST_F(Completion, OffersWhatTheHelpLists) {
 }
 
 TEST_F(Completion, BashOffersValuesAndFilesThatFit) {
-  EXPECT_EQ(in_bash({"coppice", "ba"}), (Words{"bake", "bake-all"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--metr"}), (Words{"--metric"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", ""}), (Words{"default", "geometric", "mi"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", "=", "g"}), (Words{"geometric"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--metric", "="}), (Words{"default", "geometric", "mi"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--views", ""}), Words{}) << "a number";
-  EXPECT_EQ(in_bash({"coppice", "plant", ""}), (Words{"corylus", "juniper", "willow"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", ""}), (Words{"a folder", "oak.glb", "oak.gltf"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "--quick", "--views", "4", "oak"}), (Words{"oak.glb", "oak.gltf"}));
-  EXPECT_EQ(in_bash({"coppice", "bake", "oak.glb", ""}), Words{}) << "one plant is enough";
-  EXPECT_EQ(in_bash({"coppice", "bake", "-o", "o"}), (Words{"oak.coppice"}));
-  EXPECT_EQ(in_bash({"coppice", "bake-all", "-o", ""}), (Words{"a folder"}));
-  EXPECT_EQ(in_bash({"coppice", "export", "--leaves", ""}), (Words{"full"}));
-  EXPECT_EQ(in_bash({"coppice", "evaluate", "--methods", "mi,g"}), (Words{"mi,geometric"}));
-  EXPECT_EQ(in_bash({"coppice", "scene", "--plants", "oak.coppice,b"}), (Words{"oak.coppice,birch.coppice"}));
-  EXPECT_EQ(in_bash({"coppice", "scene", "--density", "oak", "=", "m"}), (Words{"map.png"}));
-  EXPECT_EQ(in_bash({"coppice", "completion", ""}), (Words{"bash", "fish", "zsh"}));
-  EXPECT_EQ(in_bash({"coppice", "no-such-command", ""}), Words{});
-}
-
-TEST_F(Completion, BashKnowsAProgramWithoutCommands) {
-  EXPECT_EQ(in_bash({"coppice-forest", ""}), (Words{"a folder", "birch.coppice", "oak.coppice"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "--scene", ""}), (Words{"a folder", "wood.forest"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "oak.coppice", "--lod", "d"}), (Words{"discrete"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "--no-t"}), (Words{"--no-taa"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "--view", "o"}), (Words{"occlusion", "overdraw"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "--camera", "t"}), (Words{"top", "turntable"}));
-  EXPECT_EQ(in_bash({"coppice-forest", "--camera", "n"}), (Words{"notes.txt"}));
+  const std::vector<std::pair<Words, Words>> lines = {
+      {{"coppice", "ba"}, {"bake", "bake-all"}},
+      {{"coppice", "bake", "--metr"}, {"--metric"}},
+      {{"coppice", "bake", "--metric", ""}, {"default", "geometric", "mi"}},
+      {{"coppice", "bake", "--metric", "=", "g"}, {"geometric"}},
+      {{"coppice", "bake", "--metric", "="}, {"default", "geometric", "mi"}},
+      {{"coppice", "bake", "--views", ""}, {}},  // a number
+      {{"coppice", "plant", ""}, {"corylus", "juniper", "willow"}},
+      {{"coppice", "bake", ""}, {"a folder", "oak.glb", "oak.gltf"}},
+      {{"coppice", "bake", "--quick", "--views", "4", "oak"}, {"oak.glb", "oak.gltf"}},
+      {{"coppice", "bake", "oak.glb", ""}, {}},  // one plant is enough
+      {{"coppice", "bake", "-o", "o"}, {"oak.coppice"}},
+      {{"coppice", "bake-all", "-o", ""}, {"a folder"}},
+      {{"coppice", "export", "--leaves", ""}, {"full"}},
+      {{"coppice", "evaluate", "--methods", "mi,g"}, {"mi,geometric"}},
+      {{"coppice", "scene", "--plants", "oak.coppice,b"}, {"oak.coppice,birch.coppice"}},
+      {{"coppice", "scene", "--density", "oak", "=", "m"}, {"map.png"}},
+      {{"coppice", "completion", ""}, {"bash", "fish", "zsh"}},
+      {{"coppice", "no-such-command", ""}, {}},
+      {{"coppice-forest", ""}, {"a folder", "birch.coppice", "oak.coppice"}},
+      {{"coppice-forest", "--scene", ""}, {"a folder", "wood.forest"}},
+      {{"coppice-forest", "oak.coppice", "--lod", "d"}, {"discrete"}},
+      {{"coppice-forest", "--no-t"}, {"--no-taa"}},
+      {{"coppice-forest", "--view", "o"}, {"occlusion", "overdraw"}},
+      {{"coppice-forest", "--camera", "t"}, {"top", "turntable"}},
+      {{"coppice-forest", "--camera", "n"}, {"notes.txt"}},
+  };
+  for (const auto& [line, offered] : lines) EXPECT_EQ(in_bash(line), offered) << testing::PrintToString(line);
 }
 
 TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
   if (program_on_path("fish").empty()) GTEST_SKIP() << "fish is not installed";
-  EXPECT_EQ(in_fish("coppice ba"), (Words{"bake", "bake-all"}));
-  EXPECT_EQ(in_fish("coppice bake --metric "), (Words{"default", "geometric", "mi"}));
-  EXPECT_EQ(in_fish("coppice bake --metric=g"), (Words{"--metric=geometric"}));
-  EXPECT_EQ(in_fish("coppice bake o"), (Words{"oak.glb", "oak.gltf"}));
-  EXPECT_EQ(in_fish("coppice bake-all -o "), (Words{"a folder/"}));
-  EXPECT_EQ(in_fish("coppice evaluate --methods mi,g"), (Words{"mi,geometric"}));
-  EXPECT_EQ(in_fish("coppice scene --density oak=m"), (Words{"oak=map.png"}));
-  EXPECT_EQ(in_fish("coppice-forest --no-t"), (Words{"--no-taa"}));
+  const std::vector<std::pair<std::string, Words>> lines = {
+      {"coppice ba", {"bake", "bake-all"}},
+      {"coppice bake --metric ", {"default", "geometric", "mi"}},
+      {"coppice bake --metric=g", {"--metric=geometric"}},
+      {"coppice bake o", {"oak.glb", "oak.gltf"}},
+      {"coppice bake-all -o ", {"a folder/"}},
+      {"coppice evaluate --methods mi,g", {"mi,geometric"}},
+      {"coppice scene --density oak=m", {"oak=map.png"}},
+      {"coppice-forest --no-t", {"--no-taa"}},
+  };
+  for (const auto& [line, offered] : lines) EXPECT_EQ(sorted_lines(answer_of_fish(line)), offered) << line;
   EXPECT_NE(answer_of_fish("coppice bake --metr").find("--metric\t"), std::string::npos) << "no description";
 }
 

@@ -1,13 +1,13 @@
 // coppice-forest and the host examples from outside: they run, their pictures show plants, their statistics keep the contract's keys.
 
-#include <cmath>
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
 #include <string>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -15,46 +15,22 @@
 #include "baked_corylus.h"
 #include "documents.h"
 #include "golden.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace demo_test {
 
 namespace fs = std::filesystem;
-using coppice::test::bake_corylus;
-using coppice::test::column_spans;
-using coppice::test::lines_that_name;
-using coppice::test::mentions;
-using coppice::test::Picture;
-using coppice::test::ProcessResult;
-using coppice::test::rmse;
-using coppice::test::run_process;
-using coppice::test::source_text;
-using coppice::test::spans_of_row;
-using coppice::test::Table;
-using coppice::test::table_after;
-using coppice::test::TemporaryFolder;
 
-std::vector<std::string> headless_forest(const fs::path& plant, const fs::path& picture) {
-  return {"--plants", plant, "--count", "40", "--size", "320x180", "--frames", "2", "--headless", "--validation", "--screenshot", picture};
-}
-
-std::set<std::string> keys_of(const nlohmann::json& object) {
-  std::set<std::string> keys;
-  for (const auto& [key, value] : object.items()) keys.insert(key);
-  return keys;
-}
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream file(path);
-  return nlohmann::json::parse(file);
+Words headless_forest(const fs::path& plant, const fs::path& picture, const Words& more = {}) {
+  return joined(
+      {"--plants", plant, "--count", "40", "--size", "320x180", "--frames", "2", "--headless", "--validation", "--screenshot", picture},
+      more);
 }
 
 /// With --validation among the arguments. statistics: the file that says how many messages there were
-void run_without_messages(std::vector<std::string> arguments, const fs::path& statistics) {
-  arguments.insert(arguments.end(), {"--stats", statistics});
-  const ProcessResult result = run_process(coppice::test::kForest, arguments);
+void run_without_messages(const Words& arguments, const fs::path& statistics) {
+  const ProcessResult result = run_process(kForest, joined(arguments, {"--stats", statistics}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(read_json(statistics)["validation_messages"], 0) << result.out << result.err;
 }
@@ -68,10 +44,17 @@ bool is_green(const std::uint8_t* rgb) {
   return rgb[1] > rgb[0] + 8 && rgb[1] > rgb[2] + 8;
 }
 
+/// The share of a picture's pixels that have a colour.
+double share_of(const Picture& picture, const std::function<bool(const std::uint8_t* rgb)>& is_colour) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += is_colour(&picture.rgba[i]);
+  return static_cast<double>(count) / static_cast<double>(picture.rgba.size() / 4);
+}
+
 TEST(HelloPlant, DrawsAPlant) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), picture = folder / "hello.ppm";
-  const ProcessResult result = run_process(coppice::test::kHelloPlant, {plant, picture});
+  const ProcessResult result = run_process(kHelloPlant, {plant, picture});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(mentions(result.out, {"386"}));
 
@@ -89,7 +72,7 @@ TEST(HelloPlant, DrawsAPlant) {
 }
 
 TEST(HelloPlant, SaysWhatFailedOnAFileThatIsNoPlant) {
-  const ProcessResult result = run_process(coppice::test::kHelloPlant, {"/dev/null", "/dev/null"});
+  const ProcessResult result = run_process(kHelloPlant, {"/dev/null", "/dev/null"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(mentions(result.err, {"coppice_plant_open"}));
 }
@@ -97,14 +80,11 @@ TEST(HelloPlant, SaysWhatFailedOnAFileThatIsNoPlant) {
 TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), cut_png = folder / "cut.png", full_png = folder / "full.png", json = folder / "stats.json";
-  std::vector<std::string> arguments = headless_forest(plant, cut_png);
-  arguments.insert(arguments.end(), {"--stats", json, "--pass-times"});
-  const ProcessResult cut = run_process(coppice::test::kForest, arguments);
+  const ProcessResult cut = run_process(kForest, headless_forest(plant, cut_png, {"--stats", json, "--pass-times"}));
   ASSERT_EQ(cut.exit_code, 0) << cut.err;
   EXPECT_TRUE(mentions(cut.out, {cut_png.string()}));
 
-  std::ifstream file(json);
-  const auto stats = nlohmann::json::parse(file);
+  const auto stats = read_json(json);
   const Table table = table_of_statistics();
   std::set<std::string> keys = keys_of(stats), streamed = keys_of(stats["streamed"]), passes = spans_of_row(table, "pass_ms");
   keys.insert("scene");  // with --scene
@@ -123,11 +103,9 @@ TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
     EXPECT_GT(stats["pass_ms"][pass], 0) << pass;
   EXPECT_LE(stats["memory_peak_bytes"], stats["memory_budget_bytes"]);
 
-  arguments = headless_forest(plant, full_png);
-  arguments.insert(arguments.end(), {"--lod", "full"});
-  const ProcessResult full = run_process(coppice::test::kForest, arguments);
+  const ProcessResult full = run_process(kForest, headless_forest(plant, full_png, {"--lod", "full"}));
   ASSERT_EQ(full.exit_code, 0) << full.err;
-  const Picture cut_picture = coppice::test::read_png(cut_png), full_picture = coppice::test::read_png(full_png);
+  const Picture cut_picture = read_png(cut_png), full_picture = read_png(full_png);
   ASSERT_EQ(cut_picture.rgba.size(), full_picture.rgba.size());
   EXPECT_LT(rmse(cut_picture, full_picture), 25.0) << "of 255: the cut must look like the whole";
 }
@@ -136,14 +114,14 @@ TEST(CoppiceForest, OnePlantIsInEveryPictureOfItsTurn) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), frames = folder / "frames", png = folder / "last.png", json = folder / "stats.json";
   for (const char* camera : {"turntable", "front", "top"}) {
-    std::vector<std::string> arguments{plant,          "--headless", "--size", "160x160",      "--frames", "5",       "--no-taa",
-                                       "--no-shadows", "--record",   frames,   "--screenshot", png,        "--stats", json};
-    if (std::string(camera) != "turntable") arguments.insert(arguments.end(), {"--camera", camera});
-    const ProcessResult run = run_process(coppice::test::kForest, arguments);
+    const Words moved = std::string(camera) != "turntable" ? Words{"--camera", camera} : Words{};
+    const ProcessResult run = run_process(kForest, joined({plant, "--headless", "--size", "160x160", "--frames", "5", "--no-taa",
+                                                           "--no-shadows", "--record", frames, "--screenshot", png, "--stats", json},
+                                                          moved));
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(read_json(json)["instances"], 1);
     for (const char* name : {"00000.png", "00001.png", "00002.png", "00003.png", "00004.png"}) {
-      const Picture picture = coppice::test::read_png(frames / name);
+      const Picture picture = read_png(frames / name);
       // Its middle third is leaves, or what shows between them.
       std::size_t dark_count = 0;
       for (std::uint32_t y = 53; y < 107; ++y)
@@ -162,7 +140,7 @@ TEST(CoppiceForest, TakesAFolderOfPlantsAndSaysWhichItScales) {
   fs::rename(bake_corylus(folder), folder / "a_hazel.coppice");
   bake_corylus(folder, {"--unit", "cm"});
   const ProcessResult run =
-      run_process(coppice::test::kForest, {"--plants", folder.path(), "--headless", "--count", "20", "--size", "64x64", "--frames", "1"});
+      run_process(kForest, {"--plants", folder.path(), "--headless", "--count", "20", "--size", "64x64", "--frames", "1"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(mentions(run.out, {"20", "2"}));
   EXPECT_EQ(lines_that_name(run.out, plant.string()), 1u) << run.out;
@@ -173,26 +151,26 @@ TEST(CoppiceForest, TakesAFolderOfPlantsAndSaysWhichItScales) {
 TEST(CoppiceView, BakesOnceAndShowsThePlant) {
   const TemporaryFolder folder;
   const fs::path plant = folder / "hazel.glb", png = folder / "hazel.png";
-  ASSERT_EQ(run_process(coppice::test::kTool, {"plant", "corylus", "-o", plant}).exit_code, 0);
-  const coppice::test::ProcessOptions options{.environment = {"XDG_CACHE_HOME=" + folder.path().string()}};
-  const std::vector<std::string> view{"view",         plant, "--resolution", "64",       "--headless", "--camera", "front",
-                                      "--screenshot", png,   "--",           "--frames", "1",          "--size",   "64x48"};
-  const ProcessResult first = run_process(coppice::test::kTool, view, options);
+  ASSERT_EQ(run_tool({"plant", "corylus", "-o", plant}).exit_code, 0);
+  const ProcessOptions options{.environment = {"XDG_CACHE_HOME=" + folder.path().string()}};
+  const Words view{"view",         plant, "--resolution", "64",       "--headless", "--camera", "front",
+                   "--screenshot", png,   "--",           "--frames", "1",          "--size",   "64x48"};
+  const ProcessResult first = run_tool(view, options);
   EXPECT_EQ(first.exit_code, 0) << first.err;
   EXPECT_TRUE(mentions(first.out, {"hazel.glb", "baked", (folder / "coppice").string()}));
-  EXPECT_EQ(coppice::test::read_png(png).width_px, 64u);
-  const ProcessResult second = run_process(coppice::test::kTool, view, options);
+  EXPECT_EQ(read_png(png).width_px, 64u);
+  const ProcessResult second = run_tool(view, options);
   EXPECT_TRUE(mentions(second.out, {"hazel.glb", "cached", (folder / "coppice").string()}));
 }
 
 TEST(CoppiceView, SaysWhatIsMissing) {
   const TemporaryFolder folder;
   const fs::path alone = folder / "coppice";
-  fs::copy(coppice::test::kTool, alone);
+  fs::copy(kTool, alone);
   const ProcessResult viewer = run_process(alone, {"view", "x.glb"}, {.environment = {"PATH=/nowhere"}});
   EXPECT_EQ(viewer.exit_code, 1);
   EXPECT_TRUE(mentions(viewer.err, {"coppice-forest", "PATH"}));
-  const ProcessResult plant = run_process(coppice::test::kTool, {"view", folder / "x.glb"});
+  const ProcessResult plant = run_tool({"view", folder / "x.glb"});
   EXPECT_EQ(plant.exit_code, 1);
   EXPECT_TRUE(mentions(plant.err, {"x.glb"}));
 }
@@ -200,16 +178,13 @@ TEST(CoppiceView, SaysWhatIsMissing) {
 TEST(CoppiceForest, StreamsAScene) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), scene = folder / "wood.forest", png = folder / "scene.png", json = folder / "stats.json";
-  const ProcessResult made =
-      run_process(coppice::test::kTool, {"scene", "-o", scene, "--plants", plant, "--size-m", "600", "--count", "20000"});
+  const ProcessResult made = run_tool({"scene", "-o", scene, "--plants", plant, "--size-m", "600", "--count", "20000"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  const ProcessResult run =
-      run_process(coppice::test::kForest, {"--scene", scene, "--most-instances", "3000", "--size", "320x180", "--frames", "2", "--headless",
-                                           "--validation", "--screenshot", png, "--stats", json});
+  const ProcessResult run = run_process(kForest, {"--scene", scene, "--most-instances", "3000", "--size", "320x180", "--frames", "2",
+                                                  "--headless", "--validation", "--screenshot", png, "--stats", json});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(mentions(run.out, {"20000"}));
-  std::ifstream file(json);
-  const auto stats = nlohmann::json::parse(file);
+  const auto stats = read_json(json);
   EXPECT_EQ(stats["validation_messages"], 0);
   std::set<std::string> keys = keys_of(stats["scene"]);
   keys.insert("--scene");
@@ -219,26 +194,21 @@ TEST(CoppiceForest, StreamsAScene) {
   EXPECT_GT(stats["scene"]["tiles_resident"], 0);
   EXPECT_GT(stats["visible_instances_median"], 0);
   EXPECT_GT(stats["first_picture_ms"], 0);
-  const Picture picture = coppice::test::read_png(png);
-  std::size_t green_count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) green_count += is_green(&picture.rgba[i]);
-  EXPECT_GT(green_count, picture.rgba.size() / 4 / 50);
+  const Picture picture = read_png(png);
+  EXPECT_GT(share_of(picture, is_green), 0.02);
 
-  const ProcessResult missing = run_process(coppice::test::kForest, {"--scene", "/nowhere/a.forest", "--headless"});
+  const ProcessResult missing = run_process(kForest, {"--scene", "/nowhere/a.forest", "--headless"});
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_TRUE(mentions(missing.err, {"/nowhere/a.forest"}));
-  EXPECT_EQ(run_process(coppice::test::kForest, {"--scene", scene, "--count", "5"}).exit_code, 2) << "either";
+  EXPECT_EQ(run_process(kForest, {"--scene", scene, "--count", "5"}).exit_code, 2) << "either";
 }
 
 TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), json = folder / "trace.json";
-  std::vector<std::string> arguments = headless_forest(plant, folder / "cut.png");
-  arguments.insert(arguments.end(), {"--trace", json, "--watch"});
-  const ProcessResult result = run_process(coppice::test::kForest, arguments);
+  const ProcessResult result = run_process(kForest, headless_forest(plant, folder / "cut.png", {"--trace", json, "--watch"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  std::ifstream file(json);
-  const auto trace = nlohmann::json::parse(file);
+  const auto trace = read_json(json);
   std::map<std::string, int> counts;
   std::map<int, double> open_reads;
   double reading_us = 0;
@@ -264,15 +234,14 @@ TEST(CoppiceForest, TracesReadsDecodesUploadsAndFrames) {
 /// Pictures of headless_forest's forest from one place, with further options. keyframe: a line of a keyframe file
 class StillForest {
  public:
-  explicit StillForest(const char* keyframe) : plant_(bake_corylus(folder_)) { std::ofstream(folder_ / "still.txt") << keyframe << "\n"; }
+  explicit StillForest(const char* keyframe) : plant_(bake_corylus(folder_)) {
+    write_text(folder_ / "still.txt", std::string(keyframe) + "\n");
+  }
 
-  [[nodiscard]] Picture picture_with(const std::vector<std::string>& options) const {
+  [[nodiscard]] Picture picture_with(const Words& options) const {
     const fs::path png = folder_ / "still.png";
-    std::vector<std::string> arguments = headless_forest(plant_, png);
-    arguments.insert(arguments.end(), {"--camera", folder_ / "still.txt"});
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    run_without_messages(arguments, folder_ / "messages.json");
-    return coppice::test::read_png(png);
+    run_without_messages(headless_forest(plant_, png, joined({"--camera", folder_ / "still.txt"}, options)), folder_ / "messages.json");
+    return read_png(png);
   }
 
  private:
@@ -282,10 +251,7 @@ class StillForest {
 
 TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
   const StillForest forest("0 0 1.7 20 0 0");
-  const auto picture_with = [&](std::vector<std::string> options) {
-    options.push_back("--no-shadows");
-    return forest.picture_with(options);
-  };
+  const auto picture_with = [&](const Words& options) { return forest.picture_with(joined({"--no-shadows"}, options)); };
   const Picture reference = picture_with({"--supersample", "8"}), four = picture_with({"--supersample", "2"}),
                 one = picture_with({"--no-taa"}), temporal = picture_with({"--taa", "--render-scale", "1"});
   EXPECT_LT(rmse(temporal, reference), 0.8 * rmse(four, reference));
@@ -301,15 +267,14 @@ TEST(CoppiceForest, TemporalAntialiasingOfAStillViewBeatsFourSamples) {
 TEST(CoppiceForest, TemporalAntialiasingFollowsLeavesInWind) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder);
-  std::ofstream(folder / "camera.txt") << "0 0 2 4 0 0\n0.5 0 2 4 0 0\n";
-  const auto picture_with = [&](const std::vector<std::string>& options, const fs::path& picture) {
-    std::vector<std::string> arguments = {
-        "--plants", plant,          "--count",     "1", "--camera",   folder / "camera.txt", "--size", "320x180",
-        "--wind",   "25.0",         "--fog",       "0", "--headless", "--render-scale",      "1",      "--frames",
-        "31",       "--no-shadows", "--validation"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
+  write_text(folder / "camera.txt", "0 0 2 4 0 0\n0.5 0 2 4 0 0\n");
+  const auto picture_with = [&](const Words& options, const fs::path& picture) {
+    const Words arguments =
+        joined({"--plants", plant, "--count", "1", "--camera", folder / "camera.txt", "--size", "320x180", "--wind", "25.0", "--fog", "0",
+                "--headless", "--render-scale", "1", "--frames", "31", "--no-shadows", "--validation"},
+               options);
     run_without_messages(arguments, folder / "messages.json");
-    return coppice::test::read_png(picture);
+    return read_png(picture);
   };
   const fs::path still = folder / "still.png", frames = folder / "frames";
   const Picture reference = picture_with({"--supersample", "8", "--screenshot", still}, still),
@@ -331,7 +296,7 @@ TEST(CoppiceForest, TwoCamerasOrTwoEyesAreSideBySide) {
   const auto halves_with = [&](const char* option) {
     const Picture picture = forest.picture_with({option});
     EXPECT_EQ(picture.width_px, 320u);
-    return std::array{coppice::test::half_of(picture, 0), coppice::test::half_of(picture, 1)};
+    return std::array{half_of(picture, 0), half_of(picture, 1)};
   };
   const auto split = halves_with("--split"), stereo = halves_with("--stereo");
   EXPECT_LT(rmse(stereo[0], split[0]), 0.5 * rmse(split[0], split[1])) << "the left one looks the same way";
@@ -354,12 +319,11 @@ TEST(CoppiceForest, PlantsCastShadowsOnTheGround) {
 TEST(CoppiceForest, ComparesCutsWithDiscreteLevelsAndFullDetail) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), json = folder / "compared.json";
-  const ProcessResult result = run_process(coppice::test::kForest, {"--plants", plant, "--count", "20", "--size", "128x72", "--frames", "1",
-                                                                    "--no-shadows", "--wind", "8", "--compare", json});
+  const ProcessResult result = run_process(
+      kForest, {"--plants", plant, "--count", "20", "--size", "128x72", "--frames", "1", "--no-shadows", "--wind", "8", "--compare", json});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(folder / "compared.svg"));
-  std::ifstream file(json);
-  const auto compared = nlohmann::json::parse(file);
+  const auto compared = read_json(json);
   const auto& modes = compared["modes"];
   ASSERT_EQ(modes.size(), 7u);
   const Table table = table_after(source_text("demo/README.md"), "`coppice-forest --compare F.json`");
@@ -386,38 +350,34 @@ TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder), png = folder / "view.png";
   // Colours of the path view, as they are after tone mapping: compute shaders' leaves, quads by the hardware.
-  const auto share_of = [&](const std::vector<std::string>& options, const auto& is_colour) {
-    std::vector<std::string> arguments = headless_forest(plant, png);
-    arguments.insert(arguments.end(), {"--no-taa", "--no-shadows"});  // colours as they are, on any device
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    run_without_messages(arguments, folder / "messages.json");
-    const Picture picture = coppice::test::read_png(png);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += is_colour(&picture.rgba[i]);
-    return static_cast<double>(count) / static_cast<double>(picture.rgba.size() / 4);
+  const auto share_with = [&](const Words& options, const auto& is_colour) {
+    // Colours as they are, on any device.
+    run_without_messages(headless_forest(plant, png, joined({"--no-taa", "--no-shadows"}, options)), folder / "messages.json");
+    return share_of(read_png(png), is_colour);
   };
   const auto is_compute = [](const std::uint8_t* rgb) { return rgb[1] > 180 && rgb[0] < 120 && rgb[2] < 120; };
   const auto is_hardware = [](const std::uint8_t* rgb) { return rgb[0] > 180 && rgb[1] > 120 && rgb[2] < 100; };
   const auto is_blue = [](const std::uint8_t* rgb) { return rgb[2] > 180 && rgb[0] < 80 && rgb[1] < 80; };
-  EXPECT_GT(share_of({"--view", "path"}, is_compute), 0.02);
-  EXPECT_GT(share_of({"--view", "path", "--path", "hardware"}, is_hardware), 0.005);
-  EXPECT_LT(share_of({"--view", "none"}, is_compute), 0.001);
-  EXPECT_GT(share_of({"--view", "residency"}, is_blue), 0.02) << "everything is resident";
-  EXPECT_GT(share_of({"--view", "occlusion"}, is_blue), 0.02) << "the first round";
-  EXPECT_GT(share_of({"--view", "overdraw"}, is_blue), 0.005) << "leaves before nothing";
-  EXPECT_LT(share_of({"--view", "lod", "--lod", "full"}, is_blue), 0.001) << "every leaf";
-  EXPECT_LT(share_of({"--view", "error", "--error-px", "100"}, is_blue), 0.02) << "a large error";
+  EXPECT_GT(share_with({"--view", "path"}, is_compute), 0.02);
+  EXPECT_GT(share_with({"--view", "path", "--path", "hardware"}, is_hardware), 0.005);
+  EXPECT_LT(share_with({"--view", "none"}, is_compute), 0.001);
+  EXPECT_GT(share_with({"--view", "residency"}, is_blue), 0.02) << "everything is resident";
+  EXPECT_GT(share_with({"--view", "occlusion"}, is_blue), 0.02) << "the first round";
+  EXPECT_GT(share_with({"--view", "overdraw"}, is_blue), 0.005) << "leaves before nothing";
+  EXPECT_LT(share_with({"--view", "lod", "--lod", "full"}, is_blue), 0.001) << "every leaf";
+  EXPECT_LT(share_with({"--view", "error", "--error-px", "100"}, is_blue), 0.02) << "a large error";
 }
 
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
-  const ProcessResult missing = run_process(coppice::test::kForest, {"--plants", "/nowhere/fern.coppice", "--headless"});
+  const ProcessResult missing = run_process(kForest, {"--plants", "/nowhere/fern.coppice", "--headless"});
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_TRUE(mentions(missing.err, {"/nowhere/fern.coppice"}));
-  EXPECT_EQ(run_process(coppice::test::kForest, {"--size", "wide"}).exit_code, 2);
-  const ProcessResult slip = run_process(coppice::test::kForest, {"--screenshoot", "x.png"});
+  EXPECT_EQ(run_process(kForest, {"--size", "wide"}).exit_code, 2);
+  const ProcessResult slip = run_process(kForest, {"--screenshoot", "x.png"});
   EXPECT_EQ(slip.exit_code, 2);
   EXPECT_TRUE(mentions(slip.err.substr(0, slip.err.find('\n')), {"--screenshoot", "--screenshot"}));
-  EXPECT_EQ(run_process(coppice::test::kForest, {"--help"}).exit_code, 0);
+  EXPECT_EQ(run_process(kForest, {"--help"}).exit_code, 0);
 }
 
 }  // namespace demo_test
+}  // namespace coppice::test

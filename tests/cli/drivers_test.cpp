@@ -10,44 +10,39 @@
 
 #include "forest_picture.h"
 #include "golden.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace drivers_test {
 
-using coppice::test::ForestScene;
-using coppice::test::Picture;
-using coppice::test::ProcessResult;
-using coppice::test::TemporaryFolder;
-
-Picture picture_of(const ForestScene& scene, const char* driver, const std::vector<std::string>& environment) {
+Picture picture_of(const ForestScene& scene, const char* driver, const Words& environment) {
   const TemporaryFolder folder;
   const std::filesystem::path png = folder / "picture.png";
-  const ProcessResult result = coppice::test::draw_forest(scene, png, environment);
+  const ProcessResult result = draw_forest(scene, png, environment);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(coppice::test::mentions(result.out, {driver}));
-  EXPECT_TRUE(coppice::test::mentions(result.out, {"validation messages  0"})) << result.out << result.err;
-  return coppice::test::read_png(png);
+  EXPECT_TRUE(mentions(result.out, {driver, "validation messages  0"})) << result.err;
+  return read_png(png);
 }
 
 class Drivers : public testing::TestWithParam<ForestScene> {};
 
 TEST_P(Drivers, DrawTheSame) {
-  if (std::string(coppice::test::kSwiftShader).ends_with("NOTFOUND")) GTEST_SKIP() << "no SwiftShader: Debian has it in chromium-common";
+  if (std::string(kSwiftShader).ends_with("NOTFOUND")) GTEST_SKIP() << "no SwiftShader: Debian has it in chromium-common";
   const Picture first = picture_of(GetParam(), "llvmpipe", {});
-  const Picture second = picture_of(GetParam(), "SwiftShader", {std::string("VK_DRIVER_FILES=") + coppice::test::kSwiftShader});
-  EXPECT_LT(coppice::test::rmse(first, second), 0.06 * 255.0);
+  const Picture second = picture_of(GetParam(), "SwiftShader", {std::string("VK_DRIVER_FILES=") + kSwiftShader});
+  EXPECT_LT(rmse(first, second), 0.06 * 255.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Drivers,
-                         testing::Values(ForestScene{"corylus", "1", "compute"}, ForestScene{"corylus", "1", "hardware"},
-                                         ForestScene{"corylus", "400", "compute"}, ForestScene{"corylus", "400", "hardware"},
-                                         ForestScene{"willow", "1", "compute"}, ForestScene{"willow", "1", "hardware"},
-                                         ForestScene{"willow", "400", "compute"}, ForestScene{"willow", "400", "hardware"},
-                                         ForestScene{"juniper", "1", "compute"}, ForestScene{"juniper", "1", "hardware"},
-                                         ForestScene{"juniper", "400", "compute"}, ForestScene{"juniper", "400", "hardware"}),
-                         [](const testing::TestParamInfo<ForestScene>& scene) { return coppice::test::name_of(scene.param); });
+std::vector<ForestScene> scenes() {
+  std::vector<ForestScene> all;
+  for (const char* species : {"corylus", "willow", "juniper"})
+    for (const char* count : {"1", "400"})
+      for (const char* path : {"compute", "hardware"}) all.push_back({species, count, path});
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Drivers, testing::ValuesIn(scenes()),
+                         [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
 
 // What the validation layer calls bad practice, and here is none.
 const std::set<std::string> kFine = {
@@ -62,8 +57,8 @@ class BestPractices : public testing::TestWithParam<const char*> {};
 
 TEST_P(BestPractices, AreKeptButForThoseListed) {
   const TemporaryFolder folder;
-  const ProcessResult result = coppice::test::draw_forest({"corylus", "400", GetParam()}, folder / "picture.png",
-                                                          {"VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT"});
+  const ProcessResult result = draw_forest({"corylus", "400", GetParam()}, folder / "picture.png",
+                                           {"VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT"});
   const std::string out = result.out + result.err;
   const std::regex message("Validation (?:Warning|Error|Performance Warning): \\[ ([^ ]+) \\]");
   std::set<std::string> found;
@@ -80,3 +75,4 @@ INSTANTIATE_TEST_SUITE_P(Paths, BestPractices, testing::Values("hardware", "comp
                          [](const auto& path) { return std::string(path.param); });
 
 }  // namespace drivers_test
+}  // namespace coppice::test

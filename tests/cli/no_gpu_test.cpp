@@ -8,16 +8,14 @@
 #include <string>
 
 #include "golden.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace no_gpu_test {
 
 namespace fs = std::filesystem;
 
-/// Of every pixel of the sky.
+/// Every pixel of the sky has it.
 constexpr std::uint8_t kSkyBlue = 225;
 
 /// Share of pixels that are not sky.
@@ -30,8 +28,8 @@ double coverage(const fs::path& png) {
 
 double coverage_from(const char* distance_m) {
   const fs::path png = fs::path(testing::TempDir()) / (std::string("no_gpu_") + distance_m + ".png");
-  const ProcessResult result = run_process(test::kNoGpu, {png, distance_m, (std::string(test::kTestData) + "/plants/two_pages.coppice"),
-                                                          (std::string(test::kTestData) + "/plants/leaf_meshes.coppice")});
+  const ProcessResult result = run_process(kNoGpu, {png, distance_m, (std::string(kTestData) + "/plants/two_pages.coppice"),
+                                                    (std::string(kTestData) + "/plants/leaf_meshes.coppice")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out, "");
   const double share = coverage(png);
@@ -47,11 +45,11 @@ TEST(NoGpu, DrawsAForest) {
 }
 
 TEST(NoGpu, SaysWhatFailed) {
-  const ProcessResult result = run_process(test::kNoGpu, {"never_written.png", "4", "/dev/null"});
+  const ProcessResult result = run_process(kNoGpu, {"never_written.png", "4", "/dev/null"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(mentions(result.err, {"coppice_plant_open"}));
-  EXPECT_EQ(run_process(test::kNoGpu, {"a.coppice", "4", "b.coppice"}).exit_code, 2) << "no picture's name";
-  EXPECT_EQ(run_process(test::kNoGpu, {"a.png", "b.coppice", "c.coppice"}).exit_code, 2) << "no distance";
+  EXPECT_EQ(run_process(kNoGpu, {"a.coppice", "4", "b.coppice"}).exit_code, 2) << "no picture's name";
+  EXPECT_EQ(run_process(kNoGpu, {"a.png", "b.coppice", "c.coppice"}).exit_code, 2) << "no distance";
 }
 
 }  // namespace no_gpu_test

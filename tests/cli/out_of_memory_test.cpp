@@ -13,12 +13,9 @@
 
 #include "atomic_file.h"
 #include "gltf_builder.h"
-#include "mentions.h"
 #include "pack.h"
-#include "places.h"
-#include "process.h"
 #include "random_tree.h"
-#include "text_files.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace out_of_memory_test {
@@ -28,7 +25,7 @@ namespace fs = std::filesystem;
 /// A sub-command on small inputs. Paths are relative to the folder that it runs on.
 struct Command {
   const char* name;
-  std::vector<std::string> arguments;  ///< IN/ and OUT/ stand for folders
+  Words arguments;  ///< IN/ and OUT/ stand for folders
 };
 
 void PrintTo(const Command& command, std::ostream* stream) {
@@ -71,26 +68,26 @@ class OutOfMemory : public testing::TestWithParam<Command> {
     const auto oak = bake::pack(random_plant({.leaf_count = 700, .leaf_mesh_count = 2}), sizes);
     ASSERT_TRUE(oak);
     write_file(in_ / "oak.coppice", *oak);
-    const ProcessResult scene = run_process(
-        test::kTool, {"scene", "-o", in_ / "oaks.forest", "--plants", in_ / "oak.coppice", "--count", "3000", "--size-m", "400"});
+    const ProcessResult scene =
+        run_tool({"scene", "-o", in_ / "oaks.forest", "--plants", in_ / "oak.coppice", "--count", "3000", "--size-m", "400"});
     ASSERT_EQ(scene.exit_code, 0) << scene.err;
   }
 
   /// Runs the command into a fresh OUT, and with `made` removed from IN.
-  ProcessResult run(const std::vector<std::string>& environment) {
+  ProcessResult run(const Words& environment) {
     fs::remove_all(out_);
     fs::remove(in_ / "made.forest");
     fs::create_directories(out_);
-    std::vector<std::string> arguments = GetParam().arguments;
+    Words arguments = GetParam().arguments;
     for (std::string& argument : arguments) {
       if (argument.starts_with("IN/")) argument = in_ / argument.substr(3);
       if (argument.starts_with("OUT/")) argument = out_ / argument.substr(4);
     }
     ProcessOptions options;
     options.environment = environment;
-    options.environment.push_back(std::string("LD_PRELOAD=") + test::kFailMallocLibrary);
+    options.environment.push_back(std::string("LD_PRELOAD=") + kFailMallocLibrary);
     options.kill_after = std::chrono::seconds(60);
-    return run_process(test::kTool, arguments, options);
+    return run_tool(arguments, options);
   }
 
   /// Every file in IN and OUT that is an output or should not be there, by its path. Where the cache of bake-all ends is its own affair.
@@ -152,7 +149,7 @@ TEST_P(OutOfMemory, EndsWithoutHalfAFile) {
         ++refused;
         EXPECT_TRUE(mentions(result.err, {"memory"})) << place;
         // Libraries below libcurl may have a line of their own where their constructors get no memory.
-        EXPECT_EQ(coppice::test::lines_that_name(result.err, "coppice:"), 1u) << place << "\n" << result.err;
+        EXPECT_EQ(lines_that_name(result.err, "coppice:"), 1u) << place << "\n" << result.err;
         for (const auto& [name, bytes] : files)
           EXPECT_TRUE(GetParam().arguments[0] == "bake-all") << place << ": " << name << " was written";
       }

@@ -17,9 +17,7 @@
 
 #include "documents.h"
 #include "help_text.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace readme_test {
@@ -39,10 +37,9 @@ const std::vector<fs::path>& manuals() {
 const std::map<std::string, std::string>& helps() {
   static const std::map<std::string, std::string> all = [] {
     std::map<std::string, std::string> texts;
-    texts["coppice"] = run_process(test::kTool, {"--help"}).out;
-    for (const std::string& command : listed_commands(texts["coppice"]))
-      texts["coppice " + command] = run_process(test::kTool, {command, "--help"}).out;
-    texts["coppice-forest"] = run_process(test::kForest, {"--help"}).out;
+    texts["coppice"] = run_tool({"--help"}).out;
+    for (const std::string& command : listed_commands(texts["coppice"])) texts["coppice " + command] = run_tool({command, "--help"}).out;
+    texts["coppice-forest"] = run_process(kForest, {"--help"}).out;
     return texts;
   }();
   return all;
@@ -51,19 +48,19 @@ const std::map<std::string, std::string>& helps() {
 bool has_option(const std::string& program, const std::string& option) {
   const auto help = helps().find(program);
   if (help == helps().end()) return false;
-  const std::vector<std::string> options = listed_options(help->second);
+  const Words options = listed_options(help->second);
   return std::ranges::find(options, option) != options.end();
 }
 
-/// Of any program; where coppice-forest is not built it may be one of that.
+/// Whether any program has the option; where coppice-forest is not built it may be one of that.
 bool is_an_option(const std::string& option) {
   if (!helps().contains("coppice-forest")) return !option.empty();
   return std::ranges::any_of(helps(), [&](const auto& help) { return has_option(help.first, option); });
 }
 
-std::vector<std::string> words_of(const std::string& text) {
+Words words_of(const std::string& text) {
   static const std::regex word_form(R"('[^']*'|[^ ]+)");
-  std::vector<std::string> words;
+  Words words;
   for (std::sregex_iterator word(text.begin(), text.end(), word_form), end; word != end; ++word) words.push_back(word->str());
   return words;
 }
@@ -76,9 +73,9 @@ std::string option_in(const std::string& word) {
 }
 
 /// Options of a call of one of our programs that the program does not have, and unknown commands. Other lines have none.
-std::vector<std::string> faults_of_call(const std::string& call) {
+Words faults_of_call(const std::string& call) {
   static const Strings program_names = {"coppice", "coppice-forest"};
-  std::vector<std::string> words = words_of(call), faults;
+  Words words = words_of(call), faults;
   std::string program = words.empty() ? "" : fs::path(words[0]).filename().string();
   if (!program_names.contains(program)) return {};
   const bool is_tool = program == "coppice";
@@ -136,13 +133,13 @@ TEST(BakeReadme, FilesOfClassesAndListsAreTaken) {
   };
   const TemporaryFolder folder;
   const fs::path plant = folder / "oak.glb", classes = folder / "classes.json", list = folder / "list.json";
-  ASSERT_EQ(run_process(test::kTool, {"plant", "corylus", "-o", plant}).exit_code, 0);
-  std::ofstream(classes) << block_from("{\"classes\"");
-  const ProcessResult dry_run = run_process(test::kTool, {"bake", plant, "--dry-run", "--classes", classes});
+  ASSERT_EQ(run_tool({"plant", "corylus", "-o", plant}).exit_code, 0);
+  write_text(classes, block_from("{\"classes\""));
+  const ProcessResult dry_run = run_tool({"bake", plant, "--dry-run", "--classes", classes});
   EXPECT_EQ(dry_run.exit_code, 0) << dry_run.err;
   // All is read before the first plant, whose leaves are called otherwise here.
-  std::ofstream(list) << block_from("[{\"input\"");
-  const ProcessResult batch = run_process(test::kTool, {"bake-all", list, "-o", folder / "baked", "--views", "2", "--resolution", "16"});
+  write_text(list, block_from("[{\"input\""));
+  const ProcessResult batch = run_tool({"bake-all", list, "-o", folder / "baked", "--views", "2", "--resolution", "16"});
   EXPECT_TRUE(mentions(batch.err, {"oak.glb", "--leaf-material"}));
 }
 
@@ -202,7 +199,7 @@ TEST(Documents, NamedFilesOfSourceExist) {
   EXPECT_GT(file_count, 40u);
 }
 
-/// Of a heading, as GitHub makes it.
+/// The anchor of a heading, as GitHub makes it.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char letter : heading) {
@@ -269,8 +266,8 @@ void main() {
   ivec2 at = ivec2(gl_GlobalInvocationID.xy);
 )" << lines.substr(body) << "lit[at.x] = vec4(radiance, 1.0);\n}\n";
   const ProcessResult compiled =
-      run_process(test::kGlslang, {"-V", "--target-env", "vulkan1.3", "-I" + (source_folder() / "runtime/include/coppice").string(), "-o",
-                                   shader.string() + ".spv", shader.string()});
+      run_process(kGlslang, {"-V", "--target-env", "vulkan1.3", "-I" + (source_folder() / "runtime/include/coppice").string(), "-o",
+                             shader.string() + ".spv", shader.string()});
   EXPECT_EQ(compiled.exit_code, 0) << compiled.out << compiled.err;
   fs::remove(shader);
   fs::remove(shader.string() + ".spv");

@@ -2,7 +2,6 @@
 // drawn, uses its controls and writes what it finds as JSON into the document, which Chromium prints. Anything on the console fails.
 
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -11,21 +10,12 @@
 
 #include "browser.h"
 #include "made_once.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace report_browser_test {
 
 namespace fs = std::filesystem;
-using coppice::test::mentions;
-using coppice::test::probed_page;
-using coppice::test::ProcessResult;
-using coppice::test::program_on_path;
-using coppice::test::run_process;
-using coppice::test::Scheme;
-using coppice::test::TemporaryFolder;
-using coppice::test::visit;
 
 constexpr const char* kProbe = R"probe(
 <pre id="probe"></pre>
@@ -85,20 +75,19 @@ class Report : public testing::Test {
   void SetUp() override {
     if (program_on_path("chromium").empty())
       GTEST_SKIP() << "chromium is not installed (third_party/install does that): the report is not opened";
-    const fs::path made = coppice::test::made_once("hazel_report", [](const fs::path& kept) {
+    const fs::path made = made_once("hazel_report", [](const fs::path& kept) {
       const fs::path plant = kept / "hazel.glb", html = kept / "hazel.html";
-      fs::copy_file(coppice::test::corylus_glb(), plant);
-      const ProcessResult result = run_process(
-          coppice::test::kTool, {"evaluate", plant, "--methods", "geometric,stochastic", "--levels", ".4,.1,.05", "--html", html});
+      fs::copy_file(corylus_glb(), plant);
+      const ProcessResult result =
+          run_tool({"evaluate", plant, "--methods", "geometric,stochastic", "--levels", ".4,.1,.05", "--html", html});
       if (result.exit_code != 0) throw std::runtime_error("coppice evaluate: " + result.err);
     });
-    std::ifstream file(made / "hazel.html", std::ios::binary);
-    page_.assign(std::istreambuf_iterator<char>(file), {});
+    page_ = read_text(made / "hazel.html");
   }
 
-  fs::path page_with(const std::string& addition) { return coppice::test::page_with(page_, addition, folder_ / "page.html"); }
+  fs::path with(const std::string& addition) { return page_with(page_, addition, folder_ / "page.html"); }
 
-  nlohmann::json probe(int width_px, Scheme scheme) { return probed_page(page_with(kProbe), folder_ / "profile", width_px, scheme); }
+  nlohmann::json probe(int width_px, Scheme scheme) { return probed_page(with(kProbe), folder_ / "profile", width_px, scheme); }
 
   TemporaryFolder folder_;
   std::string page_;
@@ -146,9 +135,10 @@ TEST_F(Report, FitsANarrowWindow) {
 
 TEST_F(Report, MistakesWouldBeSeen) {
   const fs::path profile = folder_ / "profile";
-  EXPECT_NE(visit(page_with("<script>undefined_function();</script>"), profile, 800, Scheme::light).console, "");
-  EXPECT_NE(visit(page_with("<img src=\"https://example.invalid/picture.png\">"), profile, 800, Scheme::light).console, "")
+  EXPECT_NE(visit(with("<script>undefined_function();</script>"), profile, 800, Scheme::light).console, "");
+  EXPECT_NE(visit(with("<img src=\"https://example.invalid/picture.png\">"), profile, 800, Scheme::light).console, "")
       << "the page's policy does not stop loads";
 }
 
 }  // namespace report_browser_test
+}  // namespace coppice::test

@@ -3,47 +3,33 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include <gtest/gtest.h>
 
-#include "places.h"
-#include "process.h"
-#include "text_files.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace same_bytes_test {
 
 namespace fs = std::filesystem;
-using coppice::test::ProcessOptions;
-using coppice::test::ProcessResult;
-using coppice::test::program_on_path;
-using coppice::test::read_text;
-using coppice::test::run_process;
-using coppice::test::TemporaryFolder;
 
 constexpr const char* kNoVectors = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX2,-AVX,-FMA,-FMA4,-SSE4_1,-SSE4_2,-SSSE3,-BMI2";
-
-/// The program's words, after those of another program that runs it.
-ProcessResult run(std::vector<std::string> words, const std::vector<std::string>& arguments, const ProcessOptions& options) {
-  words.emplace_back(coppice::test::kTool);
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  return run_process(words.front(), {words.begin() + 1, words.end()}, options);
-}
 
 class SameBytes : public testing::Test {
  protected:
   /// What plant and bake write, run by a program, in an environment.
-  std::string bake(const std::vector<std::string>& runner = {}, const std::vector<std::string>& environment = {}) {
-    ProcessOptions options;
-    options.environment = environment;
+  std::string bake(const Words& runner = {}, const Words& environment = {}) {
     const fs::path plant = folder_ / "hazel.glb", baked = folder_ / "hazel.coppice";
+    for (const Words& arguments :
+         {Words{"plant", "corylus", "-o", plant}, {"bake", plant, "-o", baked, "--quiet", "--views", "5", "--resolution", "48"}}) {
+      const Words words = joined(joined(runner, {kTool}), arguments);
+      const ProcessResult result = run_process(words.front(), {words.begin() + 1, words.end()}, {.environment = environment});
+      EXPECT_EQ(result.exit_code, 0) << result.err;
+    }
+    const std::string bytes = read_text(plant) + read_text(baked);
     fs::remove(plant);
     fs::remove(baked);
-    const ProcessResult grown = run(runner, {"plant", "corylus", "-o", plant}, options);
-    EXPECT_EQ(grown.exit_code, 0) << grown.err;
-    const ProcessResult result = run(runner, {"bake", plant, "-o", baked, "--quiet", "--views", "5", "--resolution", "48"}, options);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    return read_text(plant) + read_text(baked);
+    return bytes;
   }
 
   TemporaryFolder folder_;
@@ -68,3 +54,4 @@ TEST_F(SameBytes, OnAProcessorOf2008) {
 }
 
 }  // namespace same_bytes_test
+}  // namespace coppice::test

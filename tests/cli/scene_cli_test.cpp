@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <initializer_list>
+#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -15,21 +13,18 @@
 #include "atomic_file.h"
 #include "gltf_builder.h"
 #include "golden.h"
-#include "mentions.h"
 #include "pack.h"
-#include "places.h"
-#include "process.h"
 #include "random_tree.h"
 #include "scene_reader.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace scene_cli_test {
 
 namespace fs = std::filesystem;
 
-ProcessResult scene(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "scene");
-  return run_process(test::kTool, arguments);
+ProcessResult scene(const Words& arguments) {
+  return run_tool(joined({"scene"}, arguments));
 }
 
 void write_plant(const fs::path& path, std::uint32_t leaf_count) {
@@ -58,13 +53,6 @@ Read read_scene(const fs::path& path) {
     read.instances.insert(read.instances.end(), instances.begin(), instances.end());
   }
   return read;
-}
-
-void expect_one_line_error(const ProcessResult& result, std::initializer_list<std::string_view> names) {
-  EXPECT_EQ(result.exit_code, 1) << *names.begin();
-  EXPECT_EQ(result.out, "");
-  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
-  EXPECT_TRUE(mentions(result.err, names));
 }
 
 /// A folder with two plants.
@@ -96,17 +84,17 @@ TEST(SceneCommand, ScattersPlantsOfAFolder) {
 TEST(SceneCommand, InspectShowsWhatAForestHolds) {
   const Plants plants;
   ASSERT_EQ(scene({"-o", plants.out, "--plants", plants.baked, "--size-m", "500", "--count", "900"}).exit_code, 0);
-  const ProcessResult text = run_process(test::kTool, {"inspect", plants.out});
+  const ProcessResult text = run_tool({"inspect", plants.out});
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_TRUE(mentions(text.out, {"wood.forest", "900", "2", "1", "baked/Oak.coppice", "baked/fern.coppice"}));
-  const ProcessResult json = run_process(test::kTool, {"inspect", plants.out, "--json"});
+  const ProcessResult json = run_tool({"inspect", plants.out, "--json"});
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed["plants"], 900);
   EXPECT_EQ(parsed["file_bytes"], fs::file_size(plants.out));
   EXPECT_EQ(parsed["species"].size(), 2u);
   const auto bytes = bake::read_file(plants.out);
-  std::ofstream(plants.out, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), 40);
-  expect_one_line_error(run_process(test::kTool, {"inspect", plants.out}), {"wood.forest"});
+  write_file(plants.out, std::span(*bytes).first(40));
+  expect_one_line_error(run_tool({"inspect", plants.out}), {"wood.forest"});
 }
 
 TEST(SceneCommand, ADensityMapSaysWhereAPlantGrows) {
@@ -208,7 +196,7 @@ TEST(SceneCommand, OneClearErrorForABadInput) {
   expect_one_line_error(scene({"-o", out, "--plants", plants.folder / "none.coppice"}), {"none.coppice"});
   const fs::path text = plants.folder / "text.coppice", empty = plants.folder / "empty";
   fs::create_directories(empty);
-  std::ofstream(text) << "not a plant, but long enough to have a header of sixty-four bytes or more than that";
+  write_text(text, "not a plant, but long enough to have a header of sixty-four bytes or more than that");
   expect_one_line_error(scene({"-o", out, "--plants", text}), {"text.coppice", "magic"});
   expect_one_line_error(scene({"-o", out, "--plants", empty}), {"empty", ".coppice"});
   expect_one_line_error(scene({"-o", out, "--plants", baked, "--density", "elm=x.png"}), {"--density", "oak", "fern", "elm"});

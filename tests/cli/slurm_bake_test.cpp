@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,59 +18,19 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "gltf_builder.h"
-#include "mentions.h"
-#include "places.h"
-#include "process.h"
 #include "slurm_cluster.h"
-#include "text_files.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace slurm_bake_test {
 
 namespace fs = std::filesystem;
-using coppice::test::BackgroundProcess;
-using coppice::test::joined;
-using coppice::test::mentions;
-using coppice::test::outputs;
-using coppice::test::ProcessOptions;
-using coppice::test::ProcessResult;
-using coppice::test::program_on_path;
-using coppice::test::read_text;
-using coppice::test::run_process;
-using coppice::test::SlurmCluster;
-using coppice::test::TemporaryFolder;
-using coppice::test::write_text;
 
 constexpr std::size_t kHazels = 8;
 /// What coppice keeps beside outputs begins so.
 const std::string kKept = ".coppice-";
 /// About a second a plant on a processor of its own: long enough to be cut short.
-const std::vector<std::string> kQuick = {"--views", "8", "--resolution", "96", "--candidates", "4"};
-
-/// False if it has not come true after so long. Polls: nothing here is timed.
-bool comes_true(const std::function<bool()>& condition, std::chrono::seconds most = std::chrono::seconds(120)) {
-  const auto start = std::chrono::steady_clock::now();
-  while (std::chrono::steady_clock::now() - start < most) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return false;
-}
-
-/// What a report counts: baked, cached, failed.
-struct Counts {
-  std::size_t baked = 0, cached = 0, failed = 0;
-  bool operator==(const Counts&) const = default;
-};
-
-Counts counts_in(const fs::path& report) {
-  const auto json = nlohmann::json::parse(read_text(report));
-  return {json["baked"], json["cached"], json["failed"]};
-}
-
-void PrintTo(const Counts& counts, std::ostream* out) {
-  *out << counts.baked << " baked, " << counts.cached << " cached, " << counts.failed << " failed";
-}
+const Words kQuick = {"--views", "8", "--resolution", "96", "--candidates", "4"};
 
 /// Hazels of some seeds, and what bake-all makes of them on this machine alone. Made once.
 struct Plants {
@@ -83,9 +42,9 @@ struct Plants {
     fs::create_directories(inputs / "hedge");
     for (std::size_t i = 0; i < kHazels; ++i) {
       const fs::path path = inputs / (i % 2 == 0 ? "." : "hedge") / ("hazel" + std::to_string(i) + ".glb");
-      run_process(coppice::test::kTool, {"plant", "corylus", "-o", path, "--seed", std::to_string(i + 1)});
+      run_tool({"plant", "corylus", "-o", path, "--seed", std::to_string(i + 1)});
     }
-    run_process(coppice::test::kTool, joined({"bake-all", inputs, "-o", folder / "alone", "--quiet"}, kQuick));
+    run_tool(joined({"bake-all", inputs, "-o", folder / "alone", "--quiet"}, kQuick));
     baked = outputs(folder / "alone", kKept);
   }
 };
@@ -105,14 +64,12 @@ class SlurmBake : public testing::Test {
     cluster_ = std::make_unique<SlurmCluster>(2);
   }
 
-  [[nodiscard]] std::vector<std::string> submit(const std::vector<std::string>& more = {}) const {
+  [[nodiscard]] Words submit(const Words& more = {}) const {
     return joined(joined({"bake-all", inputs_, "-o", out_, "--slurm"}, kQuick), more);
   }
-  [[nodiscard]] ProcessResult tool(const std::vector<std::string>& arguments) const {
-    return run_process(coppice::test::kTool, arguments, cluster_->environment());
-  }
-  [[nodiscard]] std::unique_ptr<BackgroundProcess> start(const std::vector<std::string>& arguments) const {
-    return std::make_unique<BackgroundProcess>(coppice::test::kTool, arguments, cluster_->environment());
+  [[nodiscard]] ProcessResult tool(const Words& arguments) const { return run_tool(arguments, cluster_->environment()); }
+  [[nodiscard]] std::unique_ptr<BackgroundProcess> start(const Words& arguments) const {
+    return std::make_unique<BackgroundProcess>(kTool, arguments, cluster_->environment());
   }
   /// The folders of all arrays so far, in their order.
   [[nodiscard]] std::vector<fs::path> arrays() const {
@@ -122,6 +79,10 @@ class SlurmBake : public testing::Test {
       if (entry->is_directory()) folders.push_back(entry->path());
     std::ranges::sort(folders);
     return folders;
+  }
+  /// False if the first node has no task after a while.
+  [[nodiscard]] bool first_node_works() const {
+    return comes_true([&] { return !cluster_->processes_on(0).empty(); });
   }
   [[nodiscard]] std::string queued_job() const {
     const std::string jobs = cluster_->queue("%F");
@@ -134,8 +95,8 @@ class SlurmBake : public testing::Test {
     for (const fs::path& folder : arrays())
       for (const fs::directory_entry& path : fs::directory_iterator(folder)) {
         if (path.path().extension() != ".jsonl") continue;
-        std::ifstream file(path.path());
-        for (std::string line; std::getline(file, line);)
+        std::istringstream lines(read_text(path.path()));
+        for (std::string line; std::getline(lines, line);)
           if (auto entry = nlohmann::json::parse(line, nullptr, false); entry.is_object()) entries.push_back(std::move(entry));
       }
     return entries;
@@ -152,19 +113,14 @@ class SlurmBake : public testing::Test {
     return std::stoull(script.substr(script.find(start) + start.size()));
   }
 
-  /// What bake-all makes of the inputs on this machine alone.
-  [[nodiscard]] std::map<std::string, std::string> expected() const {
-    if (inputs_ == plants().inputs) return plants().baked;
-    const std::string start = inputs_.filename().string() + "/";
-    std::map<std::string, std::string> below;
-    for (const auto& [name, bytes] : plants().baked)
-      if (name.starts_with(start)) below[name.substr(start.size())] = bytes;
-    return below;
-  }
-
   /// All plants are there, byte for byte, and none was baked more than once: what was cut had not been baked.
   void expect_whole() const {
-    EXPECT_TRUE(outputs(out_, kKept) == expected());
+    // The plants of a folder among the inputs are named as below it.
+    const std::string start = inputs_ == plants().inputs ? "" : inputs_.filename().string() + "/";
+    std::map<std::string, std::string> expected;
+    for (const auto& [name, bytes] : plants().baked)
+      if (name.starts_with(start)) expected[name.substr(start.size())] = bytes;
+    EXPECT_TRUE(outputs(out_, kKept) == expected);
     std::map<std::string, int> times;
     for (const nlohmann::json& entry : journal())
       if (entry["outcome"] == "baked") ++times[entry["output"].get<std::string>()];
@@ -179,8 +135,7 @@ class SlurmBake : public testing::Test {
   /// A program for --coppice that waits as long as `hold` is there, then does as coppice does.
   [[nodiscard]] fs::path holding_coppice(const fs::path& hold) const {
     const fs::path path = folder_ / "holding-coppice";
-    write_program(path,
-                  "while [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" + std::string(coppice::test::kTool) + "' \"$@\"\n");
+    write_program(path, "while [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" + std::string(kTool) + "' \"$@\"\n");
     return path;
   }
 
@@ -196,7 +151,7 @@ std::vector<int> bakers(const SlurmCluster& cluster, std::size_t node) {
   for (const int id : cluster.processes_on(node)) {
     std::error_code gone;
     const fs::path program = fs::read_symlink("/proc/" + std::to_string(id) + "/exe", gone);
-    if (!gone && program == fs::canonical(coppice::test::kTool)) found.push_back(id);
+    if (!gone && program == fs::canonical(kTool)) found.push_back(id);
   }
   return found;
 }
@@ -205,9 +160,9 @@ TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
   const fs::path report = folder_ / "report.json", shared = folder_ / "shared cache";
   const ProcessResult first = tool(submit({"--report", report, "--cache", shared}));
   EXPECT_EQ(first.exit_code, 0) << first.err << first.out;
-  EXPECT_EQ(counts_in(report), (Counts{kHazels, 0, 0}));
+  EXPECT_EQ(counts_in(report), (BatchCounts{kHazels, 0, 0}));
   EXPECT_TRUE(mentions(first.out, {"hedge/hazel1"}));
-  EXPECT_EQ(std::ranges::count(first.err, '\n'), 1) << "the job: " << first.err;
+  EXPECT_EQ(count_of(first.err, "\n"), 1u) << "the job: " << first.err;
   expect_whole();
   EXPECT_EQ(arrays().size(), 1u);
 
@@ -216,7 +171,7 @@ TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
   const ProcessResult second = tool(submit({"--report", report, "--cache", shared}));
   EXPECT_EQ(second.exit_code, 0) << second.err;
   EXPECT_EQ(second.err, "");
-  EXPECT_EQ(counts_in(report), (Counts{0, kHazels, 0}));
+  EXPECT_EQ(counts_in(report), (BatchCounts{0, kHazels, 0}));
   expect_whole();
   EXPECT_TRUE(arrays().empty());
 }
@@ -231,10 +186,10 @@ TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
   write_text(folder_ / "torn.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 12, "uri": "gone.bin"}]})");
   const ProcessResult result = tool(joined({"bake-all", list, "-o", out_, "--slurm", "--report", report}, kQuick));
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(counts_in(report), (Counts{2, 0, 2}));
+  EXPECT_EQ(counts_in(report), (BatchCounts{2, 0, 2}));
   EXPECT_TRUE(mentions(result.err, {"letter.glb", "torn.gltf", "gone.bin"}));
   EXPECT_EQ(arrays().size(), 1u);
-  ASSERT_EQ(run_process(coppice::test::kTool, joined({"bake-all", list, "-o", folder_ / "alone", "--quiet"}, kQuick)).exit_code, 1);
+  ASSERT_EQ(run_tool(joined({"bake-all", list, "-o", folder_ / "alone", "--quiet"}, kQuick)).exit_code, 1);
   EXPECT_TRUE(outputs(out_, kKept) == outputs(folder_ / "alone", kKept));
 }
 
@@ -317,9 +272,9 @@ TEST_F(SlurmBake, TheSubmitterIsKilledAtAnyMoment) {
 TEST_F(SlurmBake, CtrlCLeavesTheTasksAndTheSameCommandTakesThemUp) {
   const fs::path hold = folder_ / "hold", report = folder_ / "report.json";
   write_text(hold, "");
-  const std::vector<std::string> command = submit({"--report", report, "--coppice", holding_coppice(hold)});
+  const Words command = submit({"--report", report, "--coppice", holding_coppice(hold)});
   const auto submitter = start(command);
-  ASSERT_TRUE(comes_true([&] { return !cluster_->processes_on(0).empty(); })) << submitter->err();
+  ASSERT_TRUE(first_node_works()) << submitter->err();
   EXPECT_EQ(tool(command).exit_code, 1) << "another waits for this batch";
   submitter->send(SIGINT);
   EXPECT_EQ(submitter->wait(), 130);
@@ -328,7 +283,7 @@ TEST_F(SlurmBake, CtrlCLeavesTheTasksAndTheSameCommandTakesThemUp) {
   ASSERT_TRUE(comes_true([&] { return mentions(again->err(), {arrays().front().filename().string()}); })) << again->err();
   fs::remove(hold);
   EXPECT_EQ(again->wait(), 0) << again->err();
-  EXPECT_EQ(counts_in(report), (Counts{0, kHazels, 0})) << "the first command's tasks have baked them";
+  EXPECT_EQ(counts_in(report), (BatchCounts{0, kHazels, 0})) << "the first command's tasks have baked them";
   EXPECT_EQ(arrays().size(), 1u);
   expect_whole();
 }
@@ -340,10 +295,10 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
   EXPECT_TRUE(arrays().empty());
   ProcessOptions elsewhere = cluster_->environment();
   elsewhere.environment.emplace_back("PATH=/nowhere");
-  const ProcessResult missing = run_process(coppice::test::kTool, submit(), elsewhere);
+  const ProcessResult missing = run_tool(submit(), elsewhere);
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_TRUE(mentions(missing.err, {"slurm-client"}));
-  EXPECT_EQ(std::ranges::count(missing.err, '\n'), 1) << missing.err;
+  EXPECT_EQ(count_of(missing.err, "\n"), 1u) << missing.err;
 }
 
 /// The controller has the job, and sbatch did not hear it.
@@ -355,7 +310,7 @@ TEST_F(SlurmBake, ASubmissionThatTimesOutIsFoundInTheQueue) {
   ProcessOptions options = cluster_->environment();
   options.environment.push_back("PATH=" + path.parent_path().string() + ":" + std::getenv("PATH"));
   options.environment.emplace_back("SQUEUE_PARTITION=another");  // a person likes to see that; it is not what is asked
-  const ProcessResult result = run_process(coppice::test::kTool, submit(), options);
+  const ProcessResult result = run_tool(submit(), options);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   expect_whole();
   EXPECT_EQ(arrays().size(), 1u);
@@ -365,7 +320,7 @@ TEST_F(SlurmBake, ScancelEndsARun) {
   const fs::path hold = folder_ / "hold";
   write_text(hold, "");
   const auto submitter = start(submit({"--coppice", holding_coppice(hold)}));
-  ASSERT_TRUE(comes_true([&] { return !cluster_->processes_on(0).empty(); })) << submitter->err();
+  ASSERT_TRUE(first_node_works()) << submitter->err();
   EXPECT_EQ(cluster_->run("scancel", {queued_job()}).exit_code, 0);
   EXPECT_EQ(submitter->wait(), 1);
   EXPECT_TRUE(mentions(submitter->err(), {"hazel0.glb", "CANCELLED"}));
@@ -381,3 +336,4 @@ TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsToldAfterThreeAttempts) {
 }
 
 }  // namespace slurm_bake_test
+}  // namespace coppice::test

@@ -1,48 +1,32 @@
 // coppice-forest in a window, of an X server without a screen: what keys and sizes do, and where the overlay is. Needs Xvfb and xdotool.
 
+#include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "baked_corylus.h"
 #include "golden.h"
-#include "places.h"
-#include "process.h"
+#include "tool.h"
 
+namespace coppice::test {
 namespace window_test {
 
 namespace fs = std::filesystem;
-using coppice::test::BackgroundProcess;
-using coppice::test::bake_corylus;
-using coppice::test::Picture;
-using coppice::test::program_on_path;
-using coppice::test::run_process;
-using coppice::test::TemporaryFolder;
 
 constexpr std::uint32_t kScreenWidth = 1000, kScreenHeight = 800;
 
 /// Frames that differ by the overlay alone, however long the plant takes to stream: the camera looks at the sky,
 /// whose clouds drift slowly.
-const std::vector<std::string> kStill{"--no-taa", "--no-shadows", "--render-scale", "1", "--frame-ms", "0"};
+const Words kStill{"--no-taa", "--no-shadows", "--render-scale", "1", "--frame-ms", "0"};
 constexpr const char* kSky = "0 0 1.7 20 180 50\n";
-
-/// False if it has not come true after a minute: a busy machine draws a frame in a second.
-bool comes_true(const std::function<bool()>& condition) {
-  for (int attempts = 0; attempts < 1200; ++attempts) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return false;
-}
 
 void wait_half_a_second() {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
@@ -51,7 +35,7 @@ void wait_half_a_second() {
 /// A picture whose file is whole.
 std::unique_ptr<Picture> picture_in(const fs::path& file) {
   try {
-    return std::make_unique<Picture>(coppice::test::read_png(file));
+    return std::make_unique<Picture>(read_png(file));
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -92,26 +76,25 @@ class ForestWindow : public testing::Test {
     if (program_on_path("Xvfb").empty() || program_on_path("xdotool").empty())
       GTEST_SKIP() << "Xvfb or xdotool is not installed (Debian: xvfb, xdotool): no window is opened";
     plant_ = bake_corylus(folder_);
-    server_ = std::make_unique<BackgroundProcess>(
-        program_on_path("Xvfb"), std::vector<std::string>{"-displayfd", "1", "-nolisten", "tcp", "-screen", "0",
-                                                          std::to_string(kScreenWidth) + "x" + std::to_string(kScreenHeight) + "x24"});
+    server_ = std::make_unique<BackgroundProcess>(program_on_path("Xvfb"),
+                                                  Words{"-displayfd", "1", "-nolisten", "tcp", "-screen", "0",
+                                                        std::to_string(kScreenWidth) + "x" + std::to_string(kScreenHeight) + "x24"});
     ASSERT_TRUE(comes_true([&] { return server_->out().ends_with("\n"); })) << server_->err();
     options_.environment = {"DISPLAY=:" + server_->out().substr(0, server_->out().size() - 1), "WAYLAND_DISPLAY="};
   }
 
-  void open(const std::string& size, const std::vector<std::string>& more = {}) {
+  void open(const std::string& size, const Words& more = {}) {
     const fs::path camera = folder_ / "sky.txt";
-    std::ofstream(camera) << kSky;
-    std::vector<std::string> arguments{plant_, "--size", size, "--camera", camera, "--record", frames(), "--screenshot", saved()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    forest_ = std::make_unique<BackgroundProcess>(coppice::test::kForest, arguments, options_);
+    write_text(camera, kSky);
+    const Words arguments{plant_, "--size", size, "--camera", camera, "--record", frames(), "--screenshot", saved()};
+    forest_ = std::make_unique<BackgroundProcess>(kForest, joined(arguments, more), options_);
     ASSERT_TRUE(comes_true([&] { return files_in(frames()) > 0; })) << forest_->out() << forest_->err();
     window_ = xdo({"search", "--sync", "--name", "Coppice forest"});
     window_ = window_.substr(0, window_.find('\n'));
     xdo({"windowfocus", "--sync", window_});
   }
 
-  std::string xdo(const std::vector<std::string>& arguments) {
+  std::string xdo(const Words& arguments) {
     const auto result = run_process(program_on_path("xdotool"), arguments, options_);
     EXPECT_EQ(result.exit_code, 0) << arguments.front() << ": " << result.err;
     return result.out;
@@ -127,12 +110,12 @@ class ForestWindow : public testing::Test {
     EXPECT_TRUE(comes_true([&] { return files_in(frames()) > before + count; })) << forest_->err();
   }
 
-  /// Of the window as it is, with the overlay.
+  /// The window as it is, with the overlay.
   Picture shown() {
     const std::size_t count = files_in(frames());  // the last one may not be whole
     char name[16];
     std::snprintf(name, sizeof name, "%05zu.png", count - 2);
-    return coppice::test::read_png(frames() / name);
+    return read_png(frames() / name);
   }
 
   /// Key P: without the overlay.
@@ -162,7 +145,7 @@ class ForestWindow : public testing::Test {
 
   TemporaryFolder folder_;
   fs::path plant_;
-  coppice::test::ProcessOptions options_;
+  ProcessOptions options_;
   std::unique_ptr<BackgroundProcess> server_, forest_;
   std::string window_;
 };
@@ -181,8 +164,7 @@ TEST_F(ForestWindow, FollowsItsSizeAndFillsTheScreen) {
   press("F11");
   EXPECT_TRUE(shows_size(300, 200)) << shown().width_px << " x " << shown().height_px;
   close();
-  std::ifstream file(statistics);
-  EXPECT_EQ(nlohmann::json::parse(file)["validation_messages"], 0) << forest_->out() << forest_->err();
+  EXPECT_EQ(read_json(statistics)["validation_messages"], 0) << forest_->out() << forest_->err();
 }
 
 TEST_F(ForestWindow, TheOverlayIsALineUnlessMoreIsAskedForAndStaysInside) {
@@ -238,3 +220,4 @@ TEST_F(ForestWindow, DrawsNothingWhileItIsHidden) {
 }
 
 }  // namespace window_test
+}  // namespace coppice::test

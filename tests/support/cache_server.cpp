@@ -43,13 +43,6 @@ std::uint16_t bind_free_port(int socket) {
   return ntohs(address.sin_port);
 }
 
-std::uint16_t free_port() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const std::uint16_t port = bind_free_port(socket);
-  ::close(socket);
-  return port;
-}
-
 bool is_listened_at(std::uint16_t port) {
   const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_in address = loopback(port);
@@ -69,29 +62,19 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
-/// Of a connection: everything up to and with `end`; empty at the connection's end.
-std::string receive_until(int socket, std::string& unread, const std::string& end) {
-  while (unread.find(end) == std::string::npos) {
-    std::array<char, 4096> block{};
-    const ssize_t count = ::read(socket, block.data(), block.size());
+/// A request with its body; empty where the connection ends before that.
+std::string received(int connection) {
+  std::string request;
+  std::array<char, 65536> block{};
+  const std::string length = "Content-Length: ";
+  for (std::size_t wanted = 1; request.size() < wanted;) {
+    const ssize_t count = ::read(connection, block.data(), block.size());
     if (count <= 0) return {};
-    unread.append(block.data(), static_cast<std::size_t>(count));
+    request.append(block.data(), static_cast<std::size_t>(count));
+    const std::size_t head = request.find("\r\n\r\n"), at = request.find(length);
+    wanted = head == std::string::npos ? request.size() + 1 : head + 4 + (at < head ? std::stoul(request.substr(at + length.size())) : 0);
   }
-  std::string head = unread.substr(0, unread.find(end) + end.size());
-  unread.erase(0, head.size());
-  return head;
-}
-
-std::string receive_bytes(int socket, std::string& unread, std::size_t bytes) {
-  while (unread.size() < bytes) {
-    std::array<char, 65536> block{};
-    const ssize_t count = ::read(socket, block.data(), block.size());
-    if (count <= 0) break;
-    unread.append(block.data(), static_cast<std::size_t>(count));
-  }
-  std::string body = unread.substr(0, bytes);
-  unread.erase(0, body.size());
-  return body;
+  return request;
 }
 
 void send_all(int socket, const std::string& text) {
@@ -102,7 +85,7 @@ void send_all(int socket, const std::string& text) {
   }
 }
 
-/// The server's process.
+/// The server's process. A connection is closed after one request.
 class Serving {
  public:
   Serving(fs::path folder, const ServerFaults& faults) : folder_(std::move(folder)), faults_(faults) {}
@@ -116,72 +99,61 @@ class Serving {
 
  private:
   void serve(int connection) {
-    std::string unread;
-    while (serve_one(connection, unread)) {
+    const std::string request = received(connection);
+    std::string method, target;
+    std::istringstream(request) >> method >> target;
+    if (!target.empty() && target.find("..") == std::string::npos) {
+      log(method + " " + target);
+      std::this_thread::sleep_for(std::chrono::duration<double>(faults_.delay_s));
+      if (method == "PUT")
+        put(connection, target, request.substr(request.find("\r\n\r\n") + 4));
+      else
+        get(connection, target, method == "HEAD");
     }
     ::close(connection);
   }
 
-  /// False: the connection is at its end.
-  bool serve_one(int connection, std::string& unread) {
-    const std::string head = receive_until(connection, unread, "\r\n\r\n");
-    std::string method, target;
-    std::istringstream(head) >> method >> target;
-    if (target.empty() || target.find("..") != std::string::npos) return false;
-    const std::string length = "Content-Length: ";
-    const std::size_t at = head.find(length);
-    const std::string body = receive_bytes(connection, unread, at == std::string::npos ? 0 : std::stoul(head.substr(at + length.size())));
-    log(method + " " + target);
-    std::this_thread::sleep_for(std::chrono::duration<double>(faults_.delay_s));
-    return method == "PUT" ? put(connection, target, body) : get(connection, method, target);
+  void put(int connection, const std::string& target, const std::string& body) {
+    if (faults_.put_status == 0) {
+      const std::scoped_lock lock(mutex_);
+      write_text(folder_ / target.substr(1), body);
+    }
+    send_head(connection, faults_.put_status != 0 ? faults_.put_status : 201, 0);
   }
 
-  bool put(int connection, const std::string& target, const std::string& body) {
-    if (faults_.put_status != 0) return answer(connection, faults_.put_status, "", true);
-    const std::scoped_lock lock(mutex_);
-    const fs::path path = folder_ / target.substr(1);
-    fs::create_directories(path.parent_path());
-    std::ofstream(path, std::ios::binary) << body;
-    return answer(connection, 201, "", true);
-  }
-
-  bool get(int connection, const std::string& method, const std::string& target) {
-    if (faults_.get_status != 0) return answer(connection, faults_.get_status, "", method != "HEAD");
+  void get(int connection, const std::string& target, bool only_head) {
+    if (faults_.get_status != 0) return send_head(connection, faults_.get_status, 0);
     std::string body;
     {
       const std::scoped_lock lock(mutex_);
       const fs::path path = folder_ / target.substr(1);
       std::error_code error;
-      if (!fs::is_regular_file(path, error)) return answer(connection, 404, "", method != "HEAD");
+      if (!fs::is_regular_file(path, error)) return send_head(connection, 404, 0);
       body = read_text(path);
     }
-    const bool is_entry = target.ends_with(".coppice");
-    if (is_entry) body.append(faults_.padding_bytes, '\0');
-    if (is_entry && faults_.bytes_per_s > 0.0 && method != "HEAD") return trickle(connection, body);
-    if (faults_.wrong_bytes && is_entry) body[body.size() / 2] = static_cast<char>(body[body.size() / 2] ^ 1);
-    if (!faults_.half_bodies || !is_entry || method == "HEAD") return answer(connection, 200, body, method != "HEAD");
-    send_all(connection, head_of(200, body.size()) + body.substr(0, body.size() / 2));
-    return false;
+    const ServerFaults faults = target.ends_with(".coppice") ? faults_ : ServerFaults{};
+    body.append(faults.padding_bytes, '\0');
+    if (faults.wrong_bytes) body[body.size() / 2] = static_cast<char>(body[body.size() / 2] ^ 1);
+    send_head(connection, 200, body.size());
+    if (only_head) return;
+    if (faults.half_bodies) body.resize(body.size() / 2);
+    send_slowly(connection, body, faults.bytes_per_s);
   }
 
-  bool trickle(int connection, const std::string& body) const {
+  /// bytes_per_s  0: as fast as may be
+  static void send_slowly(int connection, const std::string& body, double bytes_per_s) {
+    if (bytes_per_s == 0.0) return send_all(connection, body);
     constexpr double kStep_s = 0.05;
-    send_all(connection, head_of(200, body.size()));
-    const auto step = static_cast<std::size_t>(faults_.bytes_per_s * kStep_s);
+    const auto step = static_cast<std::size_t>(bytes_per_s * kStep_s);
     for (std::size_t at = 0; at < body.size(); at += step) {
       send_all(connection, body.substr(at, step));
       std::this_thread::sleep_for(std::chrono::duration<double>(kStep_s));
     }
-    return true;
   }
 
-  static std::string head_of(int status, std::size_t bytes) {
-    return "HTTP/1.1 " + std::to_string(status) + " Said\r\nContent-Length: " + std::to_string(bytes) + "\r\n\r\n";
-  }
-
-  static bool answer(int connection, int status, const std::string& body, bool with_body) {
-    send_all(connection, head_of(status, body.size()) + (with_body ? body : ""));
-    return true;
+  static void send_head(int connection, int status, std::size_t bytes) {
+    send_all(connection,
+             "HTTP/1.1 " + std::to_string(status) + " Said\r\nConnection: close\r\nContent-Length: " + std::to_string(bytes) + "\r\n\r\n");
   }
 
   void log(const std::string& line) {
@@ -223,6 +195,13 @@ std::string FaultyServer::url() const {
 
 std::vector<std::string> FaultyServer::requests() const {
   return lines_of(folder_ / "requests.log");
+}
+
+std::uint16_t free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const std::uint16_t port = bind_free_port(socket);
+  ::close(socket);
+  return port;
 }
 
 std::string dead_url() {

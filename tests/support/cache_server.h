@@ -40,7 +40,8 @@ class FaultyServer {
   int process_ = -1;
 };
 
-/// An address at which nobody listens.
+/// A port of the loopback address, and an address on one, at which nobody listens.
+std::uint16_t free_port();
 std::string dead_url();
 
 /// nginx with a `server` block in which "8080" is a free port and "/srv/coppice-cache" a folder. Without the program is_there() is false.

@@ -1,15 +1,11 @@
 #include "slurm_cluster.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <pwd.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -18,6 +14,9 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+
+#include "cache_server.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace {
@@ -31,24 +30,16 @@ fs::path program(const std::string& name) {
   return program_on_path(name);
 }
 
-std::uint16_t free_port() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = ::htonl(INADDR_LOOPBACK);
-  socklen_t bytes = sizeof address;
-  const bool bound = ::bind(socket, reinterpret_cast<sockaddr*>(&address), bytes) == 0 &&
-                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &bytes) == 0;
-  ::close(socket);
-  if (!bound) throw std::runtime_error("no free port");
-  return ::ntohs(address.sin_port);
-}
-
 std::string host_name() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
   const std::string whole = name.data();
   return whole.substr(0, whole.find('.'));
+}
+
+/// "node1", "node2" ...
+std::string node_name(std::size_t node) {
+  return "node" + std::to_string(node + 1);
 }
 
 std::string user_name() {
@@ -76,36 +67,17 @@ int parent_in(const std::string& stat) {
   return std::stoi(stat.substr(end + 4));
 }
 
-std::string text_of(const fs::path& path) {
-  // By read(): iterators throw where the process ends while it is read about.
-  std::ifstream file(path, std::ios::binary);
-  std::string text;
-  std::array<char, 4096> block{};
-  while (file.read(block.data(), block.size()), file.gcount() > 0) text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  return text;
-}
-
 std::vector<Process> all_processes() {
   std::vector<Process> processes;
   std::error_code error;
   for (fs::directory_iterator entry("/proc", error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename();
     if (!std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; })) continue;
-    Process process{std::stoi(name), parent_in(text_of(entry->path() / "stat")), text_of(entry->path() / "cmdline")};
+    Process process{std::stoi(name), parent_in(read_text(entry->path() / "stat")), read_text(entry->path() / "cmdline")};
     std::ranges::replace(process.words, '\0', ' ');
     processes.push_back(std::move(process));
   }
   return processes;
-}
-
-/// False if it has not come true after a minute.
-template <class Condition>
-bool comes_true(const Condition& condition) {
-  for (int attempts = 0; attempts < 600; ++attempts) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  return false;
 }
 
 }  // namespace
@@ -152,18 +124,32 @@ void SlurmCluster::write_config(std::size_t node_count) const {
   const std::string host = host_name(), user = user_name(), folder = folder_.path().string();
   std::ofstream config(folder_ / "slurm.conf");
   config << "ClusterName=coppice\nSlurmctldHost=" << host << "(127.0.0.1)\nSlurmctldPort=" << free_port() << "\nSlurmUser=" << user
-         << "\nSlurmdUser=" << user << "\nAuthType=auth/munge\nAuthInfo=socket=" << folder << "/munge/socket\n"
-         << "CommunicationParameters=NoInAddrAny,NoCtldInAddrAny\nStateSaveLocation=" << folder << "/state\nSlurmctldPidFile=" << folder
-         << "/controller.pid\nSlurmdPidFile=" << folder << "/%n.pid\nSlurmdSpoolDir=" << folder << "/%n\nSlurmctldLogFile=" << folder
-         << "/controller.log\nSlurmdLogFile=" << folder
-         << "/%n.log\n"
-         // Nothing of the machine's: no control groups, no database, no mail.
-         << "ProctrackType=proctrack/linuxproc\nTaskPlugin=task/none\nJobAcctGatherType=jobacct_gather/none\n"
-         << "AccountingStorageType=accounting_storage/none\nMailProg=/bin/true\nSwitchType=switch/none\nMpiDefault=none\n"
-         // Faults are found soon, and forgotten as soon.
-         << "ReturnToService=2\nSlurmdTimeout=5\nSlurmctldTimeout=5\nInactiveLimit=0\nKillWait=2\nMinJobAge=10\nMessageTimeout=5\n"
-         << "SchedulerType=sched/backfill\nSchedulerParameters=bf_interval=1,sched_interval=1,batch_sched_delay=0\n"
-         << "SelectType=select/cons_tres\nSelectTypeParameters=CR_Core_Memory\nSlurmdParameters=config_overrides\n";
+         << "\nSlurmdUser=" << user << "\nAuthType=auth/munge\nAuthInfo=socket=" << folder << "/munge/socket\nStateSaveLocation=" << folder
+         << "/state\nSlurmctldPidFile=" << folder << "/controller.pid\nSlurmdPidFile=" << folder << "/%n.pid\nSlurmdSpoolDir=" << folder
+         << "/%n\nSlurmctldLogFile=" << folder << "/controller.log\nSlurmdLogFile=" << folder << R"(/%n.log
+CommunicationParameters=NoInAddrAny,NoCtldInAddrAny
+# Nothing of the machine's: no control groups, no database, no mail.
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none
+MailProg=/bin/true
+SwitchType=switch/none
+MpiDefault=none
+# Faults are found soon, and forgotten as soon.
+ReturnToService=2
+SlurmdTimeout=5
+SlurmctldTimeout=5
+InactiveLimit=0
+KillWait=2
+MinJobAge=10
+MessageTimeout=5
+SchedulerType=sched/backfill
+SchedulerParameters=bf_interval=1,sched_interval=1,batch_sched_delay=0
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core_Memory
+SlurmdParameters=config_overrides
+)";
   for (std::size_t node = 0; node < node_count; ++node)
     config << "NodeName=" << node_name(node) << " NodeHostname=" << host << " NodeAddr=127.0.0.1 Port=" << free_port()
            << " CPUs=1 RealMemory=16000 State=UNKNOWN\n";
@@ -184,20 +170,12 @@ std::string SlurmCluster::queue(const std::string& format) const {
   return run("squeue", {"--noheader", "--array", "--states=all", "--format=" + format}).out;
 }
 
-std::string SlurmCluster::node_name(std::size_t node) {
-  return "node" + std::to_string(node + 1);
-}
-
-std::string SlurmCluster::spool_of(std::size_t node) const {
-  return (folder_.path() / node_name(node)).string() + "/job";
-}
-
 std::vector<int> SlurmCluster::processes_on(std::size_t node) const {
   const std::vector<Process> processes = all_processes();
   std::set<int> ids;
+  const std::string spool = (folder_.path() / node_name(node)).string() + "/job";
   for (const Process& process : processes)
-    for (std::size_t n = 0; n < nodes_.size(); ++n)
-      if ((n == node || node == nodes_.size()) && process.words.find(spool_of(n)) != std::string::npos) ids.insert(process.id);
+    if (process.words.find(spool) != std::string::npos) ids.insert(process.id);
   for (bool grows = true; grows;) {
     grows = false;
     for (const Process& process : processes)

@@ -31,22 +31,18 @@ class SlurmCluster {
   /// The words of `squeue --format=FORMAT`, a line each, of all tasks that Slurm knows.
   [[nodiscard]] std::string queue(const std::string& format) const;
 
-  /// "node1", "node2" ...
-  [[nodiscard]] static std::string node_name(std::size_t node);
   /// SIGKILL to the node's daemon and to all that runs on it. The controller finds out after some 25 s.
   void kill_node(std::size_t node);
-  void start_node(std::size_t node);
   /// SIGKILL to the controller.
   void kill_controller();
   void start_controller();
 
-  /// The scripts of tasks that run, and all processes below them. node: of all nodes where it is node_count
+  /// The scripts of tasks that run on a node, and all processes below them.
   [[nodiscard]] std::vector<int> processes_on(std::size_t node) const;
-  [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
 
  private:
   void write_config(std::size_t node_count) const;
-  [[nodiscard]] std::string spool_of(std::size_t node) const;
+  void start_node(std::size_t node);
 
   TemporaryFolder folder_;
   std::unique_ptr<BackgroundProcess> munge_, controller_;

@@ -1,15 +1,16 @@
 #include "text_files.h"
 
 #include <fstream>
-#include <iterator>
+#include <sstream>
 
 namespace coppice::test {
 
 namespace fs = std::filesystem;
 
 std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();  // iterators would throw where a process ends while /proc is read about it
+  return text.str();
 }
 
 void write_text(const fs::path& path, const std::string& text) {

@@ -1,4 +1,4 @@
-// What makes two bakes the same, and the cache that relies on it.
+// What makes two bakes the same. The cache that relies on it: shared_cache_test.
 
 #include "bake_key.h"
 
@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "atomic_file.h"
-#include "bake_cache.h"
 #include "checksum.h"
 #include "generate_plant.h"
 #include "gltf_builder.h"
@@ -193,50 +192,6 @@ TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
                                                  "again, and put version and checksum here.";
   }
   EXPECT_EQ(kBakeVersion, expected_at_version) << "put the new version here";
-}
-
-CachedBake some_bake() {
-  return {{1, 2, 3, 4, 5}, 12, 3, {"a \"warning\"", "another\n"}, {{"baker", "", "25"}, {"file", "bark.png", "bb"}}};
-}
-
-TEST(BakeCache, GivesBackWhatItWasGiven) {
-  const test::TemporaryFolder folder;
-  const std::string key = key_of(some_bake().parts);
-  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
-  ASSERT_TRUE(store_cached(folder.path(), key, some_bake()));
-  const auto loaded = load_cached(folder.path(), key);
-  ASSERT_TRUE(loaded) << loaded.error().message();
-  EXPECT_EQ(loaded->bytes, some_bake().bytes);
-  EXPECT_EQ(loaded->source_leaves, 12u);
-  EXPECT_EQ(loaded->foliage_bytes, 3u);
-  EXPECT_EQ(loaded->warnings, some_bake().warnings);
-  EXPECT_FALSE(load_cached(folder.path(), "abd"));
-}
-
-TEST(BakeCache, AnyChangeOfAnyByteIsNoticed) {
-  const test::TemporaryFolder folder;
-  const std::string key = key_of(some_bake().parts);
-  ASSERT_TRUE(store_cached(folder.path(), key, some_bake()));
-  const fs::path plant_file = cached_file(folder.path(), key), record_path = record_file(folder.path(), key);
-  for (const fs::path& file : {plant_file, record_path}) {
-    const std::vector<std::uint8_t> bytes = *read_file(file), record = *read_file(record_path);
-    for (std::size_t i = 0; i <= bytes.size(); ++i) {
-      std::vector<std::uint8_t> damaged = bytes;
-      if (i < bytes.size())
-        damaged[i] ^= 1;
-      else
-        damaged.pop_back();
-      test::write_file(file, damaged);
-      const auto loaded = load_cached(folder.path(), key);
-      // Only the line's end may go missing from a record: it says nothing.
-      EXPECT_EQ(static_cast<bool>(loaded), i == bytes.size() && file == record_path) << file << " byte " << i;
-      EXPECT_TRUE(loaded || loaded.error().status == Status::bad_file) << file << " byte " << i;
-      test::write_file(record_path, record);
-    }
-    test::write_file(file, bytes);
-  }
-  fs::remove(plant_file);
-  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
 }
 
 }  // namespace bake_key_test

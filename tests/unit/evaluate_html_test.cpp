@@ -11,8 +11,7 @@
 #include "evaluate.h"
 #include "image_decode.h"
 #include "mentions.h"
-#include "report_headline.h"
-#include "report_html.h"
+#include "report.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gltf_write.h"
-#include "image_measures.h"
+#include "measures.h"
 #include "surface_distance.h"
 #include "test_foliage.h"
 

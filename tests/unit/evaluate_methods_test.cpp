@@ -7,16 +7,13 @@
 
 #include "collapse_geometric.h"
 #include "gltf_write.h"
-#include "information_prune.h"
-#include "leaf_scale.h"
+#include "lines_and_voxels.h"
 #include "mentions.h"
-#include "mesh_simplify.h"
 #include "methods.h"
+#include "pruning.h"
 #include "quad_merge.h"
-#include "stochastic_prune.h"
 #include "surface_distance.h"
 #include "test_foliage.h"
-#include "voxel_cloud.h"
 
 namespace coppice::bake {
 namespace evaluate_methods_test {

@@ -3,15 +3,10 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "card_coverage.h"
-#include "fsa.h"
-#include "leaves_union.h"
-#include "needle_lines.h"
-#include "organs_union.h"
+#include "leaf_unions.h"
+#include "lines_and_voxels.h"
 #include "quad_merge.h"
 #include "test_foliage.h"
-#include "united_leaf.h"
-#include "voxel_cloud.h"
 
 namespace coppice::bake {
 namespace evaluate_opponents_test {
@@ -116,7 +111,7 @@ TEST(CardCoverage, IsTheShareWithoutHoles) {
 TEST(VoxelCloud, ACubeHoldsTheAreaByNormal) {
   // Two cells along x: the first has a leaf that faces z, the second one that faces x.
   const Foliage foliage = test::plain_foliage({flat(0, 0, 1, 1), test::rectangle({2, 0, 0}, {0, 1, 0}, {0, 0, 1})});
-  const auto voxels = fill_voxels(foliage, test::plain_materials(), {}, 2);
+  const auto voxels = fill_voxels({foliage, test::plain_materials(), {}}, 2);
   ASSERT_TRUE(voxels);
   ASSERT_EQ(voxels->size(), 2u);
   EXPECT_EQ((*voxels)[0].center, glm::vec3(0.5f, 0.5f, 0.5f));
@@ -124,7 +119,7 @@ TEST(VoxelCloud, ACubeHoldsTheAreaByNormal) {
   EXPECT_NEAR((*voxels)[0].area_m2[2], 1.0f, 1e-5);
   EXPECT_NEAR((*voxels)[1].area_m2[0], 1.0f, 1e-5);
   EXPECT_EQ((*voxels)[1].area_m2[2], 0.0f);
-  const auto whole = fill_voxels(foliage, test::plain_materials(), {}, 1);
+  const auto whole = fill_voxels({foliage, test::plain_materials(), {}}, 1);
   ASSERT_EQ(whole->size(), 1u);
   EXPECT_NEAR((*whole)[0].area_m2[0] + (*whole)[0].area_m2[2], 2.0f, 1e-5);
 }

@@ -79,28 +79,48 @@ TEST(KeyParts, NamesThatAreNoTextStayApart) {
             portable_text("\xff\x01"));
 }
 
-TEST(CacheEntry, GivesBackWhatWasStoredAndNoticesEveryChange) {
+TEST(CacheEntry, ComesBackAsItWasStoredAndEveryChangeIsNoticed) {
+  const test::TemporaryFolder folder;
   const CachedBake entry = entry_of("oak.glb", 50);
   const std::string key = key_of(entry.parts);
-  std::string record = record_text(entry);
-  const auto read = read_entry(bytes_of(record), entry.bytes, key);
-  ASSERT_TRUE(read) << read.error().message();
-  EXPECT_EQ(read->bytes, entry.bytes);
-  EXPECT_EQ(read->parts, entry.parts);
-  EXPECT_EQ(read->warnings, entry.warnings);
-  EXPECT_FALSE(read_entry(bytes_of(record), entry.bytes, std::string(32, 'a'))) << "an entry in another's place";
-  for (std::size_t i = 0; i + 1 < record.size(); ++i) {  // the last is a newline
-    record[i] ^= 1;
-    EXPECT_FALSE(read_entry(bytes_of(record), entry.bytes, key)) << "byte " << i;
-    record[i] ^= 1;
-    EXPECT_FALSE(read_entry(bytes_of(record).first(i), entry.bytes, key)) << i << " bytes";
+  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
+  store(folder.path(), entry);
+  const auto loaded = load_cached(folder.path(), key);
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  EXPECT_EQ(loaded->bytes, entry.bytes);
+  EXPECT_EQ(loaded->source_leaves, 12u);
+  EXPECT_EQ(loaded->foliage_bytes, 3u);
+  EXPECT_EQ(loaded->parts, entry.parts);
+  EXPECT_EQ(loaded->warnings, entry.warnings);
+  EXPECT_FALSE(load_cached(folder.path(), "abd"));
+
+  const fs::path bytes_file = cached_file(folder.path(), key), record_path = record_file(folder.path(), key);
+  for (const fs::path& file : {bytes_file, record_path}) {
+    const std::vector<std::uint8_t> whole = *read_file(file);
+    const auto peek = [&](const std::vector<std::uint8_t>& bytes) {
+      test::write_file(file, bytes);
+      return peek_cached(folder.path(), key);
+    };
+    const auto is_noticed = [&](const std::vector<std::uint8_t>& bytes) {
+      const auto found = peek(bytes);
+      return !found && found.error().status == Status::bad_file;
+    };
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      std::vector<std::uint8_t> flipped = whole;
+      flipped[i] ^= 1;
+      EXPECT_TRUE(is_noticed(flipped)) << file << " byte " << i;
+      const std::vector<std::uint8_t> shorter(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(i));
+      // Only the line's end may go missing from a record: it says nothing.
+      const bool lacks_end = file == record_path && i + 1 == whole.size();
+      EXPECT_TRUE(lacks_end ? static_cast<bool>(peek(shorter)) : is_noticed(shorter)) << file << ", " << i << " bytes";
+    }
+    std::vector<std::uint8_t> longer = whole;
+    longer.push_back(7);
+    EXPECT_TRUE(file == record_path || is_noticed(longer));
+    test::write_file(file, whole);
   }
-  for (std::size_t i = 0; i < entry.bytes.size(); ++i) {
-    std::vector<std::uint8_t> bytes = entry.bytes;
-    bytes[i] ^= 1;
-    EXPECT_FALSE(read_entry(bytes_of(record), bytes, key)) << "byte " << i;
-  }
-  EXPECT_FALSE(read_entry(bytes_of(record), std::vector<std::uint8_t>(51, 7), key));
+  fs::remove(bytes_file);
+  EXPECT_EQ(load_cached(folder.path(), key).error().status, Status::io);
 }
 
 /// A server could fill the memory of whoever parses what it sends.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -12,13 +11,11 @@
 
 #include "evaluation_render.h"
 #include "gltf_write.h"
-#include "image_measures.h"
 #include "leaf_cards.h"
 #include "leaf_quads.h"
 #include "leaf_shade.h"
-#include "level_measures.h"
 #include "material_split.h"
-#include "stored_level.h"
+#include "measures.h"
 #include "thumbnail.h"
 #include "visibility.h"
 
@@ -114,12 +111,11 @@ Result<MethodMeasures> evaluate_method(Method method, const SimplifyInput& input
 
 /// The files with no more triangles than requested; if all have more, the smallest.
 std::vector<Candidate> comparable(const std::vector<ForeignLevel>& files, std::uint32_t triangle_count) {
-  std::size_t max_count = triangle_count, smallest = std::numeric_limits<std::size_t>::max();
-  for (const ForeignLevel& file : files) smallest = std::min(smallest, file.level.mesh.triangle_materials.size());
-  max_count = std::max(max_count, smallest);
+  const auto count_of = [](const ForeignLevel& file) { return file.level.mesh.triangle_materials.size(); };
+  const std::size_t smallest = count_of(*std::ranges::min_element(files, {}, count_of));
   std::vector<Candidate> candidates;
   for (const ForeignLevel& file : files)
-    if (file.level.mesh.triangle_materials.size() <= max_count)
+    if (count_of(file) <= std::max<std::size_t>(triangle_count, smallest))
       candidates.push_back({file.parameters, file.level, file.materials, file.images});
   return candidates;
 }
@@ -171,12 +167,9 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
   if (options.setup == Setup::paper) input.view_distance_radii = static_cast<float>(options.view_distance_radii);
 
   EvaluationReport report;
+  static_cast<EvaluationSetup&>(report) = options;
   report.plant = plant;
   report.source_leaves = input.shown.foliage.leaf_count();
-  report.reference = options.reference;
-  report.setup = options.setup;
-  report.view_distance_radii = options.view_distance_radii;
-  report.size_px = options.size_px;
   report.source_triangles = static_cast<std::uint32_t>(surface.mesh.triangle_materials.size());
   if (options.keep_pictures) {
     COPPICE_TRY(png, source_picture(surface, options));
@@ -249,16 +242,15 @@ Result<Foliage> source_foliage(Plant& plant, Setup setup) {
 Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& options, const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
   COPPICE_TRY(foliage, source_foliage(plant, options.setup));
-  const bool against_quads = options.reference == ReferenceKind::quads;
-  const Mesh quads = against_quads ? foliage_mesh(foliage) : Mesh{};
-  StoredLevel stored;
-  if (!against_quads) {
-    COPPICE_TRY(level, stored_finest_level(plant, foliage));
-    stored = std::move(level);
-  }
-  const ReferenceSurface surface{against_quads ? quads : plant.foliage, plant.materials, plant.images, against_quads ? nullptr : &stored};
-  COPPICE_TRY(report,
-              evaluate_against(surface, plant.name, SimplifyInput{{foliage, plant.materials, plant.images}, {}}, options, progress));
+  const SimplifyInput input{{foliage, plant.materials, plant.images}, {}};
+  const auto evaluated = [&](const Mesh& mesh, const StoredLevel* stored) {
+    return evaluate_against({mesh, plant.materials, plant.images, stored}, plant.name, input, options, progress);
+  };
+  const auto against_meshes = [&]() -> Result<EvaluationReport> {
+    COPPICE_TRY(stored, stored_finest_level(plant, foliage));
+    return evaluated(plant.foliage, &stored);
+  };
+  COPPICE_TRY(report, options.reference == ReferenceKind::quads ? evaluated(foliage_mesh(foliage), nullptr) : against_meshes());
   report.warnings.insert(report.warnings.begin(), plant.warnings.begin(), plant.warnings.end());
   return report;
 }

@@ -12,7 +12,7 @@
 
 #include "evaluation_render.h"
 #include "import_gltf.h"
-#include "level_set.h"
+#include "level_files.h"
 #include "methods.h"
 #include "plant.h"
 #include "result.h"
@@ -43,17 +43,21 @@ enum class Setup {
 /// Returns "ours" or "paper".
 const char* setup_name(Setup setup);
 
-struct EvaluateOptions {
+/// What a report repeats of the options.
+struct EvaluationSetup {
+  ReferenceKind reference = ReferenceKind::quads;
+  Setup setup = Setup::ours;
+  double view_distance_radii = kEvaluationDistanceRadii;  ///< from the cameras to the bounding sphere's centre, in radii; above 1
+  std::uint32_t size_px = kEvaluationSizePx;  ///< side of the images, a multiple of kEvaluationSizeStepPx, at most kMaxEvaluationSizePx
+};
+
+struct EvaluateOptions : EvaluationSetup {
   std::vector<Method> methods{default_methods().begin(), default_methods().end()};
   std::vector<LevelSet> level_sets;                      ///< they follow the methods
   std::vector<double> fractions = kEvaluationFractions;  ///< shares of the source leaves, in (0, 1]
-  Setup setup = Setup::ours;
-  double view_distance_radii = kEvaluationDistanceRadii;  ///< from the cameras to the bounding sphere's centre, in radii; above 1
-  bool suns_and_frames = true;                            ///< whether to measure LevelMeasures::Lit too
-  ReferenceKind reference = ReferenceKind::quads;
-  std::uint32_t size_px = kEvaluationSizePx;  ///< side of the images, a multiple of kEvaluationSizeStepPx, at most kMaxEvaluationSizePx
-  std::uint32_t thread_count = 0;             ///< 0: all
-  bool keep_pictures = false;                 ///< whether the report gets pictures for a reader: see thumbnail.h
+  bool suns_and_frames = true;                           ///< whether to measure LevelMeasures::Lit too
+  std::uint32_t thread_count = 0;                        ///< 0: all
+  bool keep_pictures = false;                            ///< whether the report gets pictures for a reader: see thumbnail.h
   ImportOptions import;
 };
 
@@ -86,13 +90,9 @@ struct MethodMeasures {
   std::vector<LevelMeasures> levels;
 };
 
-struct EvaluationReport {
+struct EvaluationReport : EvaluationSetup {
   std::string plant;
   std::uint32_t source_leaves = 0;
-  ReferenceKind reference = ReferenceKind::quads;
-  Setup setup = Setup::ours;
-  double view_distance_radii = kEvaluationDistanceRadii;
-  std::uint32_t size_px = kEvaluationSizePx;
   std::uint32_t source_triangles = 0;            ///< the reference's
   std::vector<std::uint8_t> source_picture_png;  ///< as LevelMeasures::picture_png
   std::vector<MethodMeasures> methods;

@@ -17,7 +17,6 @@
 #include <glm/geometric.hpp>
 
 #include "check.h"
-#include "level_facets.h"
 #include "seeded_random.h"
 
 namespace coppice::bake {
@@ -55,16 +54,96 @@ double albedo_at(const SurfaceLook& look, Texel texel, std::uint32_t level) {
   return double{mip.albedo[std::size_t{texel.y >> level} * mip.width + (texel.x >> level)]};
 }
 
+constexpr std::uint32_t kRollSteps = 8;
+
+void normalise(std::vector<UnlitImage::Facet>& facets, double sum) {
+  for (UnlitImage::Facet& facet : facets) facet.share /= sum;
+}
+
+/// A needle as a ribbon whose face turns to a point. There is none if the needle points at it, or has no length or width.
+struct NeedleRibbon {
+  Mesh mesh;
+  /// Normals of flat leaves, rolled about the needle's axis in eight even steps and weighted by the area that each shows.
+  std::vector<UnlitImage::Facet> facets;
+};
+
+NeedleRibbon ribbon_towards(const Needle& needle, const glm::dvec3& camera) {
+  NeedleRibbon ribbon;
+  const glm::dvec3 from(needle.from), to(needle.to), middle = 0.5 * (from + to);
+  const glm::dvec3 sideways = glm::cross(to - from, camera - middle);
+  const double length = glm::length(sideways);
+  if (!(length > 0.0) || !(needle.width_m > 0.0f)) return ribbon;
+  const glm::dvec3 across = sideways / length, front = glm::normalize(glm::cross(across, to - from));
+  const glm::vec3 half(across * (0.5 * double{needle.width_m}));
+  ribbon.mesh.positions = {needle.from - half, needle.to - half, needle.to + half, needle.from + half};
+  ribbon.mesh.uvs.assign(4, glm::vec2(0.0f));
+  ribbon.mesh.indices = {0, 1, 2, 0, 2, 3};
+  ribbon.mesh.triangle_materials = {needle.material, needle.material};
+  double sum = 0.0;
+  for (std::uint32_t step = 0; step < kRollSteps; ++step) {
+    const double roll = std::numbers::pi * ((step + 0.5) / kRollSteps - 0.5);
+    ribbon.facets.push_back({std::cos(roll) * front + std::sin(roll) * across, std::cos(roll)});
+    sum += std::cos(roll);
+  }
+  normalise(ribbon.facets, sum);
+  return ribbon;
+}
+
+/// The leaves of a voxel as seen from a far point.
+struct VoxelFacets {
+  double area_m2 = 0.0;                   ///< area across the line of sight
+  std::vector<UnlitImage::Facet> facets;  ///< on the point's side
+};
+
+VoxelFacets facets_towards(const Voxel& voxel, const glm::dvec3& camera) {
+  VoxelFacets seen;
+  const glm::dvec3 towards = glm::normalize(camera - glm::dvec3(voxel.center));
+  for (std::size_t i = 0; i < kVoxelNormalCount; ++i) {
+    const glm::dvec3& normal = voxel_normals()[i];
+    const double cosine = glm::dot(normal, towards), area_m2 = double{voxel.area_m2[i]} * std::abs(cosine);
+    if (!(area_m2 > 0.0)) continue;
+    seen.area_m2 += area_m2;
+    seen.facets.push_back({cosine < 0.0 ? -normal : normal, area_m2});
+  }
+  if (seen.area_m2 > 0.0) normalise(seen.facets, seen.area_m2);
+  return seen;
+}
+
+/// The part of a ray inside a box, in lengths of `ray`; far <= near: none.
+struct BoxHit {
+  double near = 0.0, far = 0.0;
+};
+
+BoxHit hit_box(const glm::dvec3& from, const glm::dvec3& ray, const glm::dvec3& center, double half_m) {
+  BoxHit hit{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double to_middle = center[axis] - from[axis];
+    if (ray[axis] == 0.0) {
+      if (std::abs(to_middle) >= half_m) return {0.0, 0.0};
+      continue;
+    }
+    const double a = (to_middle - half_m) / ray[axis], b = (to_middle + half_m) / ray[axis];
+    hit.near = std::max(hit.near, std::min(a, b));
+    hit.far = std::min(hit.far, std::max(a, b));
+  }
+  return hit;
+}
+
 /// Pixels [first, last] of a row or column; empty when last < first.
 struct PixelRange {
   std::int32_t first = 0, last = -1;
 };
 
+struct PixelBox {
+  PixelRange columns, rows;
+};
+
 /// A triangle as the rays see it, in camera space: x right, y up, z forward.
 struct RayTriangle {
-  std::array<glm::dvec3, 3> edges{};  ///< b x c, c x a, a x b, of the sign that makes hits positive
-  double determinant = 0.0;           ///< a . (b x c), positive; 0: seen edge-on or without area
-  PixelRange columns, rows;
+  const std::uint32_t* indices = nullptr;  ///< its corners in the mesh
+  std::array<glm::dvec3, 3> edges{};       ///< b x c, c x a, a x b, of the sign that makes hits positive
+  double determinant = 0.0;                ///< a . (b x c), positive; 0: seen edge-on or without area
+  PixelBox box;
   double doubled_area_px = 0.0;  ///< in the image; 0 if a corner is not in front of the camera
 };
 
@@ -100,8 +179,7 @@ class Painter {
     if (ribbon.mesh.indices.empty() || looks_[needle.material].all_holes) return;
     mesh_ = &ribbon.mesh;
     const TrianglePaint paint{plain_look(needle.material), {}, leaf, add_surface(needle.material, 1.0f, ribbon.facets), 0};
-    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle)
-      walk(prepare(ribbon.mesh.indices.data() + 3 * triangle), ribbon.mesh.indices.data() + 3 * triangle, paint);
+    for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle) walk(prepare(triangle), paint);
   }
 
   void draw_voxel(const Voxel& voxel, std::uint32_t leaf) {
@@ -109,9 +187,9 @@ class Painter {
     if (!(seen.area_m2 > 0.0) || looks_[voxel.material].all_holes) return;
     const std::uint32_t surface = add_surface(voxel.material, 1.0f, seen.facets);
     const double side_m = 2.0 * double{voxel.half_m}, per_metre = seen.area_m2 / (side_m * side_m * side_m);
-    const auto [columns, rows] = voxel_pixels(voxel);
-    for (std::int32_t y = rows.first; y <= rows.last; ++y)
-      for (std::int32_t x = columns.first; x <= columns.last; ++x) {
+    const PixelBox box = voxel_pixels(voxel);
+    for (std::int32_t y = box.rows.first; y <= box.rows.last; ++y)
+      for (std::int32_t x = box.columns.first; x <= box.columns.last; ++x) {
         const glm::dvec3 ray = ray_x(x) * camera_.right + ray_y(y) * camera_.up + camera_.forward;
         const BoxHit hit = hit_box(camera_.position, ray, voxel.center, voxel.half_m);
         if (!(hit.far > hit.near) || hit.near < 0.0) continue;
@@ -152,29 +230,26 @@ class Painter {
   }
 
   void draw_triangle(std::size_t triangle, const LeafShade& shade) {
-    const std::uint32_t* indices = mesh_->indices.data() + 3 * triangle;
     const std::uint32_t material = mesh_->triangle_materials[triangle];
     const SurfaceLook& look = looks_[material];
-    const RayTriangle ray_triangle = prepare(indices);
+    const RayTriangle ray_triangle = prepare(triangle);
     if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const UnlitImage::Facet facet{seen_normal(indices), 1.0};
+    const UnlitImage::Facet facet{seen_normal(ray_triangle.indices), 1.0};
     const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
     image_.surfaces.back().is_textured = !look.mips.empty();
-    walk(ray_triangle, indices, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(indices, look, ray_triangle)});
+    walk(ray_triangle, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(look, ray_triangle)});
   }
 
-  void walk(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint) {
-    for (std::int32_t y = triangle.rows.first; y <= triangle.rows.last; ++y)
-      for (std::int32_t x = triangle.columns.first; x <= triangle.columns.last; ++x) draw_pixel(triangle, indices, paint, x, y);
+  void walk(const RayTriangle& triangle, const TrianglePaint& paint) {
+    for (std::int32_t y = triangle.box.rows.first; y <= triangle.box.rows.last; ++y)
+      for (std::int32_t x = triangle.box.columns.first; x <= triangle.box.columns.last; ++x) draw_pixel(triangle, paint, x, y);
   }
 
-  [[nodiscard]] RayTriangle prepare(const std::uint32_t* indices) const {
-    std::array<glm::dvec3, 3> corners{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const glm::dvec3 offset = glm::dvec3(mesh_->positions[indices[i]]) - camera_.position;
-      corners[i] = {glm::dot(offset, camera_.right), glm::dot(offset, camera_.up), glm::dot(offset, camera_.forward)};
-    }
+  [[nodiscard]] RayTriangle prepare(std::size_t index) const {
     RayTriangle triangle;
+    triangle.indices = mesh_->indices.data() + 3 * index;
+    std::array<glm::dvec3, 3> corners{};
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = in_camera_space(glm::dvec3(mesh_->positions[triangle.indices[i]]));
     triangle.edges = {glm::cross(corners[1], corners[2]), glm::cross(corners[2], corners[0]), glm::cross(corners[0], corners[1])};
     triangle.determinant = glm::dot(corners[0], triangle.edges[0]);
     if (triangle.determinant < 0.0) {
@@ -186,20 +261,36 @@ class Painter {
   }
 
   void bound(const std::array<glm::dvec3, 3>& corners, RayTriangle& triangle) const {
-    triangle.columns = triangle.rows = {0, size_px_ - 1};
+    triangle.box = whole_image();
     const double nearest = std::min({corners[0].z, corners[1].z, corners[2].z});
     // A corner beside or behind the camera has no projection, so any pixel may be hit.
     if (nearest < 1e-6 * glm::length(corners[0])) return;
-    std::array<glm::dvec2, 3> pixels{};
-    const double half = 0.5 * size_px_;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double scale = half / (corners[i].z * camera_.tan_half_view);
-      pixels[i] = glm::dvec2(half + corners[i].x * scale - 0.5, half - corners[i].y * scale - 0.5) - jitter_px_;
-    }
-    const glm::dvec2 low = glm::min(glm::min(pixels[0], pixels[1]), pixels[2]), high = glm::max(glm::max(pixels[0], pixels[1]), pixels[2]);
+    const std::array pixels{pixel_of(corners[0]), pixel_of(corners[1]), pixel_of(corners[2])};
     triangle.doubled_area_px = doubled_area(pixels);
-    triangle.columns = pixel_range(low.x, high.x);
-    triangle.rows = pixel_range(low.y, high.y);
+    triangle.box = pixel_box(pixels);
+  }
+
+  /// A point in camera space: x right, y up, z forward.
+  [[nodiscard]] glm::dvec3 in_camera_space(const glm::dvec3& point) const {
+    const glm::dvec3 offset = point - camera_.position;
+    return {glm::dot(offset, camera_.right), glm::dot(offset, camera_.up), glm::dot(offset, camera_.forward)};
+  }
+
+  /// Where a point in front of the camera, in camera space, is in the image.
+  [[nodiscard]] glm::dvec2 pixel_of(const glm::dvec3& point) const {
+    const double half = 0.5 * size_px_, scale = half / (point.z * camera_.tan_half_view);
+    return glm::dvec2(half + point.x * scale - 0.5, half - point.y * scale - 0.5) - jitter_px_;
+  }
+
+  [[nodiscard]] PixelBox whole_image() const { return {{0, size_px_ - 1}, {0, size_px_ - 1}}; }
+
+  [[nodiscard]] PixelBox pixel_box(std::span<const glm::dvec2> pixels) const {
+    glm::dvec2 low = pixels[0], high = low;
+    for (const glm::dvec2& pixel : pixels) {
+      low = glm::min(low, pixel);
+      high = glm::max(high, pixel);
+    }
+    return {pixel_range(low.x, high.x), pixel_range(low.y, high.y)};
   }
 
   [[nodiscard]] PixelRange pixel_range(double from, double to) const {
@@ -214,12 +305,13 @@ class Painter {
     return std::abs(ab.x * ac.y - ab.y * ac.x);
   }
 
+  [[nodiscard]] glm::dvec2 uv_of(const RayTriangle& triangle, std::size_t corner) const { return {mesh_->uvs[triangle.indices[corner]]}; }
+
   /// The level whose texels are nearest to a pixel in size. One level per triangle suffices: over a leaf the size changes little.
-  [[nodiscard]] std::uint32_t mip_level(const std::uint32_t* indices, const SurfaceLook& look, const RayTriangle& triangle) const {
+  [[nodiscard]] std::uint32_t mip_level(const SurfaceLook& look, const RayTriangle& triangle) const {
     if (look.mips.empty() || triangle.doubled_area_px == 0.0) return 0;
     const glm::dvec2 size(look.width, look.height);
-    const double area_texels = doubled_area(
-        {glm::dvec2(mesh_->uvs[indices[0]]) * size, glm::dvec2(mesh_->uvs[indices[1]]) * size, glm::dvec2(mesh_->uvs[indices[2]]) * size});
+    const double area_texels = doubled_area({uv_of(triangle, 0) * size, uv_of(triangle, 1) * size, uv_of(triangle, 2) * size});
     const double level = 0.5 * std::log2(std::max(1.0, area_texels / triangle.doubled_area_px));
     return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
   }
@@ -233,25 +325,19 @@ class Painter {
     return across * (side / length);
   }
 
-  /// Columns and rows that the cube may cover; all if a corner is not in front of the camera.
-  [[nodiscard]] std::pair<PixelRange, PixelRange> voxel_pixels(const Voxel& voxel) const {
-    glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
-    const double half = 0.5 * size_px_;
+  /// Pixels that the cube may cover; all if a corner is not in front of the camera.
+  [[nodiscard]] PixelBox voxel_pixels(const Voxel& voxel) const {
+    std::array<glm::dvec2, 8> pixels{};
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
       const glm::dvec3 sign((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0);
-      const glm::dvec3 offset = glm::dvec3(voxel.center) + double{voxel.half_m} * sign - camera_.position;
-      const double z = glm::dot(offset, camera_.forward);
-      if (z < 1e-6 * glm::length(offset)) return {{0, size_px_ - 1}, {0, size_px_ - 1}};
-      const double scale = half / (z * camera_.tan_half_view);
-      const glm::dvec2 pixel =
-          glm::dvec2(half + glm::dot(offset, camera_.right) * scale - 0.5, half - glm::dot(offset, camera_.up) * scale - 0.5) - jitter_px_;
-      low = glm::min(low, pixel);
-      high = glm::max(high, pixel);
+      const glm::dvec3 point = in_camera_space(glm::dvec3(voxel.center) + double{voxel.half_m} * sign);
+      if (point.z < 1e-6 * glm::length(point)) return whole_image();
+      pixels[corner] = pixel_of(point);
     }
-    return {pixel_range(low.x, high.x), pixel_range(low.y, high.y)};
+    return pixel_box(pixels);
   }
 
-  void draw_pixel(const RayTriangle& triangle, const std::uint32_t* indices, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
+  void draw_pixel(const RayTriangle& triangle, const TrianglePaint& paint, std::int32_t x, std::int32_t y) {
     const SurfaceLook& look = paint.look;
     const glm::dvec3 ray(ray_x(x), ray_y(y), 1.0);
     const double a = glm::dot(ray, triangle.edges[0]), b = glm::dot(ray, triangle.edges[1]), c = glm::dot(ray, triangle.edges[2]);
@@ -260,17 +346,13 @@ class Painter {
     const double depth = triangle.determinant / sum;
     const std::size_t pixel = pixel_at(x, y);
     if (!(depth < depths_[pixel])) return;
-    if (!look.holes.empty() || !look.mips.empty()) {
-      const glm::dvec2 uv =
-          (a * glm::dvec2(mesh_->uvs[indices[0]]) + b * glm::dvec2(mesh_->uvs[indices[1]]) + c * glm::dvec2(mesh_->uvs[indices[2]])) / sum;
-      const Texel texel = nearest_texel(look, uv);
-      if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
-      if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
-      if (!look.mips.empty())
-        image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
-    } else if (!covers(paint.shade.opacity, paint.leaf, pixel)) {
-      return;
-    }
+    Texel texel;
+    if (!look.holes.empty() || !look.mips.empty())
+      texel = nearest_texel(look, (a * uv_of(triangle, 0) + b * uv_of(triangle, 1) + c * uv_of(triangle, 2)) / sum);
+    if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
+    if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
+    if (!look.mips.empty())
+      image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
     show(pixel, depth, paint.surface);
   }
 

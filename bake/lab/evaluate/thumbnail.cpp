@@ -6,7 +6,7 @@
 
 #include <stb_image_write.h>
 
-#include "image_measures.h"
+#include "measures.h"
 #include "parallel_for.h"
 
 namespace coppice::bake {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -136,30 +137,23 @@ double TriangleTree::squared_distance_to_box(const glm::dvec3& point, const Box&
 
 double TriangleTree::squared_distance(const glm::dvec3& point) const {
   double best = kInfinite;
-  if (nodes_.empty()) return best;
-  struct Visit {
-    double squared_m2 = 0.0;
-    std::uint32_t node = 0;
-  };
-  std::array<Visit, 2 * kMaxDepth + 4> stack{};
-  std::size_t top = 0;
-  stack[top++] = {squared_distance_to_box(point, nodes_[0].box), 0};
-  while (top > 0) {
-    const Visit visit = stack[--top];
-    if (visit.squared_m2 >= best) continue;
-    const Node& node = nodes_[visit.node];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-        best = std::min(best, squared_distance_to_triangle(point, triangles_[i]));
-      continue;
-    }
-    Visit near{squared_distance_to_box(point, nodes_[node.first].box), node.first};
-    Visit far{squared_distance_to_box(point, nodes_[node.first + 1].box), node.first + 1};
-    if (far.squared_m2 < near.squared_m2) std::swap(near, far);
-    stack[top++] = far;
-    stack[top++] = near;
-  }
+  if (!nodes_.empty()) lower(best, point, 0, squared_distance_to_box(point, nodes_[0].box));
   return best;
+}
+
+void TriangleTree::lower(double& best, const glm::dvec3& point, std::uint32_t index, double box_distance) const {
+  if (box_distance >= best) return;
+  const Node& node = nodes_[index];
+  if (node.count > 0) {
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      best = std::min(best, squared_distance_to_triangle(point, triangles_[i]));
+    return;
+  }
+  std::pair near{squared_distance_to_box(point, nodes_[node.first].box), node.first};
+  std::pair far{squared_distance_to_box(point, nodes_[node.first + 1].box), node.first + 1};
+  if (far.first < near.first) std::swap(near, far);
+  lower(best, point, near.second, near.first);
+  lower(best, point, far.second, far.first);
 }
 
 SurfaceSamples sample_surface(const Mesh& mesh, std::uint32_t point_count) {

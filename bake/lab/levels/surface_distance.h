@@ -36,6 +36,8 @@ class TriangleTree {
   void split(std::uint32_t node, std::uint32_t depth, std::vector<std::uint32_t>& order,
              const std::vector<std::array<glm::dvec3, 3>>& source);
   [[nodiscard]] static double squared_distance_to_box(const glm::dvec3& point, const Box& box);
+  /// Lowers `best` to the squared distance of the triangles below a node, if that is smaller.
+  void lower(double& best, const glm::dvec3& point, std::uint32_t index, double box_distance) const;
 
   std::vector<Node> nodes_;
   std::vector<std::array<glm::dvec3, 3>> triangles_;

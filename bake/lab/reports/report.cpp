@@ -2,33 +2,40 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <limits>
-#include <vector>
+#include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "html_page.h"
 #include "printable.h"
+#include "report_page.h"
 
 namespace coppice::bake {
 namespace {
 
-nlohmann::ordered_json level_json(const LevelMeasures& level, std::uint32_t size_px) {
+using Json = nlohmann::ordered_json;
+
+/// In the order of lit_names.
+constexpr std::array kLit{&LevelMeasures::Lit::suns_full, &LevelMeasures::Lit::suns_sixteenth, &LevelMeasures::Lit::frames_full,
+                          &LevelMeasures::Lit::frames_sixteenth};
+
+bool has_lit(const EvaluationReport& report) {
+  return !report.methods.empty() && !report.methods.front().levels.empty() && report.methods.front().levels.front().lit.has_value();
+}
+
+Json level_json(const LevelMeasures& level, std::uint32_t size_px) {
   const std::array<std::string, 3> rmse = rmse_names(size_px);
-  nlohmann::ordered_json json = {{"fraction", level.fraction},   {"leaves", level.leaves},
-                                 {"triangles", level.triangles}, {rmse[0], level.rmse_full},
-                                 {rmse[1], level.rmse_quarter},  {rmse[2], level.rmse_sixteenth},
-                                 {"coverage", level.coverage},   {"area_ratio", level.area_ratio},
-                                 {"hausdorff", level.hausdorff}, {"mean_distance", level.mean_distance}};
-  if (level.lit) {
-    const std::array<std::string, 4> lit = lit_names(size_px);
-    json[lit[0]] = level.lit->suns_full;
-    json[lit[1]] = level.lit->suns_sixteenth;
-    json[lit[2]] = level.lit->frames_full;
-    json[lit[3]] = level.lit->frames_sixteenth;
-  }
+  Json json = {{"fraction", level.fraction},   {"leaves", level.leaves},
+               {"triangles", level.triangles}, {rmse[0], level.rmse_full},
+               {rmse[1], level.rmse_quarter},  {rmse[2], level.rmse_sixteenth},
+               {"coverage", level.coverage},   {"area_ratio", level.area_ratio},
+               {"hausdorff", level.hausdorff}, {"mean_distance", level.mean_distance}};
+  if (level.lit)
+    for (std::size_t i = 0; i < kLit.size(); ++i) json[lit_names(size_px)[i]] = (*level.lit).*kLit[i];
   if (!level.parameters.empty()) json["parameters"] = level.parameters;
   return json;
 }
@@ -46,16 +53,11 @@ std::vector<Column> columns(const EvaluationReport& report) {
                             {rmse[2], &LevelMeasures::rmse_sixteenth, 2, true}, {"coverage", &LevelMeasures::coverage, 3, false},
                             {"soft IoU", &LevelMeasures::soft_iou, 3, false},   {"area", &LevelMeasures::area_ratio, 3, false},
                             {"hausdorff", &LevelMeasures::hausdorff, 4, true},  {"mean dist", &LevelMeasures::mean_distance, 5, true}};
-  const bool has_levels = !report.methods.empty() && !report.methods.front().levels.empty();
-  if (!has_levels || !report.methods.front().levels.front().lit) return shown;
+  if (!has_lit(report)) return shown;
   const std::string full = std::to_string(report.size_px), sixteenth = std::to_string(report.size_px / 16);
-  const auto lit = [&](const std::string& title, double LevelMeasures::Lit::*value) {
-    shown.push_back({title, [value](const LevelMeasures& level) { return level.lit ? level.lit.value().*value : 0.0; }, 2, true});
-  };
-  lit("suns " + full, &LevelMeasures::Lit::suns_full);
-  lit("suns " + sixteenth, &LevelMeasures::Lit::suns_sixteenth);
-  lit("frames " + full, &LevelMeasures::Lit::frames_full);
-  lit("frames " + sixteenth, &LevelMeasures::Lit::frames_sixteenth);
+  const std::array titles{"suns " + full, "suns " + sixteenth, "frames " + full, "frames " + sixteenth};
+  for (std::size_t i = 0; i < kLit.size(); ++i)
+    shown.push_back({titles[i], [i](const LevelMeasures& level) { return level.lit ? level.lit.value().*kLit[i] : 0.0; }, 2, true});
   return shown;
 }
 
@@ -97,20 +99,25 @@ std::string level_block(const EvaluationReport& report, std::size_t level) {
   return text;
 }
 
-nlohmann::ordered_json report_json(const EvaluationReport& report) {
-  nlohmann::ordered_json methods = nlohmann::ordered_json::array();
+/// A report without its methods.
+Json head_json(const EvaluationReport& report) {
+  return {{"plant", report.plant},
+          {"source_leaves", report.source_leaves},
+          {"reference", reference_name(report.reference)},
+          {"setup", setup_name(report.setup)},
+          {"view_distance", report.view_distance_radii},
+          {"size_px", report.size_px}};
+}
+
+Json report_json(const EvaluationReport& report) {
+  Json methods = Json::array();
   for (const MethodMeasures& method : report.methods) {
-    nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+    Json levels = Json::array();
     for (const LevelMeasures& level : method.levels) levels.push_back(level_json(level, report.size_px));
     methods.push_back({{"name", method.name}, {"levels", levels}});
   }
-  nlohmann::ordered_json root = {{"plant", report.plant},
-                                 {"source_leaves", report.source_leaves},
-                                 {"reference", reference_name(report.reference)},
-                                 {"setup", setup_name(report.setup)},
-                                 {"view_distance", report.view_distance_radii},
-                                 {"size_px", report.size_px},
-                                 {"methods", methods}};
+  Json root = head_json(report);
+  root["methods"] = std::move(methods);
   if (report.stored) {
     root["stored"] = level_json(report.stored->level, report.size_px);
     root["stored"]["leaf_meshes"] = report.stored->is_leaf_meshes;
@@ -118,20 +125,61 @@ nlohmann::ordered_json report_json(const EvaluationReport& report) {
   return root;
 }
 
-std::string json_text(const nlohmann::ordered_json& json) {
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+/// indent  -1: all in one line
+std::string json_text(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+Json picture_json(const std::vector<std::uint8_t>& png) {
+  return png.empty() ? Json() : Json(data_url("image/png", png));
+}
+
+/// What the page shows.
+Json page_data(const EvaluationReport& report) {
+  Json methods = Json::array();
+  for (const MethodMeasures& method : report.methods) {
+    Json levels = Json::array();
+    for (const LevelMeasures& level : method.levels) {
+      Json& data = levels.emplace_back(level_json(level, report.size_px));
+      data["soft_iou"] = level.soft_iou;
+      data["parameters"] = level.parameters;
+      data["picture"] = picture_json(level.picture_png);
+    }
+    methods.push_back({{"name", method.name}, {"seconds", method.seconds}, {"levels", std::move(levels)}});
+  }
+  Json data = head_json(report);
+  data["rmse"] = rmse_names(report.size_px);
+  data["lit"] = has_lit(report) ? Json(lit_names(report.size_px)) : Json::array();
+  data["source_triangles"] = report.source_triangles;
+  data["source_picture"] = picture_json(report.source_picture_png);
+  data["headline"] = evaluation_headline(report);
+  data["warnings"] = report.warnings;
+  data["methods"] = std::move(methods);
+  return data;
 }
 
 }  // namespace
 
 std::string evaluation_json(const EvaluationReport& report) {
-  return json_text(report_json(report));
+  return json_text(report_json(report), 2) + "\n";
 }
 
 std::string evaluations_json(const std::vector<EvaluationReport>& reports) {
-  nlohmann::ordered_json plants = nlohmann::ordered_json::array();
+  Json plants = Json::array();
   for (const EvaluationReport& report : reports) plants.push_back(report_json(report));
-  return json_text({{"plants", std::move(plants)}});
+  return json_text({{"plants", std::move(plants)}}, 2) + "\n";
+}
+
+std::string evaluation_html(const EvaluationReport& report) {
+  const std::string data = json_for_script(json_text(page_data(report), -1));
+  // The page in report_page/ is embedded at build time (core/embed_texts.cmake).
+  const std::pair<std::string_view, std::string_view> parts[] = {{"{{library_licence}}", report_page::kLibraryLicence},
+                                                                 {"{{library_style}}", report_page::kLibraryStyle},
+                                                                 {"{{style}}", report_page::kStyle},
+                                                                 {"{{data}}", data},
+                                                                 {"{{library_script}}", report_page::kLibraryScript},
+                                                                 {"{{script}}", report_page::kScript}};
+  return filled_page(report_page::kPage, parts);
 }
 
 std::string paper_claim(const EvaluationReport& report) {

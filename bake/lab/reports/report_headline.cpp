@@ -1,9 +1,9 @@
-#include "report_headline.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+
+#include "report.h"
 
 namespace coppice::bake {
 namespace {

@@ -2,27 +2,24 @@
 
 #include <array>
 
+#include <meshoptimizer.h>
+
 #include "bake.h"
 #include "collapse_geometric.h"
 #include "collapse_image.h"
 #include "collapse_information.h"
-#include "fsa.h"
 #include "gltf_write.h"
-#include "information_prune.h"
-#include "leaves_union.h"
-#include "mesh_simplify.h"
-#include "needle_lines.h"
-#include "organs_union.h"
-#include "stochastic_prune.h"
+#include "leaf_unions.h"
+#include "lines_and_voxels.h"
+#include "pruning.h"
 #include "tree_order.h"
 #include "viewpoints.h"
-#include "voxel_cloud.h"
 
 namespace coppice::bake {
 namespace {
 
-constexpr std::array kMethods{Method::default_metric, Method::mi,  Method::geometric, Method::stochastic, Method::prune, Method::meshopt,
-                              Method::meshopt_sloppy, Method::fsa, Method::plu,       Method::huo,        Method::lines, Method::voxels};
+using Variants = std::vector<Variant>;
+
 constexpr std::size_t kDefaultMethodCount = 7;
 constexpr std::uint64_t kStochasticSeed = 1;
 
@@ -39,53 +36,104 @@ Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input
   return std::move(result.sequence);
 }
 
-std::vector<Variant> one_variant(std::vector<Mesh> meshes) {
-  Variant variant;
-  for (Mesh& mesh : meshes) {
+/// make_mesh  the mesh at a leaf count
+template <class MakeMesh>
+Variants one_variant(const SimplifyInput& input, const MakeMesh& make_mesh) {
+  Variants variants(1);
+  for (const std::uint32_t count : input.leaf_counts) {
+    Mesh mesh = make_mesh(count);
     std::vector<LeafShade> shades;
     for (std::size_t vertex = 0; vertex < mesh.vertex_fades.size(); vertex += 4)
       shades.push_back({static_cast<float>(opacity_of(mesh.vertex_fades[vertex])) / kOpaque, linear_brightness(mesh.vertex_fades[vertex])});
-    variant.levels.push_back(Level{std::move(mesh), std::move(shades)});
+    variants[0].levels.push_back(Level{std::move(mesh), std::move(shades)});
   }
-  std::vector<Variant> variants;
-  variants.push_back(std::move(variant));
   return variants;
 }
 
-std::vector<Mesh> cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
+Variants cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
   const Tree tree = build_tree(input.shown.foliage, sequence);
-  std::vector<Mesh> meshes;
-  for (const std::uint32_t count : input.leaf_counts)
-    meshes.push_back(foliage_mesh(cut_foliage(tree, input.shown.foliage.card_table, count)));
-  return meshes;
+  return one_variant(input, [&](std::uint32_t count) { return foliage_mesh(cut_foliage(tree, input.shown.foliage.card_table, count)); });
 }
 
-Result<std::vector<Mesh>> baked_cuts(Metric metric, const SimplifyInput& input, const ProgressFunction& progress) {
+template <Metric metric>
+Result<Variants> baked_levels(const SimplifyInput& input, const ProgressFunction& progress) {
   COPPICE_TRY(sequence, bake_collapse(metric, input, progress));
   return cuts(input, sequence);
 }
 
-std::vector<Mesh> stochastic_levels(const SimplifyInput& input) {
-  std::vector<Mesh> meshes;
-  for (const std::uint32_t count : input.leaf_counts)
-    meshes.push_back(foliage_mesh(prune_stochastically(input.shown.foliage, count, kStochasticSeed)));
-  return meshes;
+Result<Variants> similar_levels(const SimplifyInput& input, const ProgressFunction& progress) {
+  return cuts(input, collapse_by_similarity(input.shown.foliage, progress));
 }
 
-Result<std::vector<Mesh>> pruned_levels(const SimplifyInput& input, const ProgressFunction& progress) {
+Result<Variants> stochastic_levels(const SimplifyInput& input, const ProgressFunction&) {
+  return one_variant(input,
+                     [&](std::uint32_t count) { return foliage_mesh(prune_stochastically(input.shown.foliage, count, kStochasticSeed)); });
+}
+
+Result<Variants> pruned_levels(const SimplifyInput& input, const ProgressFunction& progress) {
   const BakeOptions options;
   COPPICE_TRY(views, viewpoints(metric_view_count(Metric::mi, input.shown.foliage.leaf_count())));
   COPPICE_TRY(result, prune_by_mutual_information(input.shown, views, options.collapse, input.leaf_counts, progress));
-  std::vector<Mesh> meshes;
-  for (const Foliage& level : result.levels) meshes.push_back(foliage_mesh(level));
-  return meshes;
+  auto level = result.levels.begin();
+  return one_variant(input, [&](std::uint32_t) { return foliage_mesh(*level++); });
 }
 
-std::vector<Mesh> mesh_levels(const SimplifyInput& input, MeshSimplifier simplifier) {
+template <MeshSimplifier simplifier>
+Result<Variants> mesh_levels(const SimplifyInput& input, const ProgressFunction&) {
   const Mesh source = foliage_mesh(input.shown.foliage);
-  std::vector<Mesh> meshes;
-  for (const std::uint32_t count : input.leaf_counts) meshes.push_back(simplify_mesh(source, 2 * count, simplifier));
-  return meshes;
+  return one_variant(input, [&](std::uint32_t count) { return simplify_mesh(source, 2 * count, simplifier); });
+}
+
+/// Methods without progress: those that unite leaves, and those that show their materials in other shapes.
+template <auto simplify>
+Result<Variants> levels_of_leaves(const SimplifyInput& input, const ProgressFunction&) {
+  return simplify(input.shown.foliage, input.leaf_counts);
+}
+
+template <auto simplify>
+Result<Variants> levels_of_looks(const SimplifyInput& input, const ProgressFunction&) {
+  return simplify(input.shown, input.leaf_counts);
+}
+
+struct Simplifier {
+  Method method;
+  const char* name;
+  Result<Variants> (*simplify)(const SimplifyInput&, const ProgressFunction&);
+};
+
+/// In the order of Method.
+constexpr std::array kSimplifiers{Simplifier{Method::default_metric, "default", baked_levels<Metric::default_metric>},
+                                  Simplifier{Method::mi, "mi", baked_levels<Metric::mi>},
+                                  Simplifier{Method::geometric, "geometric", similar_levels},
+                                  Simplifier{Method::stochastic, "stochastic", stochastic_levels},
+                                  Simplifier{Method::prune, "prune", pruned_levels},
+                                  Simplifier{Method::meshopt, "meshopt", mesh_levels<MeshSimplifier::collapse>},
+                                  Simplifier{Method::meshopt_sloppy, "meshopt_sloppy", mesh_levels<MeshSimplifier::sloppy>},
+                                  Simplifier{Method::fsa, "fsa", levels_of_leaves<simplify_fsa>},
+                                  Simplifier{Method::plu, "plu", levels_of_leaves<unite_leaves>},
+                                  Simplifier{Method::huo, "huo", levels_of_leaves<unite_organs>},
+                                  Simplifier{Method::lines, "lines", levels_of_looks<needle_lines>},
+                                  Simplifier{Method::voxels, "voxels", levels_of_looks<voxel_cloud>}};
+
+constexpr std::array kMethods = [] {
+  std::array<Method, kSimplifiers.size()> methods{};
+  for (std::size_t i = 0; i < methods.size(); ++i) methods[i] = kSimplifiers[i].method;
+  return methods;
+}();
+
+const Simplifier& simplifier_of(Method method) {
+  return kSimplifiers[static_cast<std::size_t>(method)];
+}
+
+std::size_t run_meshopt(std::vector<std::uint32_t>& indices, const Mesh& mesh, std::size_t target_index_count, MeshSimplifier simplifier) {
+  constexpr float kAnyError = 1.0f;
+  const std::uint32_t* source = mesh.indices.data();
+  const float* positions = &mesh.positions[0].x;
+  if (simplifier == MeshSimplifier::collapse)
+    return meshopt_simplify(indices.data(), source, mesh.indices.size(), positions, mesh.positions.size(), sizeof(glm::vec3),
+                            target_index_count, kAnyError, 0, nullptr);
+  return meshopt_simplifySloppy(indices.data(), source, mesh.indices.size(), positions, mesh.positions.size(), sizeof(glm::vec3),
+                                target_index_count, kAnyError, nullptr);
 }
 
 }  // namespace
@@ -99,78 +147,40 @@ std::span<const Method> default_methods() {
 }
 
 const char* method_name(Method method) {
-  switch (method) {
-    case Method::default_metric:
-      return "default";
-    case Method::mi:
-      return "mi";
-    case Method::geometric:
-      return "geometric";
-    case Method::stochastic:
-      return "stochastic";
-    case Method::prune:
-      return "prune";
-    case Method::meshopt:
-      return "meshopt";
-    case Method::meshopt_sloppy:
-      return "meshopt_sloppy";
-    case Method::fsa:
-      return "fsa";
-    case Method::plu:
-      return "plu";
-    case Method::huo:
-      return "huo";
-    case Method::lines:
-      return "lines";
-    case Method::voxels:
-      return "voxels";
-  }
-  return "";
+  return simplifier_of(method).name;
 }
 
 Result<Method> method_from_name(std::string_view name) {
   std::string names;
-  for (const Method method : kMethods) {
-    if (name == method_name(method)) return method;
-    names += (names.empty() ? "" : ", ") + std::string(method_name(method));
+  for (const Simplifier& simplifier : kSimplifiers) {
+    if (name == simplifier.name) return simplifier.method;
+    names += (names.empty() ? "" : ", ") + std::string(simplifier.name);
   }
   return Error{Status::invalid_argument, "no such method", Error::kNoOffset, "'" + std::string(name) + "'; there are " + names};
 }
 
 Result<std::vector<Variant>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress) {
-  switch (method) {
-    case Method::default_metric: {
-      COPPICE_TRY(meshes, baked_cuts(Metric::default_metric, input, progress));
-      return one_variant(std::move(meshes));
-    }
-    case Method::mi: {
-      COPPICE_TRY(meshes, baked_cuts(Metric::mi, input, progress));
-      return one_variant(std::move(meshes));
-    }
-    case Method::geometric:
-      return one_variant(cuts(input, collapse_by_similarity(input.shown.foliage, progress)));
-    case Method::stochastic:
-      return one_variant(stochastic_levels(input));
-    case Method::prune: {
-      COPPICE_TRY(meshes, pruned_levels(input, progress));
-      return one_variant(std::move(meshes));
-    }
-    case Method::meshopt:
-      return one_variant(mesh_levels(input, MeshSimplifier::collapse));
-    case Method::meshopt_sloppy:
-      return one_variant(mesh_levels(input, MeshSimplifier::sloppy));
-    case Method::fsa:
-      return simplify_fsa(input.shown.foliage, input.leaf_counts);
-    case Method::plu:
-      return unite_leaves(input.shown.foliage, input.leaf_counts);
-    case Method::huo:
-      return unite_organs(input.shown.foliage, input.leaf_counts);
-    case Method::lines:
-      return needle_lines(input.shown.foliage, input.shown.materials, input.shown.images, input.leaf_counts);
-    case Method::voxels:
-      return voxel_cloud(input.shown.foliage, input.shown.materials, input.shown.images, input.leaf_counts);
+  return simplifier_of(method).simplify(input, progress);
+}
+
+Mesh simplify_mesh(const Mesh& mesh, std::uint32_t triangle_count, MeshSimplifier simplifier) {
+  Mesh result;
+  result.positions = mesh.positions;
+  result.normals = mesh.normals;
+  result.uvs = mesh.uvs;
+  if (mesh.indices.empty()) return result;
+  std::vector<std::uint32_t> vertex_materials(mesh.positions.size(), 0);
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) vertex_materials[mesh.indices[i]] = mesh.triangle_materials[i / 3];
+
+  std::vector<std::uint32_t> indices(mesh.indices.size());
+  indices.resize(run_meshopt(indices, mesh, std::size_t{triangle_count} * 3, simplifier));
+  for (std::size_t t = 0; t + 2 < indices.size(); t += 3) {
+    const glm::vec3 &a = mesh.positions[indices[t]], &b = mesh.positions[indices[t + 1]], &c = mesh.positions[indices[t + 2]];
+    if (a == b || b == c || c == a) continue;
+    result.indices.insert(result.indices.end(), {indices[t], indices[t + 1], indices[t + 2]});
+    result.triangle_materials.push_back(vertex_materials[indices[t]]);
   }
-  return Error{Status::internal, "no such method"};
+  return result;
 }
 
 }  // namespace coppice::bake

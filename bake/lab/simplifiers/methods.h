@@ -20,15 +20,15 @@ enum class Method {
   default_metric,  ///< what `coppice bake` does
   mi,              ///< the paper: collapse_by_mutual_information
   geometric,       ///< collapse_geometric.h
-  stochastic,      ///< stochastic_prune.h
-  prune,           ///< information_prune.h
-  meshopt,         ///< mesh_simplify.h, at equal triangle count
+  stochastic,      ///< prune_stochastically
+  prune,           ///< prune_by_mutual_information
+  meshopt,         ///< simplify_mesh, at equal triangle count
   meshopt_sloppy,
-  fsa,     ///< fsa.h
-  plu,     ///< leaves_union.h
-  huo,     ///< organs_union.h
-  lines,   ///< needle_lines.h, at equal vertex count
-  voxels,  ///< voxel_cloud.h, at equal bytes
+  fsa,     ///< simplify_fsa
+  plu,     ///< unite_leaves
+  huo,     ///< unite_organs
+  lines,   ///< needle_lines, at equal vertex count
+  voxels,  ///< voxel_cloud, at equal bytes
 };
 
 /// All methods, in the order of reports.
@@ -52,5 +52,18 @@ struct SimplifyInput {
 /// progress  may be empty
 /// errors    those of the method's own function
 Result<std::vector<Variant>> simplify_foliage(Method method, const SimplifyInput& input, const ProgressFunction& progress);
+
+/// The general mesh simplifiers that a user would use first: meshoptimizer on the leaf quads as one indexed mesh.
+enum class MeshSimplifier {
+  /// meshopt_simplify: edge collapse by quadrics, target error 1 (the mesh's whole extent). It may stop before the target.
+  collapse,
+  /// meshopt_simplifySloppy, target error 1: vertices clustered on a grid, so that pieces join.
+  sloppy,
+};
+
+/// Simplifies to at most triangle_count triangles, if the simplifier gets that far. Vertices stay the mesh's; a triangle shows the material
+/// of its first corner's triangle. Triangles with corners in one place are left out, since they draw nothing.
+/// mesh  each vertex used by triangles of one material
+Mesh simplify_mesh(const Mesh& mesh, std::uint32_t triangle_count, MeshSimplifier simplifier);
 
 }  // namespace coppice::bake

@@ -115,16 +115,16 @@ class GreedyUnion {
   std::uint64_t evaluations_ = 0;
 };
 
-/// The live items at each count, in the order of `counts`; each count 1 .. items.size() (asserted).
-template <class Item>
-std::vector<std::vector<Item>> unite_to(GreedyUnion<Item> united, const std::vector<std::uint32_t>& counts) {
-  std::vector<std::vector<Item>> levels(counts.size());
+/// The live items at each count, in the order of `counts`; each count 1 .. live_count() (asserted). Unions  such as GreedyUnion
+template <class Unions>
+auto unite_to(Unions unions, const std::vector<std::uint32_t>& counts) {
+  std::vector<decltype(unions.live_items())> levels(counts.size());
   const std::uint32_t last = *std::ranges::min_element(counts);
-  COPPICE_ASSERT(last >= 1 && *std::ranges::max_element(counts) <= united.live_count());
-  for (;; united.step()) {
+  COPPICE_ASSERT(last >= 1 && *std::ranges::max_element(counts) <= unions.live_count());
+  for (;; unions.step()) {
     for (std::size_t i = 0; i < counts.size(); ++i)
-      if (counts[i] == united.live_count()) levels[i] = united.live_items();
-    if (united.live_count() == last) return levels;
+      if (counts[i] == unions.live_count()) levels[i] = unions.live_items();
+    if (unions.live_count() == last) return levels;
   }
 }
 

@@ -1,10 +1,10 @@
 // Puts the page together. When all is drawn the root element gets data-report="ready".
 
 const themes = ['automatic', 'light', 'dark'];
+const systemIsDark = matchMedia('(prefers-color-scheme: dark)');
 
 function setTheme(theme) {
-  if (theme === 'automatic') delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = theme;
+  document.documentElement.dataset.theme = theme !== 'automatic' ? theme : systemIsDark.matches ? 'dark' : 'light';
   document.querySelector('#theme span').textContent = theme;
   for (const chart of charts) chart.redraw(false);
 }
@@ -30,14 +30,14 @@ function makeText() {
 }
 
 async function makePage() {
+  let theme = 0;
+  setTheme('automatic');
   makeText();
   makeCharts();
   makeTables();
   await makePictures();
-  let theme = 0;
   document.getElementById('theme').addEventListener('click', () => setTheme(themes[theme = (theme + 1) % themes.length]));
-  setTheme('automatic');
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { for (const chart of charts) chart.redraw(false); });
+  systemIsDark.addEventListener('change', () => setTheme(themes[theme]));
   document.documentElement.dataset.report = 'ready';
 }
 

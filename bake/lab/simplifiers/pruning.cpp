@@ -1,20 +1,23 @@
-// Pruning leaf p and growing its neighbour q replaces two leaves by one. LiveVisibility calls that a merge, so its areas stay exact.
+// Pruning leaf p and growing its neighbour q by mutual information replaces two leaves by one. LiveVisibility calls that a merge, so its
+// areas stay exact.
 
-#include "information_prune.h"
+#include "pruning.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include <glm/geometric.hpp>
 
 #include "check.h"
-#include "leaf_scale.h"
 #include "live_visibility.h"
 #include "mutual_information.h"
 #include "quad_merge.h"
+#include "seeded_random.h"
+#include "visibility.h"
 
 namespace coppice::bake {
 namespace {
@@ -132,6 +135,36 @@ class Pruning {
 };
 
 }  // namespace
+
+Quad scaled_quad(const Quad& quad, double factor) {
+  const glm::dvec3 centroid = quad_centroid(quad);
+  Quad scaled{};
+  for (std::size_t i = 0; i < 4; ++i) scaled[i] = glm::vec3(centroid + factor * (glm::dvec3(quad[i]) - centroid));
+  return scaled;
+}
+
+std::vector<std::uint32_t> stochastic_order(std::uint32_t leaf_count, std::uint64_t seed) {
+  std::vector<std::uint32_t> order(leaf_count);
+  std::iota(order.begin(), order.end(), 0u);
+  SeededRandom random(seed);
+  for (std::uint32_t i = leaf_count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+  return order;
+}
+
+Foliage prune_stochastically(const Foliage& foliage, std::uint32_t kept_count, std::uint64_t seed) {
+  COPPICE_ASSERT(kept_count >= 1 && kept_count <= foliage.leaf_count());
+  std::vector<std::uint32_t> kept = stochastic_order(foliage.leaf_count(), seed);
+  kept.resize(kept_count);
+  std::sort(kept.begin(), kept.end());
+  const double factor = std::sqrt(static_cast<double>(foliage.leaf_count()) / kept_count);
+  Foliage result;
+  result.card_table = foliage.card_table;
+  for (const std::uint32_t leaf : kept) {
+    result.quads.push_back(factor == 1.0 ? foliage.quads[leaf] : scaled_quad(foliage.quads[leaf], factor));
+    result.cards.push_back(foliage.cards[leaf]);
+  }
+  return result;
+}
 
 Result<PruneResult> prune_by_mutual_information(const ShownFoliage& shown, const std::vector<Viewpoint>& views,
                                                 const CollapseOptions& options, const std::vector<std::uint32_t>& leaf_counts,

@@ -1,6 +1,7 @@
 #pragma once
 
-// Reads levels that another tool wrote, so that anybody's simplifier can be measured like ours.
+// Levels that another tool wrote, so that anybody's simplifier can be measured like ours; and how a plant's finest level changes when it
+// goes through a .coppice file.
 
 #include <filesystem>
 #include <span>
@@ -34,5 +35,18 @@ struct ForeignLevel {
 /// [fraction] Reads all files of a level, in the order of their folders' names.
 /// errors  invalid_argument: a folder has no file for a level (both are named); those of import_gltf
 Result<std::vector<std::vector<ForeignLevel>>> read_level_set(const LevelSet& set, std::span<const double> fractions);
+
+/// The finest level that a .coppice file of the plant holds: leaf meshes, or else all quads. Positions are quantised, images are as their
+/// textures show them.
+struct StoredLevel {
+  Mesh mesh;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  bool is_leaf_meshes = false;
+};
+
+/// Packs plant and quads with default options and unpacks them. The collapse is in leaf order, which does not affect the finest level.
+/// errors  those of pack and unpack
+Result<StoredLevel> stored_finest_level(const Plant& plant, const Foliage& foliage);
 
 }  // namespace coppice::bake

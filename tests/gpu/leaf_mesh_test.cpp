@@ -25,7 +25,7 @@ DecodedPlant two_coloured_plant(std::uint32_t part_count, std::uint32_t leaf_cou
 }
 
 coppice_placement at(float x, float z) {
-  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  return placement_at({x, 0.0f, z});
 }
 
 /// Quads err by size / 200 px.

@@ -25,61 +25,32 @@ std::uint32_t eye_count_of(const coppice_camera& camera) {
   return camera.second_eye == nullptr ? 1 : 2;
 }
 
+constexpr std::uint8_t kStencil = 7;  ///< that stencils are cleared to
+
 /// What a view is drawn to: two eyes side by side.
 struct Target {
   std::unique_ptr<Image> color;  ///< null: depth alone
   Image depth;
 
-  Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone, VkFormat depth_format = VK_FORMAT_D32_SFLOAT)
-      : color(depth_alone ? nullptr
-                          : std::make_unique<Image>(
-                                gpu, ImageDesc{.width_px = eye_count_of(camera) * camera.width_px,
-                                               .height_px = camera.height_px,
-                                               .format = VK_FORMAT_R8G8B8A8_SRGB,
-                                               .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
-        depth(gpu, {.width_px = eye_count_of(camera) * camera.width_px,
-                    .height_px = camera.height_px,
-                    .format = depth_format,
-                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
+  Target(const VulkanDevice& gpu, const coppice_camera& camera, VkFormat color_format, VkFormat depth_format = VK_FORMAT_D32_SFLOAT)
+      : depth(gpu, depth_attachment(eye_count_of(camera) * camera.width_px, camera.height_px, depth_format)) {
+    if (color_format == VK_FORMAT_UNDEFINED) return;
+    color = std::make_unique<Image>(gpu, color_attachment(depth.desc().width_px, depth.desc().height_px, color_format));
+  }
 
-  [[nodiscard]] bool has_stencil() const { return depth.desc().format == VK_FORMAT_D32_SFLOAT_S8_UINT; }
-  [[nodiscard]] VkImageLayout depth_layout() const {
-    return has_stencil() ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  /// clear: what was there before goes
+  void begin(VkCommandBuffer cmd, bool clear) const {
+    Attachments all{.depth = &depth, .farthest = {0.0f, kStencil}};
+    if (color) all.colors = {color.get()};
+    if (!clear) {
+      all.colors_from = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+      all.depth_from = depth.attachment_layout();
+    }
+    begin_rendering(cmd, all);
   }
 };
 
-/// That stencils are cleared to.
-constexpr std::uint8_t kStencil = 7;
-
-/// clear: what was there before goes
-void begin_rendering(VkCommandBuffer cmd, const Target& target, bool clear) {
-  const VkImageLayout before = clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-  if (target.color) change_layout(cmd, *target.color, before, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-  change_layout(cmd, target.depth, clear ? VK_IMAGE_LAYOUT_UNDEFINED : target.depth_layout(), target.depth_layout());
-  const VkAttachmentLoadOp load = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
-  const VkRenderingAttachmentInfo color{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                        .imageView = target.color ? target.color->view() : VK_NULL_HANDLE,
-                                        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                        .loadOp = load,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                        .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
-  const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                        .imageView = target.depth.view(),
-                                        .imageLayout = target.depth_layout(),
-                                        .loadOp = load,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                        .clearValue = {.depthStencil = {0.0f, kStencil}}};
-  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                  .renderArea = {{0, 0}, {target.depth.desc().width_px, target.depth.desc().height_px}},
-                                  .layerCount = 1,
-                                  .colorAttachmentCount = target.color ? 1u : 0u,
-                                  .pColorAttachments = &color,
-                                  .pDepthAttachment = &depth,
-                                  .pStencilAttachment = target.has_stencil() ? &depth : nullptr};
-  vkCmdBeginRendering(cmd, &rendering);
-}
-
-/// Of a target that has been drawn to.
+/// What a target shows that has been drawn to.
 struct Drawn {
   Picture picture;           ///< empty with depth alone
   std::vector<float> depth;  ///< empty with colour
@@ -88,8 +59,8 @@ struct Drawn {
 };
 
 Drawn read(const VulkanDevice& gpu, const Target& target) {
-  if (target.color) return {read_picture(gpu, *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL), {}};
-  return {{}, read_floats(gpu, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)};
+  if (target.color) return {read_picture(gpu, *target.color), {}};
+  return {{}, read_floats(gpu, target.depth)};
 }
 
 /// Pixels that show something.
@@ -127,10 +98,7 @@ class Recorder {
 class ViewsTest : public PathTest<ContextTest> {
  protected:
   void place(const std::vector<glm::vec3>& places) {
-    for (const glm::vec3& at : places) {
-      const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
-    }
+    for (const glm::vec3& at : places) add(plant_, placement_at(at));
   }
   void place_rows() {
     std::vector<glm::vec3> places;
@@ -167,8 +135,7 @@ class ViewsTest : public PathTest<ContextTest> {
     Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = kSidePx, .height_px = kSidePx});
     behind.error_px = 0.5f;
     add_eye(behind, 0.065, 0.0);
-    coppice_sun_desc desc;
-    coppice_sun_desc_init(&desc);
+    auto desc = defaults(coppice_sun_desc_init);
     std::copy_n(front.light.sun_direction, 3, desc.sun_direction);
     desc.radius_m = 12.0f;
     desc.size_px = kSidePx;
@@ -194,24 +161,27 @@ class ViewsTest : public PathTest<ContextTest> {
   }
 
   [[nodiscard]] std::unique_ptr<Target> target_of(const Shot& shot) {
-    return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_);
+    return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_ ? VK_FORMAT_UNDEFINED : VK_FORMAT_R8G8B8A8_SRGB);
   }
 
   void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
-    begin_rendering(cmd, target, clear);
+    target.begin(cmd, clear);
     for (std::uint32_t eye = 0; eye < eye_count_of(shot); ++eye) record_draw(cmd, shot, eye);
     vkCmdEndRendering(cmd);
   }
 
   /// A frame with this view alone.
-  Drawn alone(const Shot& shot) {
-    const auto target = target_of(shot);
+  void draw_alone(const Shot& shot, const Target& target) {
     begin(shot);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
       record_cull(cmd, shot);
-      record_one_draw(cmd, shot, *target);
+      record_one_draw(cmd, shot, target);
     });
+  }
+  Drawn alone(const Shot& shot) {
+    const auto target = target_of(shot);
+    draw_alone(shot, *target);
     return read(gpu(), *target);
   }
   std::vector<Drawn> each_alone(const std::vector<Shot>& shots) {
@@ -467,29 +437,22 @@ TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
   shot.view = view_;
   settle_all({shot});
   const Drawn expected = alone(shot);
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
+  auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   formats.depth_format = VK_FORMAT_D32_SFLOAT_S8_UINT;
   formats.has_stencil = VK_TRUE;
   shot.view = create_view(formats);
-  Target target(gpu(), shot, false, VK_FORMAT_D32_SFLOAT_S8_UINT);
-  begin(shot);
-  submit(gpu(), [&](VkCommandBuffer cmd) {
-    record_upload(cmd);
-    record_cull(cmd, shot);
-    record_one_draw(cmd, shot, target);
-  });
+  const Target target(gpu(), shot, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT_S8_UINT);
+  draw_alone(shot, target);
   EXPECT_TRUE(read(gpu(), target) == expected);
-  const std::vector<std::uint8_t> stencil = read_stencil(gpu(), target.depth, target.depth_layout());
+  const std::vector<std::uint8_t> stencil = read_bytes(gpu(), target.depth, 1, {}, VK_IMAGE_ASPECT_STENCIL_BIT);
   EXPECT_EQ(std::ranges::count(stencil, kStencil), static_cast<std::ptrdiff_t>(stencil.size()));
 }
 
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
 TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
   place_rows();
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
+  auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
   const coppice_view view = create_view(formats);
@@ -501,19 +464,9 @@ TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
       Shot lit = shot;
       for (float* color : {lit.light.sun_color, lit.light.sky_color, lit.light.ground_color})
         for (std::size_t i = 0; i < 3; ++i) color[i] *= times;
-      Target target(gpu(), lit, true);
-      target.color =
-          std::make_unique<Image>(gpu(), ImageDesc{.width_px = kSidePx,
-                                                   .height_px = kSidePx,
-                                                   .format = VK_FORMAT_R32_SFLOAT,
-                                                   .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-      begin(lit);
-      submit(gpu(), [&](VkCommandBuffer cmd) {
-        record_upload(cmd);
-        record_cull(cmd, lit);
-        record_one_draw(cmd, lit, target);
-      });
-      return read_floats(gpu(), *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+      const Target target(gpu(), lit, VK_FORMAT_R32_SFLOAT);
+      draw_alone(lit, target);
+      return read_floats(gpu(), *target.color);
     };
     const std::vector<float> dim = picture(1.0f), bright = picture(1000.0f);
     std::size_t lit = 0;

@@ -16,12 +16,7 @@ namespace world_test {
 using Offset = std::array<double, 3>;
 
 coppice_placement placed(double x, double z, const Offset& offset = {}) {
-  coppice_placement placement;
-  coppice_placement_init(&placement);
-  placement.position[0] = x + offset[0];
-  placement.position[1] = offset[1];
-  placement.position[2] = z + offset[2];
-  return placement;
+  return placement_at({x + offset[0], offset[1], z + offset[2]});
 }
 
 /// The same view of a world that has been moved.
@@ -52,14 +47,7 @@ class WorldTest : public PathTest<ContextWithMapTest> {
     create_map_view();
   }
 
-  std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) {
-    std::vector<coppice_instance> handles(placements.size());
-    EXPECT_EQ(coppice_instances_add(context_, plant_, placements.data(), sizeof(coppice_placement),
-                                    static_cast<std::uint32_t>(placements.size()), handles.data()),
-              COPPICE_OK)
-        << log_;
-    return handles;
-  }
+  std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) { return PathTest::add(plant_, placements); }
   void move(const std::vector<coppice_instance>& handles, const std::vector<coppice_placement>& placements) {
     ASSERT_EQ(coppice_instances_move(context_, handles.data(), placements.data(), sizeof(coppice_placement),
                                      static_cast<std::uint32_t>(handles.size())),

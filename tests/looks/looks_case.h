@@ -38,7 +38,10 @@ struct LooksCase {
   float defect_size_px = 120;                          ///< of those, the one at which the defect is compared
 };
 
-/// Written to `folder` and baked; prints its warnings. returns  the .coppice file
+/// Bakes a .glb; prints the warnings. returns  the .coppice file, which lies beside it
+std::filesystem::path bake_file(const std::filesystem::path& glb, const bake::BakeOptions& options);
+
+/// The same for a plant that is written to `folder` first.
 std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
                                  const bake::BakeOptions& options);
 

@@ -258,7 +258,7 @@ void check_vk(VkResult result, const char* call) {
 /// A driver that hangs fails the test with VK_TIMEOUT. Software drivers under sanitizers take minutes.
 constexpr std::uint64_t kMostWait_ns = 600'000'000'000;
 
-void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
+VkCommandBuffer record(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
   const VkCommandBufferAllocateInfo allocation{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
                                                .commandPool = gpu.command_pool,
                                                .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
@@ -270,13 +270,22 @@ void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>&
   check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
   record(cmd);
   check_vk(vkEndCommandBuffer(cmd), "vkEndCommandBuffer");
+  return cmd;
+}
 
+VkFence submit(const VulkanDevice& gpu, VkCommandBuffer cmd) {
   const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
   VkFence fence = VK_NULL_HANDLE;
   check_vk(vkCreateFence(gpu.device, &fence_info, nullptr, &fence), "vkCreateFence");
   const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO, .commandBuffer = cmd};
   const VkSubmitInfo2 info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2, .commandBufferInfoCount = 1, .pCommandBufferInfos = &buffer};
   check_vk(vkQueueSubmit2(gpu.queue, 1, &info, fence), "vkQueueSubmit2");
+  return fence;
+}
+
+void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
+  const VkCommandBuffer cmd = test::record(gpu, record);
+  const VkFence fence = submit(gpu, cmd);
   check_vk(vkWaitForFences(gpu.device, 1, &fence, VK_TRUE, kMostWait_ns), "vkWaitForFences");
   vkDestroyFence(gpu.device, fence, nullptr);
   vkFreeCommandBuffers(gpu.device, gpu.command_pool, 1, &cmd);

@@ -71,6 +71,10 @@ void check_vk(VkResult result, const char* call);
 /// Records one command buffer, submits it and waits until the GPU has finished.
 void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record);
 
+/// The same step by step. A command buffer of the pool, recorded; a fence of its submission. The caller waits, and gives both back.
+VkCommandBuffer record(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record);
+VkFence submit(const VulkanDevice& gpu, VkCommandBuffer cmd);
+
 /// A memory barrier between everything before and everything after. For tests of something else than barriers.
 void full_barrier(VkCommandBuffer cmd);
 

@@ -371,12 +371,12 @@ class Run {
   coppice_view view_ = 0;
   Forest forest_;
   std::uint64_t frame_number_ = 0;
-  double upload_ms_ = 0;  ///< of the last frame
+  double upload_ms_ = 0;  ///< what the last frame took
 };
 
 // ---- the report ---------------------------------------------------------------------------------------------------------------------
 
-/// Of luminance, 0..255, over all pixels.
+/// Root mean square of luminance, 0..255, over all pixels.
 double luminance_rmse(const test::Picture& a, const test::Picture& b) {
   const auto luminance = [](const std::uint8_t* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; };
   double sum = 0;

@@ -162,7 +162,7 @@ TEST_F(BakeAll, TheBytesAreThoseOfASingleBakeForAnyNumberOfJobs) {
 }
 
 TEST_F(BakeAll, AKilledRunGoesOnWhereItWas) {
-  // Of plants that cost the same the first is baked first. The second takes seconds.
+  // Plants that cost the same are baked in their order. The second takes seconds.
   write_text(plants_ / "list.json", R"([{"input": "hazel.glb", "resolution": 256, "views": 20},
                                         {"input": "hazel.glb", "output": "slow.coppice", "resolution": 256, "views": 20, "wind_stiffness": 2}])");
   const fs::path list = plants_ / "list.json", hazel = out_ / "hazel.coppice";

@@ -86,7 +86,7 @@ TEST_F(BakeParts, AJournalHasALineForEachPlant) {
   EXPECT_EQ(lines.size(), 8u);
 }
 
-TEST_F(BakeParts, APrintedScriptCanBeRunByHand) {
+TEST_F(BakeParts, APrintedScriptCanBeRunManually) {
   const ProcessResult printed = coppice_tool(joined({"bake-all", plants_, "-o", out_, "--slurm", "--print"}, kQuick));
   ASSERT_EQ(printed.exit_code, 0) << printed.err;
   EXPECT_EQ(printed.out.rfind("#!/bin/sh\n#SBATCH ", 0), 0u) << printed.out;

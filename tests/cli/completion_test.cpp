@@ -90,7 +90,7 @@ class Completion : public testing::Test {
 
   TemporaryFolder folder_;
   fs::path files_ = folder_.path() / "files";
-  fs::path programs_ = fs::path(test::kTool).parent_path();  // of both
+  fs::path programs_ = fs::path(test::kTool).parent_path();  // where both programs are
 };
 
 TEST_F(Completion, ScriptsAreWellFormed) {

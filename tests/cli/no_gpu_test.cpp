@@ -17,7 +17,7 @@ namespace no_gpu_test {
 
 namespace fs = std::filesystem;
 
-/// Of every pixel of the sky.
+/// Every pixel of the sky has it.
 constexpr std::uint8_t kSkyBlue = 225;
 
 /// Share of pixels that are not sky.

@@ -55,7 +55,7 @@ bool has_option(const std::string& program, const std::string& option) {
   return std::ranges::find(options, option) != options.end();
 }
 
-/// Of any program; where coppice-forest is not built it may be one of that.
+/// Whether any program has it; where coppice-forest is not built it may be one of that.
 bool is_an_option(const std::string& option) {
   if (!helps().contains("coppice-forest")) return !option.empty();
   return std::ranges::any_of(helps(), [&](const auto& help) { return has_option(help.first, option); });
@@ -90,7 +90,7 @@ std::vector<std::string> faults_of_call(const std::string& call) {
   bool is_comment = false;
   for (const std::string& word : words) {
     is_comment = is_comment || word.starts_with('#');
-    if (word == "--") program = program == "coppice view" ? "coppice-forest" : "sbatch";  // of coppice bake-all
+    if (word == "--") program = program == "coppice view" ? "coppice-forest" : "sbatch";  // as coppice bake-all has it
     if (!helps().contains(program)) continue;                                             // not built here
     const std::string option = option_in(word);
     if (!option.empty() && !(is_comment ? is_an_option(option) : has_option(program, option)))
@@ -191,7 +191,7 @@ TEST(Documents, NamedFilesOfSourceExist) {
   static const std::regex file_form(R"((.*/)?([a-z_0-9]+\.(h|cpp|c|comp|vert|frag|mjs|cmake)))");
   std::size_t file_count = 0;
   for (const fs::path& document : documents()) {
-    if (document == "CHANGELOG.md" || document.string().starts_with("tests/bench/results")) continue;  // of their day
+    if (document == "CHANGELOG.md" || document.string().starts_with("tests/bench/results")) continue;  // they tell what held on their day
     for (const std::string& span : code_spans(prose(source_text(document)))) {
       std::smatch found;
       if (!std::regex_match(span, found, file_form) || span.starts_with("draco/")) continue;
@@ -202,7 +202,7 @@ TEST(Documents, NamedFilesOfSourceExist) {
   EXPECT_GT(file_count, 40u);
 }
 
-/// Of a heading, as GitHub makes it.
+/// A heading's anchor, as GitHub makes it.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char letter : heading) {

@@ -121,7 +121,7 @@ TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
   }
   EXPECT_TRUE(fs::exists(out / "all" / "plant.coppice"));
 
-  // Of a list, one plant by itself.
+  // One plant of a list by itself.
   const auto list = [&](const char* value) {
     std::ofstream(folder / "list.json") << R"([{"input": "inner/plant.gltf", "allow_outside": )" << value << "}]";
     return run_process(test::kTool,

@@ -45,7 +45,7 @@ struct Folder {
   }
 };
 
-/// Of a baked file.
+/// What `inspect` says of a baked file's leaves.
 nlohmann::json leaves_of(const fs::path& file) {
   return nlohmann::json::parse(coppice_tool({"inspect", file, "--json"}).out)["leaves"];
 }

@@ -64,7 +64,7 @@ std::size_t files_in(const fs::path& folder) {
 
 /// Pixels of `shown` that the overlay has made otherwise than in `plain`.
 struct Overlaid {
-  double share = 0;  ///< of the picture
+  double share = 0;  ///< how much of the picture they are
   std::uint32_t left = ~0u, top = ~0u, right = 0, bottom = 0;
 };
 
@@ -127,7 +127,7 @@ class ForestWindow : public testing::Test {
     EXPECT_TRUE(comes_true([&] { return files_in(frames()) > before + count; })) << forest_->err();
   }
 
-  /// Of the window as it is, with the overlay.
+  /// The window as it is, with the overlay.
   Picture shown() {
     const std::size_t count = files_in(frames());  // the last one may not be whole
     char name[16];

@@ -141,7 +141,7 @@ TEST_F(LimitsLayer, RefusesWhatIsBeyondTheLimits) {
 }
 
 TEST_F(LimitsLayer, RefusesWhatAHeapDoesNotHold) {
-  constexpr VkDeviceSize kBytes = 160ull << 20;  // of 256 MiB
+  constexpr VkDeviceSize kBytes = 160ull << 20;  // the heap has 256 MiB
   EXPECT_TRUE(
       mentions(printed_by([] { EXPECT_EQ(Memory((1ull << 30) + 1, kOfDevice).result, VK_ERROR_OUT_OF_DEVICE_MEMORY); }), {"allocation"}));
   EXPECT_EQ(Memory(kBytes, kCoherent).result, VK_SUCCESS) << "which is freed again";

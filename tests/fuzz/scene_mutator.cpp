@@ -17,7 +17,7 @@ using coppice::test::File;
 using coppice::test::Record;
 using coppice::test::Records;
 
-constexpr std::uint64_t kMaxRecords = 64;  // of a kind
+constexpr std::uint64_t kMaxRecords = 64;  // for each kind
 
 coppice_scene_header header_of(const File& file) {
   coppice_scene_header header;

@@ -17,7 +17,7 @@ namespace debug_label_test {
 /// What the library has asked for.
 struct Told {
   std::vector<std::string> labels;
-  std::vector<std::string> names;  ///< of pipelines
+  std::vector<std::string> names;  ///< those that pipelines have
   int open = 0;
   /// What it has created, by kind and handle, and the name that it has given to that. A handle may come again: then the later counts.
   std::map<std::pair<VkObjectType, std::uint64_t>, std::string> objects;

@@ -30,7 +30,7 @@ struct Outcome {
   coppice_status created = COPPICE_OK, opened = COPPICE_OK, added = COPPICE_OK;
   coppice_status pipelines = COPPICE_OK;
   std::vector<coppice_status> frames;  ///< the first of a frame's calls that failed, or COPPICE_OK
-  coppice_stats stats{};               ///< of the last frame
+  coppice_stats stats{};               ///< after the last frame
   coppice_view_stats drawn{};          ///< likewise
 };
 
@@ -193,7 +193,7 @@ class FailureTest : public ContextTest {
   Image map_{gpu(), depth_attachment(kMapPx, kMapPx)};
 };
 
-/// Of frames too, not one in some: takes minutes more.
+/// Whether every call of frames fails too, not one in some: that takes minutes more.
 bool is_every_call_wanted() {
   return std::getenv("COPPICE_EVERY_CALL") != nullptr;
 }
@@ -260,7 +260,7 @@ class VulkanFailureTest : public FailureTest {
     return call == "vkCreateShaderModule" || call == "vkCreateComputePipelines" || call == "vkCreateGraphicsPipelines";
   }
 
-  std::vector<std::string> calls_;  ///< of a run without a fault
+  std::vector<std::string> calls_;  ///< what a run without a fault calls
   std::uint64_t creation_calls_ = 0, leaves_ = 0;
 };
 

@@ -137,7 +137,7 @@ Shot part_of(Shot view, std::uint32_t first, std::uint32_t side) {
   return view;
 }
 
-/// Of an instance that is large and partly in view, clusters that are not are left out, and that is not to be seen.
+/// A large instance is partly in view: its clusters that are not are left out, and that is not to be seen.
 TEST_F(LeafMeshTest, NearThePartsInViewAreDrawn) {
   constexpr std::uint32_t kWide = 512, kFirst = 100, kPart = 128, kManyLeaves = 6000;
   for (const bool compute_raster : {false, true}) {

@@ -293,7 +293,7 @@ TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
 TEST_F(LeafRasterTest, WhatIsDrawnComesAndGoesWithPages) {
   const DecodedPlant plant = plain_plant(3000, 3);
   RendererScene scene(gpu(), 64, {.compute_raster = true});
-  const std::uint32_t index = scene.add_plant(plant, 2);  // of six pages
+  const std::uint32_t index = scene.add_plant(plant, 2);  // it has six pages
   scene.place(index, {at(0.0f, 0.0f)});
   const Shot view = front_view(20.0f);
   EXPECT_EQ(scene.draw(view).counts.leaves, 1025u);
@@ -351,7 +351,7 @@ void PrintTo(const Projection& each, std::ostream* out) {
 }
 
 constexpr float kNear_m = 0.05f, kFar_m = 200.0f;
-/// Of an oblique projection, view space of front_view(6): a mirror that lies aslant in the plants, of which what is behind it is seen.
+/// An oblique projection's mirror, in view space of front_view(6): it lies aslant in the plants, and what is behind it is seen.
 constexpr std::array<float, 4> kMirror{0.3f, 0.2f, -0.932738f, -5.4f};
 
 Shot projected_view(const Projection& projection, float distance_m) {

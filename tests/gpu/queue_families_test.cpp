@@ -12,9 +12,9 @@ namespace queue_families_test {
 
 /// What the library has asked for.
 struct Asked {
-  std::vector<VkSharingMode> modes;                  ///< of buffers and images
+  std::vector<VkSharingMode> modes;                  ///< what buffers and images were created with
   std::vector<std::vector<std::uint32_t>> families;  ///< likewise
-  std::set<VkPipelineStageFlags2> stages;            ///< of barriers
+  std::set<VkPipelineStageFlags2> stages;            ///< what barriers name
 };
 
 Asked& asked() {

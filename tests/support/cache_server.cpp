@@ -69,7 +69,7 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
-/// Of a connection: everything up to and with `end`; empty at the connection's end.
+/// Everything that a connection receives up to and with `end`; empty at the connection's end.
 std::string receive_until(int socket, std::string& unread, const std::string& end) {
   while (unread.find(end) == std::string::npos) {
     std::array<char, 4096> block{};

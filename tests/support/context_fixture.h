@@ -217,7 +217,7 @@ class ContextTest : public VulkanTest {
 
   coppice_context* context_ = nullptr;
   coppice_view view_ = 0;
-  const coppice_wind* wind_ = nullptr;  ///< of the frames that begin
+  const coppice_wind* wind_ = nullptr;  ///< what frames begin with
   std::uint64_t frame_number_ = 0;
   std::uint64_t frames_behind_ = 0;  ///< how many frames the GPU has not finished when one begins
   std::string log_;

@@ -110,7 +110,7 @@ struct Recording {
   std::vector<Command> commands;
   std::string compute = "?", graphics = "?";
   bool rendering = false;
-  std::vector<std::function<void()>> held;  // of a rendering, until its end
+  std::vector<std::function<void()>> held;  // what a rendering runs at its end
   std::uint32_t mark_count = 0;
   std::uint64_t submission = 0;
 };

@@ -112,9 +112,8 @@ class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path>
 
 /// Share of pixels that are drawn on; the ground is white.
 double covered(const Picture& picture) {
-  double count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += picture.rgba[i + 1] < 250;
-  return count / static_cast<double>(picture.rgba.size() / 4);
+  const std::size_t count = count_pixels(picture, [](const std::uint8_t* rgb) { return rgb[1] < 250; });
+  return static_cast<double>(count) / static_cast<double>(picture.rgba.size() / 4);
 }
 
 /// Root of the mean square difference of means over tiles.

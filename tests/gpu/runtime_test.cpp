@@ -33,13 +33,6 @@ Shot front_view() {
   return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
 }
 
-std::size_t drawn_pixels(const Picture& picture) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    count += picture.rgba[i] != 255 || picture.rgba[i + 1] != 255 || picture.rgba[i + 2] != 255;
-  return count;
-}
-
 class RuntimeTest : public ContextTest {
  protected:
   void SetUp() override {
@@ -96,7 +89,7 @@ TEST_F(RuntimeTest, TheBoxHoldsLeavesAndTheCoarsestWood) {
 }
 
 TEST_F(RuntimeTest, CutsFollowTheThreshold) {
-  const coppice_plant plant = create_planted(desc());
+  create_planted(desc());
   Shot view = front_view();
   std::uint64_t finer = ~std::uint64_t{0};
   for (const float error_px : {0.01f, 0.3f, 1.0f, 1000.0f}) {
@@ -185,7 +178,7 @@ TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
 TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
   ContextDesc small = desc();
   small.memory_budget_bytes = 11ull << 20;  // a little more than the fixed buffers
-  const coppice_plant plant = create_planted(small);
+  create_planted(small);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   for (int i = 0; i < 60; ++i) {

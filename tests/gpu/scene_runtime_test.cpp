@@ -98,7 +98,7 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
     plants[i].position_m = {static_cast<float>(i % 20), 0.0f, -static_cast<float>(i) / 20.0f};
     plants[i].species = static_cast<std::uint16_t>(i % 4);
   }
-  write_bytes(scene, *bake::encode_scene(species({"plant1.coppice", "fifo.coppice", "../plant1.coppice", "link.coppice"}), plants));
+  write_file(scene, *bake::encode_scene(species({"plant1.coppice", "fifo.coppice", "../plant1.coppice", "link.coppice"}), plants));
   const std::string root = folder_.string();
   struct Case {
     const char* asset_root;

@@ -65,8 +65,7 @@ Drawn read(const VulkanDevice& gpu, const Target& target) {
 
 /// Pixels that show something.
 std::size_t covered(const Drawn& drawn) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < drawn.picture.rgba.size(); i += 4) count += drawn.picture.rgba[i + 1] < 250;
+  const std::size_t count = count_pixels(drawn.picture, [](const std::uint8_t* rgb) { return rgb[1] < 250; });
   return count + static_cast<std::size_t>(std::ranges::count_if(drawn.depth, [](float depth) { return depth > 0.0f; }));
 }
 

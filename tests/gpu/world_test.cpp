@@ -26,13 +26,6 @@ Shot moved(Shot view, const Offset& by) {
   return view;
 }
 
-std::size_t drawn_pixels(const Picture& picture) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    count += picture.rgba[i] < 250 || picture.rgba[i + 1] < 250 || picture.rgba[i + 2] < 250;
-  return count;
-}
-
 /// Pixels that differ by more than roundings of colours do.
 double differing_pixels(const Picture& expected, const Picture& actual) {
   return compare_pictures(expected, actual, 3).differing_share * static_cast<double>(expected.rgba.size()) / 4;

@@ -227,6 +227,16 @@ glm::dvec2 pixel_of(const Shot& shot, const glm::dvec3& world) {
   return 0.5 * kSidePx * (glm::dvec2(clip) / clip.w + 1.0);
 }
 
+/// The inverse: what a pixel shows, by its depth.
+glm::dvec3 world_of(const glm::dmat4& from_clip, const glm::dvec2& pixel, float depth) {
+  const glm::dvec4 place = from_clip * glm::dvec4(2.0 * pixel / double{kSidePx} - 1.0, double{depth}, 1.0);
+  return glm::dvec3(place) / place.w;
+}
+
+glm::dvec2 middle_of(std::size_t pixel) {
+  return {static_cast<double>(pixel % kSidePx) + 0.5, static_cast<double>(pixel / kSidePx) + 0.5};
+}
+
 /// The camera steps and turns, so that cuts change, and some instances move, turn and grow: each pixel's velocity is where its place of the
 /// plant's surface was in the frame before, by the placements and cameras alone. What came is flagged.
 TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
@@ -265,9 +275,8 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
     std::size_t counted = 0, moved = 0, new_ones = 0;
     for (std::size_t i = 0; i < kPixels; ++i) {
       if (depth[i] == 0.0f) continue;
-      const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
-      const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
-      glm::dvec3 world = glm::dvec3(place) / place.w;
+      const glm::dvec2 at = middle_of(i);
+      glm::dvec3 world = world_of(from_clip, at, depth[i]);
       EXPECT_EQ(velocities[i].z, users[i] == 0x0a0b0c0du ? 1.0f : 0.0f) << i;
       if (users[i] == 0x0a0b0c0du) {
         ++new_ones;
@@ -393,9 +402,8 @@ class WindOnSurface : public SurfaceTest {
     std::vector<WindPixel> pixels;
     for (std::size_t i = 0; i < kPixels; ++i) {
       if (depth[i] == 0.0f) continue;
-      const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
-      const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
-      const glm::dvec3 world = glm::dvec3(place) / place.w;
+      const glm::dvec2 at = middle_of(i);
+      const glm::dvec3 world = world_of(from_clip, at, depth[i]);
       const std::size_t instance = instance_of(users[i]);
       const glm::dvec3 foot = glm::make_vec3(placements_[instance].position);
       const glm::dvec3 foot_before = foot - glm::dvec3(is_moved(instance) ? step_m : 0.0, 0.0, 0.0);

@@ -94,6 +94,10 @@ class Recorder {
   VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
+Shot view_from(const glm::vec3& eye_m) {
+  return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx});
+}
+
 class ViewsTest : public PathTest<ContextTest> {
  protected:
   void place(const std::vector<glm::vec3>& places) {
@@ -126,12 +130,12 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// A camera from the front, its mirror image from below, a sun's, and a stereo pair from behind that is closer and finer.
   std::vector<Shot> four_views() {
-    Shot front = make_view({.eye_m = {0.0f, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot front = view_from({0.0f, 1.0f, 6.0f});
     Shot mirrored = front;
     const glm::mat4 mirror = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0, -4, 0)), glm::vec3(1, -1, 1));
     const glm::dmat4 below = glm::make_mat4(front.view_from_world) * glm::dmat4(mirror);
     std::copy_n(glm::value_ptr(below), 16, mirrored.view_from_world);
-    Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot behind = view_from({-3.0f, 0.5f, -16.0f});
     behind.error_px = 0.5f;
     add_eye(behind, 0.065, 0.0);
     auto desc = defaults(coppice_sun_desc_init);
@@ -157,6 +161,15 @@ class ViewsTest : public PathTest<ContextTest> {
       usleep(2000);
     }
     ADD_FAILURE() << "streaming does not come to rest";
+  }
+
+  /// The rows from the front, all of which is there.
+  Shot settled_rows() {
+    place_rows();
+    Shot shot = view_from({0, 1, 6});
+    shot.view = view_;
+    settle_all({shot});
+    return shot;
   }
 
   [[nodiscard]] std::unique_ptr<Target> target_of(const Shot& shot) {
@@ -312,7 +325,7 @@ TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
 
 TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
   place({{0, 0, 0}, {500, 0, 0}});
-  Shot far = make_view({.eye_m = {0, 0.3f, 60}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot far = view_from({0, 0.3f, 60});
   far.view = view_;
   settle_all({far});
   EXPECT_LT(info(plant_).resident_leaf_count, 3000u);
@@ -337,7 +350,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
 
 TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
   place_rows();
-  Shot front = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot front = view_from({0, 1, 6});
   front.view = view_;
   front.error_px = 0.5f;
   Shot limited = front;
@@ -369,7 +382,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
   place_rows();
   std::vector<Shot> shots;
   for (const float x_m : {-4.0f, 0.0f, 5.0f}) {
-    shots.push_back(make_view({.eye_m = {x_m, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx}));
+    shots.push_back(view_from({x_m, 1.0f, 6.0f}));
     shots.back().view = shots.size() == 1 ? view_ : create_view();
   }
   settle_all(shots);
@@ -431,10 +444,7 @@ TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
 
 /// With the engine's stencil bound, which stays as it is: the picture is that without.
 TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
-  place_rows();
-  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
-  shot.view = view_;
-  settle_all({shot});
+  Shot shot = settled_rows();
   const Drawn expected = alone(shot);
   auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
@@ -456,7 +466,7 @@ TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
   const coppice_view view = create_view(formats);
   for (const float distance_m : {4.0f, 30.0f}) {
-    Shot shot = make_view({.eye_m = {0, 1, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot shot = view_from({0, 1, distance_m});
     shot.view = view;
     settle_all({shot});
     const auto picture = [&](float times) {
@@ -480,10 +490,7 @@ TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
 }
 
 TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
-  place_rows();
-  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
-  shot.view = view_;
-  settle_all({shot});
+  Shot shot = settled_rows();
   const Drawn expected = alone(shot);
   Shot other = shot;
   std::uint64_t bytes = 0;

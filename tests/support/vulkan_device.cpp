@@ -6,7 +6,6 @@
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <stdexcept>
 #include <utility>
 
 namespace coppice::test {
@@ -201,14 +200,6 @@ class DeviceEnvironment : public ::testing::Environment {
 
 [[maybe_unused]] const auto* const device_environment = ::testing::AddGlobalTestEnvironment(new DeviceEnvironment);
 
-std::uint32_t memory_type(const VulkanDevice& gpu, std::uint32_t type_bits, VkMemoryPropertyFlags wanted) {
-  for (std::uint32_t type = 0; type < gpu.memory.memoryTypeCount; ++type) {
-    const bool allowed = (type_bits >> type & 1u) != 0;
-    if (allowed && (gpu.memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
-  }
-  throw std::runtime_error("no memory type with the wanted properties");
-}
-
 /// Any buffer may be addressed from a shader.
 VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted) {
   const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
@@ -216,7 +207,7 @@ VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& nee
   const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
                                   .pNext = &flags,
                                   .allocationSize = needs.size,
-                                  .memoryTypeIndex = memory_type(gpu, needs.memoryTypeBits, wanted)};
+                                  .memoryTypeIndex = gpu.memory_type(needs.memoryTypeBits, wanted)};
   VkDeviceMemory memory = VK_NULL_HANDLE;
   check_vk(vkAllocateMemory(gpu.device, &info, nullptr, &memory), "vkAllocateMemory");
   return memory;

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,13 @@ struct VulkanDevice {
   VkCommandPool command_pool = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;  ///< what a test creates is compiled once a process
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+
+  /// The first of the types with a bit in type_bits that has the wanted properties.
+  [[nodiscard]] std::uint32_t memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted) const {
+    for (std::uint32_t type = 0; type < memory.memoryTypeCount; ++type)
+      if ((type_bits >> type & 1u) != 0 && (memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+    throw std::runtime_error("no memory type with the wanted properties");
+  }
 };
 
 enum class Validation { on, off };

@@ -40,18 +40,11 @@ double leaf_share(const Image& image) {
 /// Pairs; an odd last one is alone.
 Foliage crossed_cards(std::uint32_t leaf_count, double leaf_share) {
   std::mt19937 random(1);
-  const auto in_ball = [&random] {
-    for (;;) {
-      const float x = test::uniform(random, -1, 1), y = test::uniform(random, -1, 1), z = test::uniform(random, -1, 1);
-      const glm::vec3 point(x, y, z);
-      if (glm::dot(point, point) <= 1.0f && glm::dot(point, point) > 0.01f) return point;
-    }
-  };
   const float side_m = std::sqrt(kLeafArea_m2 / static_cast<float>(leaf_share) / static_cast<float>(leaf_count));
   std::vector<Quad> quads;
   while (quads.size() < leaf_count) {
-    const glm::vec3 root = in_ball() * glm::vec3(2, 3, 2), along = side_m * glm::normalize(in_ball());
-    const glm::vec3 across = side_m * glm::normalize(glm::cross(along, in_ball()));
+    const glm::vec3 root = test::in_ball(random) * glm::vec3(2, 3, 2), along = side_m * glm::normalize(test::in_ball(random));
+    const glm::vec3 across = side_m * glm::normalize(glm::cross(along, test::in_ball(random)));
     const glm::vec3 crossed = side_m * glm::normalize(glm::cross(along, across));
     quads.push_back(test::rectangle(root - 0.5f * across, along, across));
     if (quads.size() < leaf_count) quads.push_back(test::rectangle(root - 0.5f * crossed, along, crossed));

@@ -364,7 +364,7 @@ class Run {
   coppice_view view_ = 0;
   Forest forest_;
   std::uint64_t frame_number_ = 0;
-  double upload_ms_ = 0;  ///< of the last frame
+  double upload_ms_ = 0;  ///< what the last frame took
 };
 
 /// The error of luminance, 0..255, over all pixels.

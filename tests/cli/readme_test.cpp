@@ -87,7 +87,7 @@ Words faults_of_call(const std::string& call) {
   bool is_comment = false;
   for (const std::string& word : words) {
     is_comment = is_comment || word.starts_with('#');
-    if (word == "--") program = program == "coppice view" ? "coppice-forest" : "sbatch";  // of coppice bake-all
+    if (word == "--") program = program == "coppice view" ? "coppice-forest" : "sbatch";  // as coppice bake-all has it
     if (!helps().contains(program)) continue;                                             // not built here
     const std::string option = option_in(word);
     if (!option.empty() && !(is_comment ? is_an_option(option) : has_option(program, option)))
@@ -188,7 +188,7 @@ TEST(Documents, NamedFilesOfSourceExist) {
   static const std::regex file_form(R"((.*/)?([a-z_0-9]+\.(h|cpp|c|comp|vert|frag|mjs|cmake)))");
   std::size_t file_count = 0;
   for (const fs::path& document : documents()) {
-    if (document == "CHANGELOG.md" || document.string().starts_with("tests/bench/results")) continue;  // of their day
+    if (document == "CHANGELOG.md" || document.string().starts_with("tests/bench/results")) continue;  // they tell what held on their day
     for (const std::string& span : code_spans(prose(source_text(document)))) {
       std::smatch found;
       if (!std::regex_match(span, found, file_form) || span.starts_with("draco/")) continue;

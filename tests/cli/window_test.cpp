@@ -48,7 +48,7 @@ std::size_t files_in(const fs::path& folder) {
 
 /// Pixels of `shown` that the overlay has made otherwise than in `plain`.
 struct Overlaid {
-  double share = 0;  ///< of the picture
+  double share = 0;  ///< how much of the picture they are
   std::uint32_t left = ~0u, top = ~0u, right = 0, bottom = 0;
 };
 

@@ -168,7 +168,7 @@ const std::vector<DeviceRow>& device_rows() {
        .types = {{kLocal | kCoherent, 0}, {kLocal | kVisible | kCached, 0}},
        .image_alignment_bytes = 4096,
        .missing_features = {"shaderBufferInt64Atomics", "shaderSharedInt64Atomics"}},
-      // Of what is more only what Coppice needs; memory as awkward as the specification allows.
+      // The minimum, and what Coppice needs beside it; memory as awkward as the specification allows.
       {.name = "vulkan_minimum",
        .source = "Vulkan 1.3, but 7 storage buffers a stage in place of 4",
        .type = kIntegrated,

@@ -22,7 +22,7 @@ struct DeviceRow {
   std::vector<VkMemoryType> types;
   std::uint32_t buffer_types = ~0u;        ///< a bit for each memory type that buffers and linear images may have
   std::uint32_t image_types = ~0u;         ///< likewise, of optimal images
-  VkDeviceSize image_alignment_bytes = 1;  ///< of their memory, a power of two
+  VkDeviceSize image_alignment_bytes = 1;  ///< where their memory begins; a power of two
   std::vector<const char*> missing_features;
   std::vector<const char*> missing_extensions;
 };

@@ -54,7 +54,7 @@ struct Allocation {
   VkDeviceSize bytes = 0;
   std::uint32_t type = 0;
   std::uint8_t* real = nullptr;      ///< the driver's
-  std::vector<std::uint8_t> shadow;  ///< of a type that is not coherent
+  std::vector<std::uint8_t> shadow;  ///< where the type is not coherent
   std::vector<Bound> bound;
 };
 
@@ -62,8 +62,8 @@ struct Allocation {
 struct Gate {
   VkSemaphore semaphore = VK_NULL_HANDLE;  ///< a timeline that each submission waits for
   std::uint64_t submitted = 0, opened = 0;
-  std::map<VkFence, std::uint64_t> fences;                                ///< of which submission
-  std::map<VkSemaphore, std::map<std::uint64_t, std::uint64_t>> signals;  ///< of which submission each value is
+  std::map<VkFence, std::uint64_t> fences;                                ///< which submission each belongs to
+  std::map<VkSemaphore, std::map<std::uint64_t, std::uint64_t>> signals;  ///< which submission signals each value
 };
 
 struct Device {
@@ -73,7 +73,7 @@ struct Device {
   VkPhysicalDeviceMemoryProperties memory{};
   VkDeviceSize max_allocation_bytes = 0;
   PFN_vkGetDeviceProcAddr next = nullptr;
-  std::mutex mutex;  ///< of what follows
+  std::mutex mutex;  ///< guards what follows
   std::map<VkDeviceMemory, Allocation> allocations;
   std::map<VkBuffer, VkDeviceSize> buffer_bytes;
   std::map<VkImage, bool> optimal_images;

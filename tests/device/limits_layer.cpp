@@ -352,7 +352,7 @@ VkResult create_buffer(VkDevice handle, const VkBufferCreateInfo* info, Callback
   return result;
 }
 
-/// Of the formats that Coppice reads; any other counts as the largest.
+/// Knows the formats that Coppice reads; any other counts as the largest.
 std::uint32_t texel_bytes(VkFormat format) {
   if (format == VK_FORMAT_R32_UINT) return 4;
   return format == VK_FORMAT_R32G32_UINT ? 8 : 16;
@@ -519,7 +519,7 @@ PFN_vkVoidFunction get_instance_proc_addr(VkInstance handle, const char* name) {
   return handle != VK_NULL_HANDLE ? instance_of(handle).next(handle, name) : nullptr;
 }
 
-/// Of a call's old name too, which ends in KHR.
+/// Knows a call's old name too, which ends in KHR.
 PFN_vkVoidFunction our_function(std::string_view name) {
   static const Functions hooks{OURS(GetInstanceProcAddr, get_instance_proc_addr),
                                OURS(GetDeviceProcAddr, get_device_proc_addr),

@@ -18,11 +18,8 @@
 #include "mentions.h"
 #include "vulkan_device.h"
 
+namespace coppice::test {
 namespace limits_layer_test {
-
-using coppice::test::check_vk;
-using coppice::test::mentions;
-using coppice::test::VulkanDevice;
 
 constexpr std::uint32_t kOfDevice = 0, kNotCoherent = 1, kCoherent = 2;
 constexpr std::uint8_t kFill = 0xcd;
@@ -31,10 +28,10 @@ constexpr std::uint8_t kFill = 0xcd;
 const VulkanDevice& gpu() {
   static const VulkanDevice& device = []() -> const VulkanDevice& {
     static std::vector<std::string> variables =
-        coppice::test::environment_of_device("vulkan_minimum", {"COPPICE_TEST_FILL=0xCD", "COPPICE_TEST_LATE=1", "COPPICE_TEST_REVERSE=1"});
+        environment_of_device("vulkan_minimum", {"COPPICE_TEST_FILL=0xCD", "COPPICE_TEST_LATE=1", "COPPICE_TEST_REVERSE=1"});
     variables.emplace_back("VK_INSTANCE_LAYERS=VK_LAYER_COPPICE_limits");
     for (std::string& variable : variables) ::putenv(variable.data());
-    return coppice::test::vulkan_device(coppice::test::Validation::off);
+    return vulkan_device(Validation::off);
   }();
   return device;
 }
@@ -50,9 +47,7 @@ struct Memory {
   VkDeviceMemory handle = VK_NULL_HANDLE;
   VkResult result = VK_SUCCESS;
   Memory(VkDeviceSize bytes, std::uint32_t type) {
-    VkMemoryAllocateInfo info{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
-    info.allocationSize = bytes;
-    info.memoryTypeIndex = type;
+    const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = bytes, .memoryTypeIndex = type};
     result = vkAllocateMemory(gpu().device, &info, nullptr, &handle);
   }
   ~Memory() {
@@ -71,9 +66,7 @@ struct Memory {
 };
 
 VkBuffer buffer_of(VkDeviceSize bytes, VkBufferUsageFlags usage) {
-  VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
-  info.size = bytes;
-  info.usage = usage;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
   VkBuffer buffer = VK_NULL_HANDLE;
   check_vk(vkCreateBuffer(gpu().device, &info, nullptr, &buffer), "vkCreateBuffer");
   return buffer;
@@ -81,7 +74,7 @@ VkBuffer buffer_of(VkDeviceSize bytes, VkBufferUsageFlags usage) {
 
 TEST(DeviceRows, HaveNamesOfTheirOwnAndWholeTables) {
   std::set<std::string> names;
-  for (const coppice::test::DeviceRow& row : coppice::test::device_rows()) {
+  for (const DeviceRow& row : device_rows()) {
     EXPECT_TRUE(names.insert(row.name).second) << row.name;
     EXPECT_EQ(row.types.empty(), row.heaps.empty()) << row.name;
     bool coherent = row.types.empty();  // Vulkan promises a type that is visible and coherent, for every buffer
@@ -116,31 +109,28 @@ TEST_F(LimitsLayer, ReportsTheRow) {
 }
 
 TEST_F(LimitsLayer, RefusesAMissingFeature) {
-  VkPhysicalDeviceVulkan12Features features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
-  features.drawIndirectCount = VK_TRUE;
-  VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features};
+  const VkPhysicalDeviceVulkan12Features features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
+                                                  .drawIndirectCount = VK_TRUE};
+  const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features};
   VkDevice device = VK_NULL_HANDLE;
   VkResult result = VK_SUCCESS;
   EXPECT_TRUE(mentions(printed_by([&] { result = vkCreateDevice(gpu().physical_device, &info, nullptr, &device); }),
                        {"limits_layer refuses", "vulkan_minimum", "drawIndirectCount"}));
   EXPECT_EQ(result, VK_ERROR_FEATURE_NOT_PRESENT);
-  coppice::test::clear_validation_messages();  // the loader's, that there is no device
+  clear_validation_messages();  // the loader's, that there is no device
 }
 
 TEST_F(LimitsLayer, RefusesWhatIsBeyondTheLimits) {
   const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, 132};
-  VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
-  layout_info.pushConstantRangeCount = 1;
-  layout_info.pPushConstantRanges = &range;
+  const VkPipelineLayoutCreateInfo layout_info{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .pushConstantRangeCount = 1, .pPushConstantRanges = &range};
   VkPipelineLayout layout = VK_NULL_HANDLE;
   EXPECT_TRUE(mentions(printed_by([&] { EXPECT_NE(vkCreatePipelineLayout(gpu().device, &layout_info, nullptr, &layout), VK_SUCCESS); }),
                        {"push constants", "132", "128"}));
 
   VkBuffer texels = buffer_of(65537 * 4, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT);
-  VkBufferViewCreateInfo view_info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
-  view_info.buffer = texels;
-  view_info.format = VK_FORMAT_R32_UINT;
-  view_info.range = VK_WHOLE_SIZE;
+  const VkBufferViewCreateInfo view_info{
+      .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = texels, .format = VK_FORMAT_R32_UINT, .range = VK_WHOLE_SIZE};
   VkBufferView view = VK_NULL_HANDLE;
   EXPECT_TRUE(mentions(printed_by([&] { EXPECT_NE(vkCreateBufferView(gpu().device, &view_info, nullptr, &view), VK_SUCCESS); }),
                        {"texel buffer", "65537", "65536"}));
@@ -151,7 +141,7 @@ TEST_F(LimitsLayer, RefusesWhatIsBeyondTheLimits) {
 }
 
 TEST_F(LimitsLayer, RefusesWhatAHeapDoesNotHold) {
-  constexpr VkDeviceSize kBytes = 160ull << 20;  // of 256 MiB
+  constexpr VkDeviceSize kBytes = 160ull << 20;  // the heap has 256 MiB
   EXPECT_TRUE(
       mentions(printed_by([] { EXPECT_EQ(Memory((1ull << 30) + 1, kOfDevice).result, VK_ERROR_OUT_OF_DEVICE_MEMORY); }), {"allocation"}));
   EXPECT_EQ(Memory(kBytes, kCoherent).result, VK_SUCCESS) << "which is freed again";
@@ -183,14 +173,14 @@ class NotCoherent : public LimitsLayer {
     submit(gpu(), [&](VkCommandBuffer cmd) {
       const VkBufferCopy region{0, 0, kBytes};
       vkCmdCopyBuffer(cmd, from, to, 1, &region);
-      coppice::test::full_barrier(cmd);
+      full_barrier(cmd);
     });
   }
   std::uint8_t seen(VkDeviceSize at) const { return static_cast<const std::uint8_t*>(theirs_.mapped())[at]; }
 
   Memory memory_{kBytes, kNotCoherent};
   VkBuffer ours_ = buffer_of(kBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  coppice::test::Buffer theirs_{gpu(), kBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT};
+  Buffer theirs_{gpu(), kBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT};
 };
 
 TEST_F(NotCoherent, TheDeviceSeesWhatIsFlushed) {
@@ -221,13 +211,14 @@ TEST_F(NotCoherent, RangesAreWholeAtoms) {
 }
 
 TEST_F(LimitsLayer, BuffersAndImagesShareNoPage) {
-  VkImageCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
-  info.imageType = VK_IMAGE_TYPE_2D;
-  info.format = VK_FORMAT_R8G8B8A8_UNORM;
-  info.extent = {16, 16, 1};
-  info.mipLevels = info.arrayLayers = 1;
-  info.samples = VK_SAMPLE_COUNT_1_BIT;
-  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT;
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .imageType = VK_IMAGE_TYPE_2D,
+                               .format = VK_FORMAT_R8G8B8A8_UNORM,
+                               .extent = {16, 16, 1},
+                               .mipLevels = 1,
+                               .arrayLayers = 1,
+                               .samples = VK_SAMPLE_COUNT_1_BIT,
+                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT};
   VkImage image = VK_NULL_HANDLE;
   check_vk(vkCreateImage(gpu().device, &info, nullptr, &image), "vkCreateImage");
   VkMemoryRequirements needs;
@@ -249,27 +240,13 @@ TEST_F(LimitsLayer, BuffersAndImagesShareNoPage) {
 }
 
 TEST_F(LimitsLayer, RunsNothingBeforeItIsWaitedFor) {
-  coppice::test::Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   std::memset(buffer.mapped(), 1, 256);
-  VkCommandBufferAllocateInfo allocation{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
-  allocation.commandPool = gpu().command_pool;
-  allocation.commandBufferCount = 1;
-  VkCommandBuffer cmd = VK_NULL_HANDLE;
-  check_vk(vkAllocateCommandBuffers(gpu().device, &allocation, &cmd), "vkAllocateCommandBuffers");
-  const VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-  check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
-  vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x02020202);
-  coppice::test::full_barrier(cmd);
-  check_vk(vkEndCommandBuffer(cmd), "vkEndCommandBuffer");
-  const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-  VkFence fence = VK_NULL_HANDLE;
-  check_vk(vkCreateFence(gpu().device, &fence_info, nullptr, &fence), "vkCreateFence");
-  VkCommandBufferSubmitInfo submitted{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
-  submitted.commandBuffer = cmd;
-  VkSubmitInfo2 info{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
-  info.commandBufferInfoCount = 1;
-  info.pCommandBufferInfos = &submitted;
-  check_vk(vkQueueSubmit2(gpu().queue, 1, &info, fence), "vkQueueSubmit2");
+  const VkCommandBuffer cmd = record(gpu(), [&](VkCommandBuffer recorded) {
+    vkCmdFillBuffer(recorded, buffer.handle(), 0, 256, 0x02020202);
+    full_barrier(recorded);
+  });
+  const VkFence fence = submit(gpu(), cmd);
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // time enough for a fill, had it begun
   EXPECT_EQ(vkGetFenceStatus(gpu().device, fence), VK_NOT_READY);
   EXPECT_EQ(*static_cast<const std::uint8_t*>(buffer.mapped()), 1);
@@ -280,17 +257,18 @@ TEST_F(LimitsLayer, RunsNothingBeforeItIsWaitedFor) {
 }
 
 TEST_F(LimitsLayer, ReversesWhatNoBarrierParts) {
-  const coppice::test::Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  const Buffer buffer(gpu(), 256, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   const auto* const value = static_cast<const std::uint8_t*>(buffer.mapped());
   for (const bool barrier : {false, true}) {
-    coppice::test::submit(gpu(), [&](VkCommandBuffer cmd) {
+    submit(gpu(), [&](VkCommandBuffer cmd) {
       vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x01010101);
-      if (barrier) coppice::test::full_barrier(cmd);
+      if (barrier) full_barrier(cmd);
       vkCmdFillBuffer(cmd, buffer.handle(), 0, 256, 0x02020202);
-      coppice::test::full_barrier(cmd);
+      full_barrier(cmd);
     });
     EXPECT_EQ(*value, barrier ? 2 : 1);
   }
 }
 
 }  // namespace limits_layer_test
+}  // namespace coppice::test

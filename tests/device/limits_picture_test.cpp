@@ -16,13 +16,8 @@
 #include "golden.h"
 #include "mentions.h"
 
+namespace coppice::test {
 namespace limits_picture_test {
-
-using coppice::test::DeviceRow;
-using coppice::test::environment_of_device;
-using coppice::test::ForestScene;
-using coppice::test::Picture;
-using coppice::test::ProcessResult;
 
 constexpr ForestScene kNear{"corylus", "1", "compute"}, kFar{"corylus", "400", "compute"}, kFarHardware{"corylus", "400", "hardware"};
 
@@ -33,13 +28,13 @@ bool lacks(const DeviceRow& row, std::string_view feature) {
 
 /// A picture under validation that nothing was refused for.
 Picture picture_of(const ForestScene& scene, const std::vector<std::string>& environment) {
-  const coppice::test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::filesystem::path png = folder / "picture.png";
-  const ProcessResult result = coppice::test::draw_forest(scene, png, environment);
+  const ProcessResult result = draw_forest(scene, png, environment);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(coppice::test::mentions(result.out, {"validation messages  0"})) << result.out << result.err;
-  EXPECT_FALSE(coppice::test::stands_in(result.err, "limits_layer")) << result.err;
-  return coppice::test::read_png(png);
+  EXPECT_TRUE(mentions(result.out, {"validation messages  0"})) << result.out << result.err;
+  EXPECT_FALSE(stands_in(result.err, "limits_layer")) << result.err;
+  return read_png(png);
 }
 
 /// The driver's, which is a GPU too: drawn once a process.
@@ -62,7 +57,7 @@ void PrintTo(const Case& it, std::ostream* out) {
 class Limits : public testing::TestWithParam<Case> {};
 
 TEST_P(Limits, ThePictureIsTheDriversOwn) {
-  const DeviceRow& row = *coppice::test::find_row(GetParam().row);
+  const DeviceRow& row = *find_row(GetParam().row);
   ForestScene drawn_as = GetParam().scene;
   const std::uint32_t storage_buffers = row.limits.maxPerStageDescriptorStorageBuffers;
   // Without enough of them the hardware draws whatever the path.
@@ -70,12 +65,12 @@ TEST_P(Limits, ThePictureIsTheDriversOwn) {
   const Picture picture = picture_of(GetParam().scene, environment_of_device(row.name));
   // Nothing that a device may do otherwise changes a pixel, but for textures that are decoded on the way in: their texels are rounded to
   // 8 bits before they are filtered, 0.14 in these scenes.
-  EXPECT_LE(coppice::test::rmse(reference(drawn_as), picture), lacks(row, "textureCompressionBC") ? 0.5 : 0.0);
+  EXPECT_LE(rmse(reference(drawn_as), picture), lacks(row, "textureCompressionBC") ? 0.5 : 0.0);
 }
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  for (const DeviceRow& row : coppice::test::device_rows())
+  for (const DeviceRow& row : device_rows())
     for (const ForestScene& scene : {kNear, kFar, kFarHardware})
       if (!lacks(row, "multiDrawIndirect") && std::string_view(row.name) != "driver") all.push_back({row.name, scene});
   return all;
@@ -85,19 +80,19 @@ INSTANTIATE_TEST_SUITE_P(Devices, Limits, testing::ValuesIn(cases()),
                          [](const testing::TestParamInfo<Case>& it) { return it.param.row + ("_" + name_of(it.param.scene)); });
 
 TEST(RefusedDevice, IsRefusedByTheNameOfWhatItLacks) {
-  const coppice::test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::filesystem::path png = folder / "picture.png";
-  const ProcessResult result = coppice::test::draw_forest(kNear, png, environment_of_device("mali_g72"));
+  const ProcessResult result = draw_forest(kNear, png, environment_of_device("mali_g72"));
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(coppice::test::mentions(result.err, {"multiDrawIndirect"}));
-  EXPECT_FALSE(coppice::test::stands_in(result.err, "limits_layer")) << "found by asking, not by being refused: " << result.err;
+  EXPECT_TRUE(mentions(result.err, {"multiDrawIndirect"}));
+  EXPECT_FALSE(stands_in(result.err, "limits_layer")) << "found by asking, not by being refused: " << result.err;
   EXPECT_FALSE(std::filesystem::exists(png));
 }
 
 TEST(RefusedDevice, ValidationStandsAboveTheLayer) {
   std::vector<std::string> environment = environment_of_device("mali_g72");
   environment.emplace_back("VK_LOADER_DEBUG=layer");
-  const ProcessResult result = coppice::test::draw_forest(kNear, "never_written.png", environment);
+  const ProcessResult result = draw_forest(kNear, "never_written.png", environment);
   const std::size_t stack = result.err.find("callstack");
   ASSERT_NE(stack, std::string::npos) << result.err;
   EXPECT_LT(result.err.find("VK_LAYER_KHRONOS_validation", stack), result.err.find("VK_LAYER_COPPICE_limits", stack)) << result.err;
@@ -107,7 +102,7 @@ class DriverAsItIs : public testing::TestWithParam<ForestScene> {
  protected:
   static void expect_reference(const std::string& variable) {
     const Picture picture = picture_of(GetParam(), environment_of_device("driver", {variable}));
-    EXPECT_TRUE(picture.rgba == reference(GetParam()).rgba) << variable << ": rmse " << coppice::test::rmse(picture, reference(GetParam()));
+    EXPECT_TRUE(picture.rgba == reference(GetParam()).rgba) << variable << ": rmse " << rmse(picture, reference(GetParam()));
   }
 };
 
@@ -128,3 +123,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DriverAsItIs, testing::Values(kNear, kFar, kFar
                          [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
 
 }  // namespace limits_picture_test
+}  // namespace coppice::test

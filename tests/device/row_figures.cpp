@@ -8,31 +8,31 @@
 namespace coppice::test {
 namespace {
 
-#define LIMIT(name) &VkPhysicalDeviceLimits::name
-constexpr std::uint32_t VkPhysicalDeviceLimits::*kMaxima[] = {LIMIT(maxImageDimension2D),
-                                                              LIMIT(maxTexelBufferElements),
-                                                              LIMIT(maxUniformBufferRange),
-                                                              LIMIT(maxStorageBufferRange),
-                                                              LIMIT(maxPushConstantsSize),
-                                                              LIMIT(maxMemoryAllocationCount),
-                                                              LIMIT(maxSamplerAllocationCount),
-                                                              LIMIT(maxBoundDescriptorSets),
-                                                              LIMIT(maxPerStageDescriptorSamplers),
-                                                              LIMIT(maxPerStageDescriptorUniformBuffers),
-                                                              LIMIT(maxPerStageDescriptorStorageBuffers),
-                                                              LIMIT(maxPerStageDescriptorSampledImages),
-                                                              LIMIT(maxPerStageDescriptorStorageImages),
-                                                              LIMIT(maxDescriptorSetSamplers),
-                                                              LIMIT(maxDescriptorSetUniformBuffers),
-                                                              LIMIT(maxDescriptorSetStorageBuffers),
-                                                              LIMIT(maxVertexInputAttributes),
-                                                              LIMIT(maxComputeSharedMemorySize),
-                                                              LIMIT(maxComputeWorkGroupInvocations),
-                                                              LIMIT(maxDrawIndirectCount),
-                                                              LIMIT(maxColorAttachments)};
-constexpr VkDeviceSize VkPhysicalDeviceLimits::*kAlignments[] = {LIMIT(bufferImageGranularity), LIMIT(minTexelBufferOffsetAlignment),
-                                                                 LIMIT(minUniformBufferOffsetAlignment),
-                                                                 LIMIT(minStorageBufferOffsetAlignment), LIMIT(nonCoherentAtomSize)};
+using L = VkPhysicalDeviceLimits;
+constexpr std::uint32_t L::*kMaxima[] = {&L::maxImageDimension2D,
+                                         &L::maxTexelBufferElements,
+                                         &L::maxUniformBufferRange,
+                                         &L::maxStorageBufferRange,
+                                         &L::maxPushConstantsSize,
+                                         &L::maxMemoryAllocationCount,
+                                         &L::maxSamplerAllocationCount,
+                                         &L::maxBoundDescriptorSets,
+                                         &L::maxPerStageDescriptorSamplers,
+                                         &L::maxPerStageDescriptorUniformBuffers,
+                                         &L::maxPerStageDescriptorStorageBuffers,
+                                         &L::maxPerStageDescriptorSampledImages,
+                                         &L::maxPerStageDescriptorStorageImages,
+                                         &L::maxDescriptorSetSamplers,
+                                         &L::maxDescriptorSetUniformBuffers,
+                                         &L::maxDescriptorSetStorageBuffers,
+                                         &L::maxVertexInputAttributes,
+                                         &L::maxComputeSharedMemorySize,
+                                         &L::maxComputeWorkGroupInvocations,
+                                         &L::maxDrawIndirectCount,
+                                         &L::maxColorAttachments};
+constexpr VkDeviceSize L::*kAlignments[] = {&L::bufferImageGranularity, &L::minTexelBufferOffsetAlignment,
+                                            &L::minUniformBufferOffsetAlignment, &L::minStorageBufferOffsetAlignment,
+                                            &L::nonCoherentAtomSize};
 
 struct Feature {
   const char* name;

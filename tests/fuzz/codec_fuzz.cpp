@@ -29,7 +29,7 @@ void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uin
         corner = {static_cast<std::uint16_t>(i * 37 % 16384), static_cast<std::uint16_t>(i * 11 % 16384), 16383};
         ++i;
       }
-  // Of the page before, every second node is replaced by the page's splits.
+  // The page's splits replace every second node of the page before.
   for (i = 0; page > 0 && i < split_count; ++i) {
     pages.back()[2 * i].split = page * COPPICE_PAGE_SPLITS + i;
     pages.back()[i].by_death = static_cast<std::uint16_t>(2 * i);

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <random>
 #include <vector>
 
 namespace coppice::test {
@@ -20,17 +19,21 @@ struct Field {
 
 /// Fields that are read together, the same ones in all records of a kind.
 using Record = std::vector<Field>;
-/// Records by kind: those of a header, those of a table's entries.
+/// Records by kind: those of a header, those of a table's entries. Any kind may be empty, and any record.
 using Records = std::vector<std::vector<Record>>;
+using File = std::vector<std::uint8_t>;
 
 /// Appends `count` fields of a type that follow each other.
 void add_fields(Record& record, std::size_t at, FieldType type, std::size_t count = 1);
 
-/// Sets one to three fields, mostly of one record, now and then the same field of all records of a kind. Any kind may be empty, and any
-/// record; what does not lie in the file stays.
-void change_fields(std::vector<std::uint8_t>& file, const Records& records, std::minstd_rand& random);
+struct FileFormat {
+  std::size_t header_bytes = 0;  ///< a shorter file has no fields
+  Records (*records_of)(const File& file) = nullptr;
+  void (*repair)(File& file) = nullptr;  ///< makes counts right, most of the time; null: there is nothing to repair
+};
 
-/// What LLVMFuzzerCustomMutator returns: `file` in place of what is there, cut off at max_size.
-std::size_t put_mutant(const std::vector<std::uint8_t>& file, std::uint8_t* data, std::size_t max_size);
+/// What LLVMFuzzerCustomMutator does: sets one to three fields, mostly of one record, now and then the same field of all records of a kind.
+/// What does not lie in the file stays. One in four times the bytes are mutated as those of any file.
+std::size_t mutate(const FileFormat& format, std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed);
 
 }  // namespace coppice::test

@@ -7,7 +7,7 @@
 
 namespace coppice::test {
 
-/// Of all allocations from now on but large ones (with AddressSanitizer over 200 KiB); what calloc clears stays clear.
+/// Fills all allocations from now on but large ones (with AddressSanitizer over 200 KiB); what calloc clears stays clear.
 void fill_fresh_memory(std::uint8_t byte);
 
 }  // namespace coppice::test

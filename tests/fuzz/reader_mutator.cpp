@@ -5,22 +5,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <random>
 #include <utility>
 #include <vector>
 
 #include "coppice/format.h"
 #include "field_mutator.h"
 
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
-
 namespace {
 
 using coppice::test::add_fields;
 using coppice::test::FieldType;
+using coppice::test::File;
 using coppice::test::Record;
 using coppice::test::Records;
-using File = std::vector<std::uint8_t>;
 
 constexpr std::size_t kMaxEntries = 64;
 
@@ -110,9 +107,5 @@ Records records_of(const File& file) {
 }  // namespace
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
-  std::minstd_rand random(seed);
-  if (size < sizeof(coppice_file_header) || random() % 4 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  File file(data, data + size);
-  coppice::test::change_fields(file, records_of(file), random);
-  return coppice::test::put_mutant(file, data, max_size);
+  return coppice::test::mutate({.header_bytes = sizeof(coppice_file_header), .records_of = records_of}, data, size, max_size, seed);
 }

@@ -4,23 +4,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <random>
 #include <vector>
 
 #include "coppice/scene_format.h"
 #include "field_mutator.h"
 
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
-
 namespace {
 
 using coppice::test::add_fields;
 using coppice::test::FieldType;
+using coppice::test::File;
 using coppice::test::Record;
 using coppice::test::Records;
-using File = std::vector<std::uint8_t>;
 
-constexpr std::uint64_t kMaxRecords = 64;  // of a kind
+constexpr std::uint64_t kMaxRecords = 64;  // for each kind
 
 coppice_scene_header header_of(const File& file) {
   coppice_scene_header header;
@@ -96,10 +93,6 @@ void repair_sums(File& file) {
 }  // namespace
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
-  std::minstd_rand random(seed);
-  if (size < sizeof(coppice_scene_header) || random() % 5 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  File file(data, data + size);
-  coppice::test::change_fields(file, records_of(file), random);
-  if (random() % 8 != 0) repair_sums(file);
-  return coppice::test::put_mutant(file, data, max_size);
+  return coppice::test::mutate({.header_bytes = sizeof(coppice_scene_header), .records_of = records_of, .repair = repair_sums}, data, size,
+                               max_size, seed);
 }

@@ -166,7 +166,7 @@ class World {
     }
   }
 
-  /// Of the ledger, by others than the streamer: some of it as it is asked for, the rest in any case.
+  /// Others than the streamer take bytes of the ledger: some as they are asked for, the rest in any case.
   void take_elsewhere(std::uint64_t bytes) {
     ledger_.release(std::exchange(elsewhere_bytes_, bytes));
     (void)ledger_.fits(bytes);

@@ -22,7 +22,7 @@ class AbiTest : public ContextTest {
  protected:
   /// Creates a context of the descs as they are, or says why not.
   coppice_status create_from(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan) {
-    coppice_context_destroy(context_);
+    destroy();
     return coppice_vulkan_context_create(desc, vulkan, &context_);
   }
 
@@ -42,8 +42,7 @@ class AbiTest : public ContextTest {
 
   /// cameras: one, of camera_bytes bytes
   coppice_frame frame_of(const coppice_camera* cameras, std::size_t camera_bytes = sizeof(coppice_camera)) {
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = defaults(coppice_frame_init);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
     frame.cameras = cameras;
@@ -105,14 +104,11 @@ TEST_F(AbiTest, CamerasAndFramesOfOtherVersions) {
   expect_refused(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4, 1).get()), {"coppice_frame_begin: frame", "byte 48"});
   EXPECT_EQ(coppice_frame_begin(context_, Resized(frame, sizeof frame + 4).get()), COPPICE_OK) << log_;
 
-  coppice_light light;
-  coppice_light_init(&light);
+  auto light = defaults(coppice_light_init);
   expect_refused(coppice_record_cull(context_, cmd, view_, Resized(light, sizeof light + 8, 1).get()),
                  {"coppice_record_cull: light", "byte " + std::to_string(sizeof light)});
-  coppice_sun_desc square;
-  coppice_sun_desc_init(&square);
-  coppice_camera sun;
-  coppice_camera_init(&sun);
+  auto square = defaults(coppice_sun_desc_init);
+  auto sun = defaults(coppice_camera_init);
   expect_refused(coppice_sun_camera(context_, view_, Resized(square, sizeof square + 4, 1).get(), &sun),
                  {"coppice_sun_camera: desc", "byte 48"});
 }
@@ -135,26 +131,20 @@ void expect_filled_in_any_size(const T& whole, Fill fill) {
 
 TEST_F(AbiTest, WhatIsFilledIsFilledAsFarAsItGoes) {
   create(desc());
-  const std::string path = temporary_plant({.leaf_count = 60, .seed = 5}, "abi_runtime_test");
-  const coppice_plant plant = open(path);
-  std::filesystem::remove(path);
+  const coppice_plant plant = open_random({.leaf_count = 60, .seed = 5});
   expect_filled_in_any_size(stats(), [&](coppice_stats* stats) { return coppice_get_stats(context_, stats); });
   expect_filled_in_any_size(info(plant), [&](coppice_plant_info* info) { return coppice_plant_get_info(context_, plant, info); });
   expect_filled_in_any_size(view_stats(), [&](coppice_view_stats* stats) { return coppice_get_view_stats(context_, view_, stats); });
-  coppice_sun_desc square;
-  coppice_sun_desc_init(&square);
+  auto square = defaults(coppice_sun_desc_init);
   square.radius_m = 1;
   square.size_px = 32;
-  coppice_camera sun;
-  coppice_camera_init(&sun);
+  auto sun = defaults(coppice_camera_init);
   ASSERT_EQ(coppice_sun_camera(context_, view_, &square, &sun), COPPICE_OK) << log_;
   expect_filled_in_any_size(sun, [&](coppice_camera* camera) { return coppice_sun_camera(context_, view_, &square, camera); });
-  coppice_wind wind;
-  coppice_wind_init(&wind);
+  auto wind = defaults(coppice_wind_init);
   wind.speed = 7.0f;
   const double place[3] = {3, 1, -20};
-  coppice_gusts gusts;
-  coppice_gusts_init(&gusts);
+  auto gusts = defaults(coppice_gusts_init);
   ASSERT_EQ(coppice_wind_gusts(context_, &wind, place, &gusts), COPPICE_OK) << log_;
   expect_filled_in_any_size(gusts, [&](coppice_gusts* filled) { return coppice_wind_gusts(context_, &wind, place, filled); });
 }
@@ -210,8 +200,7 @@ struct CallingIo {
  private:
   void call() {
     const auto ask = [this] {
-      coppice_stats stats;
-      coppice_stats_init(&stats);
+      auto stats = defaults(coppice_stats_init);
       status = coppice_get_stats(context, &stats);
     };
     if (from_another_thread)

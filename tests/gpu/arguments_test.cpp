@@ -420,8 +420,7 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
     cameras[0].view = other;
     cameras[1].view = view_;
     wrong.change(cameras[1]);
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = defaults(coppice_frame_init);
     frame.frame_number = 1;
     frame.cameras = cameras;
     frame.camera_count = 2;
@@ -443,14 +442,12 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
     wrong.change(light);
     expect_refused(coppice_record_cull(context_, cmd, view_, &light), "light." + wrong.field);
   }
-  coppice_sun_desc sun_desc;
-  coppice_sun_desc_init(&sun_desc);
+  auto sun_desc = defaults(coppice_sun_desc_init);
   sun_desc.radius_m = 1.0f;
   sun_desc.size_px = 32;
   for (const auto& wrong : wrong_suns()) {
     coppice_sun_desc changed = sun_desc;
-    coppice_camera sun;
-    coppice_camera_init(&sun);
+    auto sun = defaults(coppice_camera_init);
     wrong.change(changed);
     expect_refused(coppice_sun_camera(context_, view_, &changed, &sun), "desc." + wrong.field);
   }
@@ -458,8 +455,7 @@ TEST_F(ArgumentsTest, EveryFieldOfACameraAndALight) {
 
 TEST_F(ArgumentsTest, FrameNumbersGrowAndCompletedOnesDoNotFall) {
   create(desc());
-  coppice_frame frame;
-  coppice_frame_init(&frame);
+  auto frame = defaults(coppice_frame_init);
   const auto begin_frame = [&](std::uint64_t number, std::uint64_t completed) {
     frame.frame_number = number;
     frame.completed_number = completed;
@@ -479,18 +475,15 @@ TEST_F(ArgumentsTest, FrameNumbersGrowAndCompletedOnesDoNotFall) {
 
 TEST_F(ArgumentsTest, WrongWindsNameTheField) {
   create(desc());
-  coppice_frame frame;
-  coppice_frame_init(&frame);
+  auto frame = defaults(coppice_frame_init);
   frame.frame_number = 1;
   for (const Wrong<coppice_wind>& wrong : wrong_winds()) {
-    coppice_wind wind;
-    coppice_wind_init(&wind);
+    auto wind = defaults(coppice_wind_init);
     wrong.change(wind);
     frame.wind = &wind;
     expect_refused(coppice_frame_begin(context_, &frame), "frame.wind." + wrong.field);
   }
-  coppice_wind wind;
-  coppice_wind_init(&wind);
+  auto wind = defaults(coppice_wind_init);
   wind.speed = 100.0f;
   frame.wind = &wind;
   EXPECT_EQ(coppice_frame_begin(context_, &frame), COPPICE_OK) << log_;
@@ -525,20 +518,15 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   const coppice_view view = view_;
   const ViewDescs good_view_descs = view_descs();
   coppice_view made = 0;
-  coppice_sun_desc square;
-  coppice_sun_desc_init(&square);
-  coppice_camera sun;
-  coppice_camera_init(&sun);
+  auto square = defaults(coppice_sun_desc_init);
+  auto sun = defaults(coppice_camera_init);
   uint32_t settled = 0;
-  coppice_view_stats view_figures;
-  coppice_view_stats_init(&view_figures);
+  auto view_figures = defaults(coppice_view_stats_init);
   coppice_plant opened = 0;
   coppice_scene scene = 0;
-  coppice_frame frame;
-  coppice_frame_init(&frame);
+  auto frame = defaults(coppice_frame_init);
   frame.frame_number = 1;
-  coppice_stats stats;
-  coppice_stats_init(&stats);
+  auto stats = defaults(coppice_stats_init);
   const auto cmd = reinterpret_cast<VkCommandBuffer>(this);
 
   expect_refused(coppice_plant_open(context_, nullptr, &opened), "path");
@@ -571,12 +559,9 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   EXPECT_EQ(coppice_instances_remove(context_, nullptr, 0), COPPICE_OK);
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_OK) << log_;
 
-  coppice_plant_info info;
-  coppice_plant_info_init(&info);
-  coppice_scene_info scene_info;
-  coppice_scene_info_init(&scene_info);
-  coppice_scene_plant_info scene_plant;
-  coppice_scene_plant_info_init(&scene_plant);
+  auto info = defaults(coppice_plant_info_init);
+  auto scene_info = defaults(coppice_scene_info_init);
+  auto scene_plant = defaults(coppice_scene_plant_info_init);
   const coppice_scene_placement scene_placement{};
   const double origin[3]{};
   for (const coppice_status status : {coppice_set_memory_budget(nullptr, 1u << 30),
@@ -620,8 +605,7 @@ TEST_F(ArgumentsTest, AHandleIsGoodInItsContextForItsKind) {
   ASSERT_EQ(coppice_instances_add(context_, others, both, sizeof(coppice_placement), 2, other_instances), COPPICE_OK);
   log_.clear();
 
-  coppice_plant_info info;
-  coppice_plant_info_init(&info);
+  auto info = defaults(coppice_plant_info_init);
   // After the colon stands the argument, after it whose handle it is.
   expect_refused(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), {": plant", "context"});
   expect_refused(coppice_plant_get_info(context_, plant, &info), {": plant", "context"});
@@ -682,8 +666,7 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
     expect_refused(coppice_set_memory_budget(context_, 0), std::to_string(least));
     EXPECT_EQ(coppice_set_memory_budget(context_, least), COPPICE_OK);
     EXPECT_EQ(stats().memory_budget_bytes, least);
-    coppice_context_destroy(context_);
-    context_ = nullptr;
+    destroy();
   }
 }
 

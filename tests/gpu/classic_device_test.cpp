@@ -21,24 +21,16 @@ class ClassicDeviceTest : public ContextTest, public testing::WithParamInterface
     ContextDesc with = desc();
     with.compute_raster = GetParam().compute_raster;
     ASSERT_EQ(create_context(with, &context_), COPPICE_OK) << log_;
-    const std::string path = temporary_plant({.leaf_count = 3000, .seed = 5}, "classic_device_test");
-    const coppice_plant plant = open(path);
-    coppice_placement placement;
-    coppice_placement_init(&placement);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
-    path_ = path;
+    add(open_random({.leaf_count = 3000, .seed = 5}), placement_at());
   }
   void TearDown() override {
-    coppice_context_destroy(context_);  // before the passes
-    context_ = nullptr;
+    destroy();  // before the passes
     passes_.clear();
-    std::filesystem::remove(path_);
     ContextTest::TearDown();
   }
 
   coppice_view create_pass_view(coppice_output output, ClassicPass& pass) {
-    coppice_vulkan_view_desc formats;
-    coppice_vulkan_view_desc_init(&formats);
+    auto formats = defaults(coppice_vulkan_view_desc_init);
     if (output == COPPICE_OUTPUT_LIT) formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
     formats.depth_format = VK_FORMAT_D32_SFLOAT;
     formats.render_pass = pass.handle();
@@ -47,7 +39,7 @@ class ClassicDeviceTest : public ContextTest, public testing::WithParamInterface
 
   /// Pixels with depth.
   std::ptrdiff_t covered(const Shot& shot, ClassicPass& pass, std::span<const VkFormat> formats) {
-    for (int i = 0; i < 400 && (i < 3 || !is_settled(shot.view)); ++i) pump(shot);
+    pump_until_settled(shot);
     const PassTarget target(gpu(), kSidePx, formats);
     begin(shot);
     submit(gpu(), [&](VkCommandBuffer cmd) {
@@ -57,12 +49,11 @@ class ClassicDeviceTest : public ContextTest, public testing::WithParamInterface
       record_draw(cmd, shot);
       ClassicPass::end(cmd);
     });
-    const auto depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+    const auto depth = read_floats(gpu(), target.depth);
     return std::ranges::count_if(depth, [](float at) { return at > 0.0f; });
   }
 
   std::vector<std::unique_ptr<ClassicPass>> passes_;
-  std::string path_;
 };
 
 TEST_P(ClassicDeviceTest, DrawsColourAndDepthAlone) {

@@ -1,25 +1,23 @@
 // What a graphics debugger is told, where the engine has enabled VK_EXT_debug_utils, and that nothing is missing where it has not.
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "context_fixture.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace debug_label_test {
 
 /// What the library has asked for.
 struct Told {
-  bool enabled = true;
   std::vector<std::string> labels;
-  std::vector<std::string> names;  ///< of pipelines
+  std::vector<std::string> names;  ///< those that pipelines have
   int open = 0;
   /// What it has created, by kind and handle, and the name that it has given to that. A handle may come again: then the later counts.
   std::map<std::pair<VkObjectType, std::uint64_t>, std::string> objects;
@@ -69,53 +67,32 @@ VKAPI_ATTR VkResult VKAPI_CALL allocate_set(VkDevice device, const VkDescriptorS
   return created(result, VK_OBJECT_TYPE_DESCRIPTOR_SET, *set);
 }
 
-/// Null: the device's own.
-PFN_vkVoidFunction creating_function(const char* name) {
-  const std::array<std::pair<const char*, PFN_vkVoidFunction>, 6> functions{{
-      {"vkCreateBuffer", reinterpret_cast<PFN_vkVoidFunction>(create_buffer)},
-      {"vkCreateBufferView", reinterpret_cast<PFN_vkVoidFunction>(create_buffer_view)},
-      {"vkCreateImage", reinterpret_cast<PFN_vkVoidFunction>(create_image)},
-      {"vkCreateImageView", reinterpret_cast<PFN_vkVoidFunction>(create_image_view)},
-      {"vkAllocateMemory", reinterpret_cast<PFN_vkVoidFunction>(allocate_memory)},
-      {"vkAllocateDescriptorSets", reinterpret_cast<PFN_vkVoidFunction>(allocate_set)},
-  }};
-  const auto found = std::ranges::find_if(functions, [&](const auto& each) { return std::strcmp(each.first, name) == 0; });
-  return found == functions.end() ? nullptr : found->second;
-}
-
-PFN_vkVoidFunction debug_function(const char* name) {
-  if (std::strcmp(name, "vkCmdBeginDebugUtilsLabelEXT") == 0) return reinterpret_cast<PFN_vkVoidFunction>(begin_label);
-  if (std::strcmp(name, "vkCmdEndDebugUtilsLabelEXT") == 0) return reinterpret_cast<PFN_vkVoidFunction>(end_label);
-  return reinterpret_cast<PFN_vkVoidFunction>(set_name);
-}
+const ReplacedFunctions kWatched{replacing("vkCreateBuffer", create_buffer),
+                                 replacing("vkCreateBufferView", create_buffer_view),
+                                 replacing("vkCreateImage", create_image),
+                                 replacing("vkCreateImageView", create_image_view),
+                                 replacing("vkAllocateMemory", allocate_memory),
+                                 replacing("vkAllocateDescriptorSets", allocate_set),
+                                 replacing("vkCmdBeginDebugUtilsLabelEXT", begin_label),
+                                 replacing("vkCmdEndDebugUtilsLabelEXT", end_label),
+                                 replacing("vkSetDebugUtilsObjectNameEXT", set_name)};
 
 /// As Debian's loader: it has the extension's functions for a device in any case.
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-  if (const PFN_vkVoidFunction creates = creating_function(name); creates != nullptr) return creates;
-  return std::strstr(name, "DebugUtils") == nullptr ? vkGetDeviceProcAddr(device, name) : debug_function(name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(device_function);
-  if (std::strstr(name, "DebugUtils") == nullptr) return vkGetInstanceProcAddr(instance, name);
-  return told().enabled ? debug_function(name) : nullptr;
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL without_debug_utils(VkInstance instance, const char* name) {
+  return std::strstr(name, "DebugUtils") != nullptr ? nullptr : replaced::of_instance(instance, name);
 }
 
 class DebugLabelTest : public ContextTest {
  protected:
   /// A plant in a frame.
   void draw(bool enabled) {
-    told() = {.enabled = enabled, .labels = {}, .names = {}, .open = 0, .objects = {}};
+    told() = {};
     ContextDesc with = desc();
     with.compute_raster = VK_TRUE;
-    with.get_instance_proc_addr = instance_function;
+    replace_functions(with, kWatched);
+    if (!enabled) with.get_instance_proc_addr = without_debug_utils;
     create(with);
-    const std::string path = temporary_plant({.leaf_count = 20, .leaf_mesh_count = 1}, "debug_label_test");
-    const coppice_plant plant = open(path);
-    std::filesystem::remove(path);
-    coppice_placement placement;
-    coppice_placement_init(&placement);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+    add(open_random({.leaf_count = 20, .leaf_mesh_count = 1}), placement_at());
     frame(make_view({.width_px = 64, .height_px = 64}));
     EXPECT_EQ(log_, "");
   }

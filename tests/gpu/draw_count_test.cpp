@@ -1,11 +1,9 @@
 // Counts of draws that the GPU writes: none is above what its call takes, as Vulkan wants it below the device's maxDrawIndirectCount.
 
-#include <filesystem>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "context_fixture.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace draw_count_test {
@@ -35,35 +33,19 @@ VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCrea
   return vkCreateBuffer(device, &with, callbacks, buffer);
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-  if (std::string_view(name) == "vkCmdDrawIndexedIndirectCount") return reinterpret_cast<PFN_vkVoidFunction>(draw_counted);
-  if (std::string_view(name) == "vkCreateBuffer") return reinterpret_cast<PFN_vkVoidFunction>(create_buffer);
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
-  return std::string_view(name) == "vkGetDeviceProcAddr" ? reinterpret_cast<PFN_vkVoidFunction>(device_function)
-                                                         : vkGetInstanceProcAddr(instance, name);
-}
-
 class DrawCountTest : public ContextTest {};
 
 TEST_F(DrawCountTest, NoneIsAboveWhatItsCallTakes) {
   ContextDesc with = desc();
   with.memory_budget_bytes = 24ull << 20;
-  with.get_instance_proc_addr = instance_function;
+  replace_functions(with, {replacing("vkCmdDrawIndexedIndirectCount", draw_counted), replacing("vkCreateBuffer", create_buffer)});
   create(with);
-  const std::string path = temporary_plant({.leaf_count = 9000, .seed = 3, .wood_lod_count = 1, .texture_side = 0}, "draw_count_test");
-  const coppice_plant plant = open(path);
-  std::filesystem::remove(path);
-  coppice_placement placement;
-  coppice_placement_init(&placement);
+  const coppice_plant plant = open_random({.leaf_count = 9000, .seed = 3, .wood_lod_count = 1, .texture_side = 0});
   // 144 clusters each, of which a plant has 19,000: a 64th of the budget.
-  const std::vector<coppice_placement> placements(200, placement);
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof placement, 200, nullptr), COPPICE_OK) << log_;
+  add(plant, std::vector(200, placement_at()));
   Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = 16, .height_px = 16});
   view.lod = COPPICE_LOD_FULL;
-  for (int i = 0; i < 400 && (i < 3 || !is_settled(view_)); ++i) pump(view);
+  pump_until_settled(view);
   frame(view);
   const std::vector<CountedDraw> draws = counted_draws();
   EXPECT_EQ(draws.empty(), !gpu().draw_indirect_count);

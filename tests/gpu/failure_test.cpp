@@ -2,15 +2,14 @@
 // while frames are recorded. The status says which, what is optional is gone without, and nothing is left behind.
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
-#include <filesystem>
-#include <functional>
-#include <iterator>
+#include <initializer_list>
 #include <map>
 #include <span>
 #include <string>
-
-#include <glm/glm.hpp>
+#include <string_view>
+#include <utility>
 
 #include "context_fixture.h"
 #include "device_memory_hook.h"
@@ -31,8 +30,13 @@ struct Outcome {
   coppice_status created = COPPICE_OK, opened = COPPICE_OK, added = COPPICE_OK;
   coppice_status pipelines = COPPICE_OK;
   std::vector<coppice_status> frames;  ///< the first of a frame's calls that failed, or COPPICE_OK
-  coppice_stats stats{};               ///< of the last frame
+  coppice_stats stats{};               ///< after the last frame
   coppice_view_stats drawn{};          ///< likewise
+};
+
+/// How many calls of a hook there have to be, for something to be tested, and about how many of those of frames fail.
+struct HookCalls {
+  std::size_t least_of_creation, least_of_frames, failing_of_frames;
 };
 
 /// Files, jobs and memory that the test holds, so that every run makes the same calls in the same order.
@@ -42,10 +46,6 @@ class FailureTest : public ContextTest {
 
   void SetUp() override {
     ContextTest::SetUp();
-    const std::string path = temporary_plant({.leaf_count = 1300, .seed = 5, .leaf_mesh_count = 2}, "failure_test");
-    std::ifstream file(path, std::ios::binary);
-    plant_bytes_.assign(std::istreambuf_iterator<char>(file), {});
-    std::filesystem::remove(path);
     reset_device_faults();
   }
 
@@ -72,15 +72,13 @@ class FailureTest : public ContextTest {
     io_.handles.clear();
     io_.log.clear();
     log_.clear();
-    frame_number_ = 0;
     Outcome outcome;
     const ContextDesc full = full_desc();
     outcome.created = create_context(full, &context_);
     EXPECT_EQ(outcome.created == COPPICE_OK, context_ != nullptr);
     if (outcome.created == COPPICE_OK) outcome.created = create_views();
     if (outcome.created == COPPICE_OK) run_frames(outcome);
-    coppice_context_destroy(context_);
-    context_ = nullptr;
+    destroy();
     EXPECT_EQ(memory_.live_count, 0u) << "memory of the allocator hook is left";
     EXPECT_EQ(device_memory_.live_count, 0u) << "device memory is left";
     EXPECT_EQ(device_memory_.misuse, "");
@@ -90,17 +88,27 @@ class FailureTest : public ContextTest {
     return outcome;
   }
 
+  /// Without a fault and without frames.
+  void create_and_destroy() {
+    ASSERT_EQ(create_context(full_desc(), &context_), COPPICE_OK) << log_;
+    ASSERT_EQ(create_views(), COPPICE_OK) << log_;
+    destroy();
+  }
+
   coppice_status create_views() {
     const coppice_status status = test::create_view(context_, &view_);
     EXPECT_EQ(status == COPPICE_OK, view_ != 0);
     return status == COPPICE_OK ? test::create_view(context_, &map_view_, COPPICE_OUTPUT_DEPTH) : status;
   }
 
+  template <class Hook>
+  void fail_each_call(Hook& hook, const HookCalls& wanted, std::initializer_list<std::string_view> names);
+
   FakeAllocator memory_;
   DeviceMemoryHook device_memory_;  ///< without a device: Coppice allocates
   FakeJobs jobs_;
   FakeIo io_;
-  std::vector<std::uint8_t> plant_bytes_;
+  const std::vector<std::uint8_t> plant_bytes_ = plant_bytes({.leaf_count = 1300, .seed = 5, .leaf_mesh_count = 2});
 
  private:
   void run_frames(Outcome& outcome) {
@@ -111,12 +119,11 @@ class FailureTest : public ContextTest {
     for (int i = 0; i < kFrames; ++i) {
       // A plant that could not be opened or reloaded is tried again, and so is its instance.
       if (plant == 0 && i % 20 == 10) (void)coppice_plant_open(context_, kPath, &plant);
-      if (i % 20 == 10 && instance_count() == 0) (void)add_instance(plant);
+      if (i % 20 == 10 && stats().instance_count == 0) (void)add_instance(plant);
       if (plant != 0 && i == 15) (void)coppice_plant_reload(context_, plant, nullptr);
       outcome.frames.push_back(record_frame(i < 8 ? kSidePx : 2 * kSidePx));
     }
-    coppice_stats_init(&outcome.stats);
-    EXPECT_EQ(coppice_get_stats(context_, &outcome.stats), COPPICE_OK);
+    outcome.stats = stats();
     outcome.drawn = view_stats();
     VkBool32 ready = VK_FALSE;
     outcome.pipelines = coppice_pipelines_ready(context_, &ready);
@@ -124,29 +131,20 @@ class FailureTest : public ContextTest {
     EXPECT_EQ(outcome.stats.pipelines_built == outcome.stats.pipelines_wanted, outcome.pipelines == COPPICE_OK);
   }
 
-  std::uint32_t instance_count() {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
-    EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
-    return stats.instance_count;
-  }
-
   coppice_status add_instance(coppice_plant plant) {
-    const coppice_placement placement{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
     if (plant == 0) return COPPICE_OK;
     coppice_instance instance = 0;
-    const std::uint32_t before = instance_count();
-    const coppice_status status = coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, &instance);
+    const std::uint32_t before = stats().instance_count;
+    const coppice_status status = try_add(plant, std::array{placement_at()}, &instance);
     EXPECT_EQ(status == COPPICE_OK, instance != 0);
-    EXPECT_EQ(instance_count(), before + (status == COPPICE_OK ? 1 : 0));
+    EXPECT_EQ(stats().instance_count, before + (status == COPPICE_OK ? 1 : 0));
     return status;
   }
 
   coppice_status record_frame(std::uint32_t side_px) {
     Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
     view.error_px = 0.01f;
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = defaults(coppice_frame_init);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
     const coppice_camera sun = sun_of(view);
@@ -161,69 +159,41 @@ class FailureTest : public ContextTest {
     submit(gpu(), [&](VkCommandBuffer cmd) {
       if (status != COPPICE_ERROR_DEVICE_LOST) note(coppice_record_upload(context_, cmd));
       note(coppice_record_cull(context_, cmd, sun.view, nullptr));
-      draw(cmd, sun, nullptr, map_);
-      change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      draw(cmd, sun, {.depth = &map_});
+      change_layout(cmd, map_, map_.attachment_layout(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
       coppice_shadow_map map{.image = map_.view(), .clip_from_world = {}};
-      set_clip_from_world(sun, map);
+      const glm::dmat4 clip_from_world = glm::dmat4(glm::make_mat4(sun.clip_from_view)) * glm::make_mat4(sun.view_from_world);
+      std::copy_n(glm::value_ptr(clip_from_world), 16, map.clip_from_world);
       view.light.shadow_maps = &map;
       view.light.shadow_map_count = 1;
       note(coppice_record_cull(context_, cmd, view.view, &view.light));
-      draw(cmd, view, &color_, depth_);
+      draw(cmd, view, {.colors = {&color_}, .depth = &depth_});
     });
     return status;
   }
 
   coppice_camera sun_of(const Shot& view) {
-    coppice_sun_desc square;
-    coppice_sun_desc_init(&square);
+    auto square = defaults(coppice_sun_desc_init);
     std::copy_n(view.light.sun_direction, 3, square.sun_direction);
     square.radius_m = 3.0f;
     square.size_px = kMapPx;
-    coppice_camera sun;
-    coppice_camera_init(&sun);
+    auto sun = defaults(coppice_camera_init);
     EXPECT_EQ(coppice_sun_camera(context_, map_view_, &square, &sun), COPPICE_OK) << log_;
     return sun;
   }
 
-  static void set_clip_from_world(const coppice_camera& sun, coppice_shadow_map& cascade) {
-    for (std::size_t column = 0; column < 4; ++column)
-      for (std::size_t row = 0; row < 4; ++row) {
-        double& sum = cascade.clip_from_world[4 * column + row] = 0;
-        for (std::size_t k = 0; k < 4; ++k) sum += double{sun.clip_from_view[4 * k + row]} * sun.view_from_world[4 * column + k];
-      }
-  }
-
-  void draw(VkCommandBuffer cmd, const coppice_camera& view, const Image* color, const Image& depth) {
-    if (color != nullptr) change_layout(cmd, *color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = color != nullptr ? color->view() : VkImageView{},
-                                                     .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingAttachmentInfo depth_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = depth.view(),
-                                                     .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
-                                    .layerCount = 1,
-                                    .colorAttachmentCount = color != nullptr ? 1u : 0u,
-                                    .pColorAttachments = &color_attachment,
-                                    .pDepthAttachment = &depth_attachment};
-    vkCmdBeginRendering(cmd, &rendering);
+  void draw(VkCommandBuffer cmd, const coppice_camera& view, const Attachments& attachments) {
+    begin_rendering(cmd, attachments);
     (void)coppice_record_draw(context_, cmd, view.view, 0);
     vkCmdEndRendering(cmd);
   }
 
   coppice_view map_view_ = 0;
-  Image color_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT}};
-  Image depth_{gpu(), {2 * kSidePx, 2 * kSidePx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT}};
-  Image map_{gpu(), {kMapPx, kMapPx, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT}};
+  Image color_{gpu(), color_attachment(2 * kSidePx, 2 * kSidePx)}, depth_{gpu(), depth_attachment(2 * kSidePx, 2 * kSidePx)};
+  Image map_{gpu(), depth_attachment(kMapPx, kMapPx)};
 };
 
-/// Of frames too, not one in some: takes minutes more.
+/// Whether every call of frames fails too, not one in some: that takes minutes more.
 bool is_every_call_wanted() {
   return std::getenv("COPPICE_EVERY_CALL") != nullptr;
 }
@@ -259,11 +229,7 @@ class VulkanFailureTest : public FailureTest {
   /// Without a fault: how many calls a run makes, and those of the creation.
   void SetUp() override {
     FailureTest::SetUp();
-    ContextDesc full = full_desc();
-    ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
-    ASSERT_EQ(create_views(), COPPICE_OK) << log_;
-    coppice_context_destroy(context_);
-    context_ = nullptr;
+    create_and_destroy();
     creation_calls_ = device_faults().calls.size();
     reset_device_faults();
     const Outcome clean = run();
@@ -294,7 +260,7 @@ class VulkanFailureTest : public FailureTest {
     return call == "vkCreateShaderModule" || call == "vkCreateComputePipelines" || call == "vkCreateGraphicsPipelines";
   }
 
-  std::vector<std::string> calls_;  ///< of a run without a fault
+  std::vector<std::string> calls_;  ///< what a run without a fault calls
   std::uint64_t creation_calls_ = 0, leaves_ = 0;
 };
 
@@ -385,51 +351,19 @@ TEST_F(VulkanFailureTest, AFunctionThatTheLoaderLacksIsNamed) {
   }
 }
 
-TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
-  ContextDesc full = full_desc();
-  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
-  ASSERT_EQ(create_views(), COPPICE_OK) << log_;
-  coppice_context_destroy(context_);
-  context_ = nullptr;
-  const std::size_t of_creation = memory_.calls;
-  memory_.calls = 0;
+/// Each call of a creation fails once, and some of the frames'. names: what the log says of it
+template <class Hook>
+void FailureTest::fail_each_call(Hook& hook, const HookCalls& wanted, std::initializer_list<std::string_view> names) {
+  create_and_destroy();
+  const std::size_t of_creation = std::exchange(hook.calls, 0);
   const std::uint64_t leaves = run().drawn.drawn_leaf_count;
-  const std::size_t all = memory_.calls;
-  ASSERT_GT(of_creation, 5u);
-  ASSERT_GT(all, of_creation + 20);
-  const std::size_t step = is_every_call_wanted() ? 1 : std::max<std::size_t>((all - of_creation) / 12, 1);
+  const std::size_t all = hook.calls;
+  ASSERT_GE(of_creation, wanted.least_of_creation);
+  ASSERT_GE(all, of_creation + wanted.least_of_frames);
+  const std::size_t step = is_every_call_wanted() ? 1 : std::max<std::size_t>((all - of_creation) / wanted.failing_of_frames, 1);
   for (std::size_t n = 0; n < all; n += n < of_creation ? 1 : step) {
-    memory_.calls = 0;
-    memory_.fail_at = n;
-    const Outcome outcome = run();
-    SCOPED_TRACE(std::to_string(n) + " of " + std::to_string(all) + "\n" + log_);
-    expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
-    if (n < of_creation) {
-      EXPECT_EQ(outcome.created, COPPICE_ERROR_OUT_OF_MEMORY);
-    } else {
-      EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
-      EXPECT_EQ(outcome.drawn.drawn_leaf_count, leaves) << "what failed once is there in the end";
-    }
-    EXPECT_NE(log_, "");
-    if (HasFailure()) return;
-  }
-}
-
-TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
-  device_memory_.gpu = &gpu();
-  ContextDesc full = full_desc();
-  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
-  ASSERT_EQ(create_views(), COPPICE_OK) << log_;
-  coppice_context_destroy(context_);
-  context_ = nullptr;
-  const std::size_t of_creation = std::exchange(device_memory_.calls, 0);
-  const std::uint64_t leaves = run().drawn.drawn_leaf_count;
-  const std::size_t all = device_memory_.calls;
-  ASSERT_GE(of_creation, 3u);
-  ASSERT_GT(all, of_creation + 9);
-  for (std::size_t n = 0; n < all; ++n) {
-    device_memory_.calls = 0;
-    device_memory_.fail_at = n;
+    hook.calls = 0;
+    hook.fail_at = n;
     const Outcome outcome = run();
     SCOPED_TRACE(std::to_string(n) + " of " + std::to_string(all) + "\n" + log_);
     expect_statuses(outcome, COPPICE_ERROR_OUT_OF_MEMORY);
@@ -438,9 +372,20 @@ TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
       EXPECT_EQ(outcome.frames.back(), COPPICE_OK);
       EXPECT_EQ(outcome.drawn.drawn_leaf_count, leaves) << "what failed once is there in the end";
     }
-    EXPECT_TRUE(mentions(log_, {"device_memory.allocate", "VK_ERROR_OUT_OF_DEVICE_MEMORY"}));
+    EXPECT_NE(log_, "");
+    EXPECT_TRUE(mentions(log_, names));
     if (HasFailure()) return;
   }
+}
+
+TEST_F(FailureTest, TheAllocatorHookFailsAtEveryCall) {
+  fail_each_call(memory_, {.least_of_creation = 6, .least_of_frames = 21, .failing_of_frames = 12}, {});
+}
+
+TEST_F(FailureTest, TheDeviceMemoryHookFailsAtEveryCall) {
+  device_memory_.gpu = &gpu();
+  fail_each_call(device_memory_, {.least_of_creation = 3, .least_of_frames = 10, .failing_of_frames = SIZE_MAX},
+                 {"device_memory.allocate", "VK_ERROR_OUT_OF_DEVICE_MEMORY"});
 }
 
 TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
@@ -462,8 +407,7 @@ TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
 }
 
 TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
-  ContextDesc full = full_desc();
-  ASSERT_EQ(create_context(full, &context_), COPPICE_OK) << log_;
+  ASSERT_EQ(create_context(full_desc(), &context_), COPPICE_OK) << log_;
   coppice_plant plant = 1;
   EXPECT_EQ(coppice_plant_open(context_, "missing.coppice", &plant), COPPICE_ERROR_IO) << "a negative handle";
   EXPECT_EQ(plant, 0u);
@@ -471,23 +415,26 @@ TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
 }
 
 TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
-  const auto refused = [&](const std::function<void(ContextDesc&)>& take_away, const char* name) {
+  struct Case {
+    const char* name;
+    void (*take_away)(HookStructs&);
+  };
+  for (const auto& [name, take_away] : {Case{"allocator", [](HookStructs& hooks) { hooks.allocator.allocate = nullptr; }},
+                                        {"allocator", [](HookStructs& hooks) { hooks.allocator.free = nullptr; }},
+                                        {"device_memory", [](HookStructs& hooks) { hooks.device_memory.allocate = nullptr; }},
+                                        {"device_memory", [](HookStructs& hooks) { hooks.device_memory.free = nullptr; }},
+                                        {"io", [](HookStructs& hooks) { hooks.io.open = nullptr; }},
+                                        {"io", [](HookStructs& hooks) { hooks.io.close = nullptr; }},
+                                        {"io", [](HookStructs& hooks) { hooks.io.read = nullptr; }}}) {
+    device_memory_.gpu = std::string_view(name) == "device_memory" ? &gpu() : nullptr;
     ContextDesc partly = full_desc();
-    take_away(partly);
+    take_away(partly.hooks);
     log_.clear();
     EXPECT_EQ(create_context(partly, &context_), COPPICE_ERROR_INVALID_ARGUMENT) << name;
     EXPECT_EQ(context_, nullptr);
     EXPECT_TRUE(mentions(log_, {name}));
-  };
-  refused([](ContextDesc& partly) { partly.hooks.allocator.allocate = nullptr; }, "allocator");
-  refused([](ContextDesc& partly) { partly.hooks.allocator.free = nullptr; }, "allocator");
-  device_memory_.gpu = &gpu();
-  refused([](ContextDesc& partly) { partly.hooks.device_memory.allocate = nullptr; }, "device_memory");
-  refused([](ContextDesc& partly) { partly.hooks.device_memory.free = nullptr; }, "device_memory");
+  }
   device_memory_.gpu = nullptr;
-  refused([](ContextDesc& partly) { partly.hooks.io.open = nullptr; }, "io");
-  refused([](ContextDesc& partly) { partly.hooks.io.close = nullptr; }, "io");
-  refused([](ContextDesc& partly) { partly.hooks.io.read = nullptr; }, "io");
   // Without a jobs hook, a log and a trace there are the defaults.
   ContextDesc bare = full_desc();
   bare.hooks.jobs = default_desc().hooks.jobs;

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -12,28 +10,18 @@
 #include "counted_memory.h"
 #include "device_memory_hook.h"
 #include "fake_hooks.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace growth_test {
 
 constexpr std::uint32_t kSidePx = 96;
 
-using Bytes = std::vector<std::uint8_t>;
-
-Bytes plant_bytes(const RandomPlantOptions& options) {
-  const std::string path = temporary_plant(options, "growth_test");
-  std::ifstream file(path, std::ios::binary);
-  Bytes bytes(std::istreambuf_iterator<char>(file), {});
-  std::filesystem::remove(path);
-  return bytes;
-}
-
 /// Few stand before the camera, beside each other, the others far behind it.
 std::vector<coppice_placement> placements_of(std::uint32_t count, std::uint32_t first = 0) {
   std::vector<coppice_placement> placements;
   for (std::uint32_t i = first; i < first + count; ++i) {
-    coppice_placement placement{
-        {0, 0, 300.0f + std::fmod(0.1f * static_cast<float>(i), 500.0f)}, 0.3f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+    coppice_placement placement = placement_at({0, 0, 300.0f + std::fmod(0.1f * static_cast<float>(i), 500.0f)}, 0.3f);
     if (i % 7000 == 0 || (i < 2000 && i % 250 == 0)) {
       const std::uint32_t place = i < 2000 ? i / 250 : 7 + i / 7000;
       placement.position[0] = 0.7f * (static_cast<float>(place % 8) - 3.5f);
@@ -57,25 +45,14 @@ class GrowthTest : public ContextTest {
     return with;
   }
 
-  void destroy() {
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
-  }
-
-  coppice_plant open(const Bytes& bytes) {
+  coppice_plant open(const std::vector<std::uint8_t>& bytes) {
     coppice_plant plant = 0;
     EXPECT_EQ(coppice_plant_open_memory(context_, bytes.data(), bytes.size(), "plant", &plant), COPPICE_OK) << log_;
     return plant;
   }
 
-  coppice_status add(coppice_plant plant, const std::vector<coppice_placement>& placements, coppice_instance* instances = nullptr) {
-    return coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement),
-                                 static_cast<std::uint32_t>(placements.size()), instances);
-  }
-
   Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  const Bytes crown_ = plant_bytes({.leaf_count = 900, .seed = 5});
+  const std::vector<std::uint8_t> crown_ = plant_bytes({.leaf_count = 900, .seed = 5});
 };
 
 TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
@@ -90,7 +67,7 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
     std::uint32_t there = 0;
     for (const std::uint32_t count : kCounts) {
       handles.resize(count);
-      ASSERT_EQ(add(plant, placements_of(count - there, there), handles.data() + there), COPPICE_OK) << log_;
+      ASSERT_EQ(try_add(plant, placements_of(count - there, there), handles.data() + there), COPPICE_OK) << log_;
       there = count;
       frame(view_);
       grown.push_back(settle(view_));
@@ -99,8 +76,7 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
     EXPECT_EQ(stats().instance_count, 300000u);
     // Handles of before a growth name what they named.
     const coppice_placement away = placements_of(1, 1)[0];
-    for (const std::uint32_t i : {0u, 1500u, 28000u})
-      ASSERT_EQ(coppice_instances_move(context_, &handles[i], &away, sizeof(coppice_placement), 1), COPPICE_OK) << log_;
+    for (const std::uint32_t i : {0u, 1500u, 28000u}) move(handles[i], away);
     const Picture moved = frame(view_);
     EXPECT_NE(moved.rgba, grown.back().rgba);
     destroy();
@@ -108,7 +84,7 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
     for (std::size_t i = 0; i < grown.size(); ++i) {
       create(with);
       plant = open(crown_);
-      ASSERT_EQ(add(plant, placements_of(kCounts[i])), COPPICE_OK) << log_;
+      add(plant, placements_of(kCounts[i]));
       EXPECT_TRUE(settle(view_).rgba == grown[i].rgba) << kCounts[i] << " instances, compute shaders: " << compute_raster;
       if (i + 1 < grown.size()) destroy();
     }
@@ -117,7 +93,7 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
     destroy();
     create(with);
     plant = open(crown_);
-    ASSERT_EQ(add(plant, placements), COPPICE_OK) << log_;
+    add(plant, placements);
     EXPECT_TRUE(settle(view_).rgba == moved.rgba);
     destroy();
   }
@@ -127,13 +103,13 @@ TEST_F(GrowthTest, ThePictureIsThatOfAContextThatHadAllInstancesFromTheStart) {
 TEST_F(GrowthTest, InstancesThatComeWithinAFrameAreDrawnInTheNext) {
   create(desc());
   const coppice_plant plant = open(crown_);
-  ASSERT_EQ(add(plant, placements_of(10)), COPPICE_OK);
+  add(plant, placements_of(10));
   const Picture few = settle(view_);
   for (std::uint32_t there = 10; there < 100000; there += 30000) {
     const Picture before = frame(view_);
     const Picture during = frame(view_, [&](VkCommandBuffer) {
-      EXPECT_EQ(add(plant, placements_of(20000, there)), COPPICE_OK) << log_;
-      EXPECT_EQ(add(plant, placements_of(10000, there + 20000)), COPPICE_OK) << log_;
+      add(plant, placements_of(20000, there));
+      add(plant, placements_of(10000, there + 20000));
     });
     EXPECT_TRUE(during.rgba == before.rgba) << there;
   }
@@ -141,13 +117,13 @@ TEST_F(GrowthTest, InstancesThatComeWithinAFrameAreDrawnInTheNext) {
   EXPECT_NE(many.rgba, few.rgba);
   destroy();
   create(desc());
-  ASSERT_EQ(add(open(crown_), placements_of(120010)), COPPICE_OK);
+  add(open(crown_), placements_of(120010));
   EXPECT_TRUE(settle(view_).rgba == many.rgba);
 }
 
 TEST_F(GrowthTest, TenThousandPlantsAreOpenedAtRunTime) {
   constexpr std::size_t kPlants = 10000;
-  const Bytes leaf = plant_bytes({.leaf_count = 1, .seed = 2, .card_count = 1, .wood_lod_count = 0, .texture_side = 0});
+  const std::vector<std::uint8_t> leaf = plant_bytes({.leaf_count = 1, .seed = 2, .card_count = 1, .wood_lod_count = 0, .texture_side = 0});
   ContextDesc with = desc();
   with.memory_budget_bytes = 1024ull << 20;
   Picture grown;
@@ -159,9 +135,7 @@ TEST_F(GrowthTest, TenThousandPlantsAreOpenedAtRunTime) {
       const bool shown = i % 250 == 7;
       plants.push_back(open(shown ? crown_ : leaf));
       ASSERT_NE(plants.back(), 0u) << i;
-      if (shown) {
-        ASSERT_EQ(add(plants.back(), {placements[i / 250 * 50]}), COPPICE_OK) << log_;
-      }
+      if (shown) add(plants.back(), placements[i / 250 * 50]);
       if (i % (kPlants / frames) == kPlants / frames / 2) frame(view_);
     }
     const Picture picture = settle(view_);
@@ -188,7 +162,7 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
   with.hooks.jobs = jobs.hook();
   create(with);
   const coppice_plant plant = open(crown_);
-  ASSERT_EQ(add(plant, placements_of(1000)), COPPICE_OK) << log_;
+  add(plant, placements_of(1000));
   const Picture before = settle(view_);
   const coppice_stats of_before = stats();
   const std::size_t live = device_memory.live_count, live_bytes = memory.live_bytes;
@@ -206,14 +180,14 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
     memory.fail_at = of_device ? SIZE_MAX : memory.calls + n;
     device_memory.fail_at = of_device ? device_memory.calls + n - kArrays : SIZE_MAX;
     std::vector<coppice_instance> handles(more.size());
-    EXPECT_EQ(add(plant, more, handles.data()), COPPICE_ERROR_OUT_OF_MEMORY) << n;
+    EXPECT_EQ(try_add(plant, more, handles.data()), COPPICE_ERROR_OUT_OF_MEMORY) << n;
     EXPECT_EQ(handles[0], 0u);
     memory.fail_at = device_memory.fail_at = SIZE_MAX;
     expect_unchanged(of_device ? "device_memory " : "allocator ", n);
     if (HasFailure()) return;
   }
   const std::size_t device_calls = device_memory.calls, calls = memory.calls;
-  ASSERT_EQ(add(plant, more), COPPICE_OK) << log_;
+  add(plant, more);
   EXPECT_EQ(device_memory.calls, device_calls + kBuffers) << "each was tried";
   EXPECT_EQ(memory.calls, calls + kArrays);
   const Picture after = settle(view_);
@@ -246,11 +220,11 @@ TEST_F(GrowthTest, TheBudgetIsNeverExceeded) {
     count_memory(with);
     create(with);
     const coppice_plant plant = open(crown_);
-    ASSERT_EQ(add(plant, placements_of(150)), COPPICE_OK) << log_;
+    add(plant, placements_of(150));
     const auto budget_bytes = with.memory_budget_bytes;
     int refused = 0;
     for (int i = 0; i < 120 && refused < 10; ++i) {
-      const coppice_status status = add(plant, placements_of(portion, 150 + portion * static_cast<std::uint32_t>(i)));
+      const coppice_status status = try_add(plant, placements_of(portion, 150 + portion * static_cast<std::uint32_t>(i)));
       if (status != COPPICE_OK) {
         ASSERT_EQ(status, COPPICE_ERROR_OUT_OF_MEMORY) << log_;
         ++refused;
@@ -269,7 +243,7 @@ TEST_F(GrowthTest, TheBudgetIsNeverExceeded) {
     // With more memory there is room for more.
     ASSERT_EQ(coppice_set_memory_budget(context_, 200ull << 20), COPPICE_OK);
     frame(view_);
-    EXPECT_EQ(add(plant, placements_of(portion)), COPPICE_OK) << log_;
+    add(plant, placements_of(portion));
     frame(view_);
     destroy();
   }
@@ -281,21 +255,16 @@ VKAPI_ATTR void VKAPI_CALL properties_of_a_small_device(VkPhysicalDevice device,
   properties->limits.maxComputeWorkGroupCount[0] = 40;
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL functions_of_a_small_device(VkInstance instance, const char* name) {
-  if (std::string(name) == "vkGetPhysicalDeviceProperties") return reinterpret_cast<PFN_vkVoidFunction>(properties_of_a_small_device);
-  return vkGetInstanceProcAddr(instance, name);
-}
-
 TEST_F(GrowthTest, ASmallDeviceHoldsFewer) {
   ContextDesc with = desc();
   with.max_instances = (1u << 28) - 1;
-  with.get_instance_proc_addr = functions_of_a_small_device;
+  replace_functions(with, {replacing("vkGetPhysicalDeviceProperties", properties_of_a_small_device)});
   create(with);
   const coppice_plant plant = open(crown_);
-  ASSERT_EQ(add(plant, placements_of(1000)), COPPICE_OK) << log_;
-  EXPECT_EQ(add(plant, placements_of(281)), COPPICE_ERROR_OUT_OF_MEMORY);
+  add(plant, placements_of(1000));
+  EXPECT_EQ(try_add(plant, placements_of(281)), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_NE(log_.find("1280"), std::string::npos) << "40 groups of 32\n" << log_;
-  EXPECT_EQ(add(plant, placements_of(280)), COPPICE_OK) << log_;
+  add(plant, placements_of(280));
   settle(view_);
   EXPECT_GT(view_stats().drawn_leaf_count, 0u);
 }
@@ -310,15 +279,15 @@ TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
   coppice_plant refused = 1;
   EXPECT_EQ(coppice_plant_open_memory(context_, crown_.data(), crown_.size(), "plant", &refused), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_EQ(coppice_plant_open_async(context_, "plant", &refused), COPPICE_ERROR_OUT_OF_MEMORY);
-  ASSERT_EQ(add(plants[0], placements_of(1100)), COPPICE_OK) << log_;
-  EXPECT_EQ(add(plants[0], placements_of(1)), COPPICE_ERROR_OUT_OF_MEMORY);
+  add(plants[0], placements_of(1100));
+  EXPECT_EQ(try_add(plants[0], placements_of(1)), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_NE(log_.find("1100"), std::string::npos) << log_;
   settle(view_);
   EXPECT_GT(view_stats().drawn_leaf_count, 0u);
   EXPECT_EQ(coppice_plant_reload_memory(context_, plants[1], crown_.data(), crown_.size(), "plant"), COPPICE_OK) << log_;
   for (const coppice_plant plant : plants) EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
   for (int i = 0; i < 5; ++i) frame(view_);
-  EXPECT_EQ(add(open(crown_), placements_of(1100)), COPPICE_OK) << log_;
+  add(open(crown_), placements_of(1100));
 }
 
 }  // namespace growth_test

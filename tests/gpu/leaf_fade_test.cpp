@@ -48,7 +48,9 @@ DecodedPlant sheet(std::uint8_t fade, std::uint32_t texture_side = 0) {
 }
 
 coppice_placement at(float z, float brightness) {
-  return {{0.0f, 0.0f, z}, 1.0f, {0, 0, 0, 1}, {brightness, brightness, brightness}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  coppice_placement placement = placement_at({0.0f, 0.0f, z});
+  std::ranges::fill(placement.tint, brightness);
+  return placement;
 }
 
 struct Placed {
@@ -80,37 +82,38 @@ class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path>
     return view;
   }
 
+  /// After a frame: lists are built over some of them.
+  static std::unique_ptr<RendererScene> drawn_scene(const std::vector<Placed>& plants, const Shot& view, const SceneOptions& with) {
+    auto scene = std::make_unique<RendererScene>(gpu(), 64, with);
+    for (const Placed& placed : plants) scene->place(scene->add_plant(placed.plant), {placed.placement});
+    scene->draw(view);
+    return scene;
+  }
+
   /// Mean over 16 frames, moved by parts of a pixel as temporal antialiasing moves them.
-  static Light over_frames(const std::vector<Placed>& plants, Shot view) {
-    RendererScene scene(gpu(), 64, options());
-    for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
-    scene.draw(view);  // lists are built over some frames
-    const Shot still = view;
+  static Light over_frames(const std::vector<Placed>& plants, const Shot& still) {
+    const auto scene = drawn_scene(plants, still, options());
     Light mean(std::size_t{kSidePx} * kSidePx);
     for (std::uint32_t frame = 0; frame < 16; ++frame) {
-      view = still;
+      Shot view = still;
       view.temporal_frame = frame + 1;
       view.clip_from_view[8] += (static_cast<float>(frame % 4) - 1.5f) / 4 * 2 / kSidePx;
       view.clip_from_view[9] += (static_cast<float>(frame / 4) - 1.5f) / 4 * 2 / kSidePx;
-      const Picture picture = scene.draw(view).picture;
+      const Picture picture = scene->draw(view).picture;
       for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear(picture.rgba[4 * i + 1]) / 16;
     }
     return mean;
   }
 
   static Picture one_frame(const std::vector<Placed>& plants, const Shot& view, const SceneOptions& with) {
-    RendererScene scene(gpu(), 64, with);
-    for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), {placed.placement});
-    scene.draw(view);
-    return scene.draw(view).picture;
+    return drawn_scene(plants, view, with)->draw(view).picture;
   }
 };
 
 /// Share of pixels that are drawn on; the ground is white.
 double covered(const Picture& picture) {
-  double count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += picture.rgba[i + 1] < 250;
-  return count / static_cast<double>(picture.rgba.size() / 4);
+  const std::size_t count = count_pixels(picture, [](const std::uint8_t* rgb) { return rgb[1] < 250; });
+  return static_cast<double>(count) / static_cast<double>(picture.rgba.size() / 4);
 }
 
 /// Root of the mean square difference of means over tiles.
@@ -175,14 +178,12 @@ TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
       Shot view = view_for(leaf_px);
       const std::vector<Placed> half{{sheet(kHalf, texture_side), at(0.0f, 0.0f)}};
       const std::vector<Placed> opaque{{sheet(kNoFade, texture_side), at(0.0f, 0.0f)}};
-      RendererScene scene(gpu(), 64, options());
-      scene.place(scene.add_plant(half[0].plant), {half[0].placement});
-      scene.draw(view);
-      const Picture first = scene.draw(view).picture, second = scene.draw(view).picture;
+      const auto scene = drawn_scene(half, view, options());
+      const Picture first = scene->draw(view).picture, second = scene->draw(view).picture;
       EXPECT_TRUE(first.rgba == second.rgba) << leaf_px << ": a still picture stands still";
       EXPECT_NEAR(covered(first) / covered(one_frame(opaque, view, options())), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
       view.temporal_frame = 2;
-      const Picture other = scene.draw(view).picture;
+      const Picture other = scene->draw(view).picture;
       EXPECT_NEAR(covered(other) / covered(first), 1.0, leaf_px == kSplat_px ? 0.08 : 0.03) << leaf_px;  // some hundred pixels
       if (leaf_px == kSplat_px && GetParam().compute_raster) continue;                                   // smaller discs, always
       EXPECT_FALSE(first.rgba == other.rgba) << leaf_px << ": other pixels";
@@ -229,12 +230,10 @@ TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
 
 TEST_P(LeafFadeTest, ShadowMapsAreTransparentToo) {
   const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
-    RendererScene scene(gpu(), 64, options());
-    scene.place(scene.add_plant(sheet(fade)), {at(0.0f, 0.0f)});
     const Shot view = view_for(leaf_px);
-    scene.draw(view);
-    scene.draw_depth(view);
-    return scene.draw_depth(view);
+    const auto scene = drawn_scene({{sheet(fade), at(0.0f, 0.0f)}}, view, options());
+    scene->draw_depth(view);
+    return scene->draw_depth(view);
   };
   const auto share = [](const std::vector<float>& depth) {
     return static_cast<double>(std::ranges::count_if(depth, [](float value) { return value > 0.0f; })) / static_cast<double>(depth.size());

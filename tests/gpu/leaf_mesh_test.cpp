@@ -25,7 +25,7 @@ DecodedPlant two_coloured_plant(std::uint32_t part_count, std::uint32_t leaf_cou
 }
 
 coppice_placement at(float x, float z) {
-  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  return placement_at({x, 0.0f, z});
 }
 
 /// Quads err by size / 200 px.
@@ -137,7 +137,7 @@ Shot part_of(Shot view, std::uint32_t first, std::uint32_t side) {
   return view;
 }
 
-/// Of an instance that is large and partly in view, clusters that are not are left out, and that is not to be seen.
+/// A large instance is partly in view: its clusters that are not are left out, and that is not to be seen.
 TEST_F(LeafMeshTest, NearThePartsInViewAreDrawn) {
   constexpr std::uint32_t kWide = 512, kFirst = 100, kPart = 128, kManyLeaves = 6000;
   for (const bool compute_raster : {false, true}) {

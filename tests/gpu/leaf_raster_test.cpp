@@ -17,7 +17,9 @@ namespace leaf_raster_test {
 constexpr std::uint32_t kSidePx = 256;
 
 coppice_placement at(float x, float z, float scale = 1.0f) {
-  return {{x, 0.0f, z}, scale, {0.0f, 0.3894f, 0.0f, 0.9211f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  coppice_placement placement = placement_at({x, 0.0f, z}, scale);
+  std::ranges::copy(std::array{0.0f, 0.3894f, 0.0f, 0.9211f}, placement.rotation);
+  return placement;
 }
 
 /// Every leaf, but as a cut: the rasteriser leaves COPPICE_LOD_FULL to the hardware.
@@ -42,6 +44,15 @@ float distance_for(const DecodedPlant& plant, float leaf_px) {
   return leaf_m * 0.5f * static_cast<float>(kSidePx) * std::abs(view.clip_from_view[5]) / leaf_px;
 }
 
+coppice_placement tinted(coppice_placement placement, float r, float g, float b) {
+  std::ranges::copy(std::array{r, g, b}, placement.tint);
+  return placement;
+}
+
+DecodedPlant plain_plant(std::uint32_t leaf_count, std::uint32_t seed) {
+  return decoded_plant(random_plant({.leaf_count = leaf_count, .seed = seed, .texture_side = 0}));
+}
+
 struct Placed {
   DecodedPlant plant;
   std::vector<coppice_placement> placements;
@@ -52,6 +63,26 @@ RendererScene::Frame draw_scene(const VulkanDevice& gpu, const std::vector<Place
   for (const Placed& placed : plants) scene.place(scene.add_plant(placed.plant), placed.placements);
   scene.draw(view);  // lists are built over some frames
   return scene.draw(view);
+}
+
+std::vector<coppice_placement> slanting_row() {
+  std::vector<coppice_placement> row;
+  for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
+  return row;
+}
+
+/// Eight in a row before the eye, some rows deep; step_m: from row to row
+std::vector<coppice_placement> thicket(int count, float step_m) {
+  std::vector<coppice_placement> all;
+  for (int i = 0; i < count; ++i) all.push_back(at(0.15f * static_cast<float>(i % 8) - 0.5f, step_m * static_cast<float>(i / 8)));
+  return all;
+}
+
+/// A row of plants far behind that.
+std::vector<coppice_placement> row_behind() {
+  std::vector<coppice_placement> all;
+  for (int i = 0; i < 32; ++i) all.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
+  return all;
 }
 
 struct Likeness {
@@ -87,7 +118,7 @@ class LeafRasterTest : public VulkanTest {
 };
 
 TEST_F(LeafRasterTest, LeavesOfEightPixelsAreTheHardwares) {
-  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3, .texture_side = 0})), {at(0.0f, 0.0f)}}};
+  const std::vector<Placed> plants{{plain_plant(400, 3), {at(0.0f, 0.0f)}}};
   const Shot view = front_view(distance_for(plants[0].plant, 8.0f));
   const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
   EXPECT_LE(raster.counts.leaves, 400u) << "clusters outside the view are dropped";
@@ -108,9 +139,7 @@ TEST_F(LeafRasterTest, OutlinesOfCardsAreKept) {
 }
 
 TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
-  std::vector<coppice_placement> row;
-  for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
-  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0})), row}};
+  const std::vector<Placed> plants{{plain_plant(3000, 3), slanting_row()}};
   const Shot view = front_view(30.0f);
   const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
   EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
@@ -119,7 +148,7 @@ TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
 
 // The last leaf of a plant has one face, which the crown it stands for has not: it is lit by where the eye is.
 TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
-  DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0}));
+  DecodedPlant plant = plain_plant(3000, 3);
   constexpr std::array<std::array<std::uint16_t, 2>, 4> kRing{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
   const auto largest = static_cast<std::uint16_t>(quantised_max(plant.file.plant));
   for (std::size_t corner = 0; corner < 4; ++corner) {
@@ -128,9 +157,7 @@ TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
                                              static_cast<std::uint16_t>(largest / 2)};
     std::ranges::copy(place, plant.file.plant.root_quad[corner]);
   }
-  coppice_placement tinted = at(0.0f, 0.0f);  // the scene's light is near white
-  std::ranges::fill(tinted.tint, 0.25f);
-  const std::vector<Placed> plants{{plant, {tinted}}};
+  const std::vector<Placed> plants{{plant, {tinted(at(0.0f, 0.0f), 0.25f, 0.25f, 0.25f)}}};  // the scene's light is near white
   const auto from = [&](float angle) {
     Shot view = make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .height_px = kSidePx});
     view.error_px = 1000.0f;
@@ -172,8 +199,7 @@ TEST_F(LeafRasterTest, LeafMeshesOfFewPixelsAreRasterised) {
 TEST_F(LeafRasterTest, WhatFindsNoDrawCommandIsRasterised) {
   // All at one place, so that the picture is one plant's: more clusters of large leaves than a plant has commands.
   const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 6, .wood_lod_count = 0, .texture_side = 0}));
-  coppice_placement dark = at(0.0f, 0.0f);  // the scene's light is near white
-  std::ranges::fill(dark.tint, 0.25f);
+  const coppice_placement dark = tinted(at(0.0f, 0.0f), 0.25f, 0.25f, 0.25f);  // the scene's light is near white
   const std::vector<Placed> one{{plant, {dark}}}, many{{plant, std::vector<coppice_placement>(120, dark)}};
   const Shot view = front_view(distance_for(plant, 16.0f));
   const SceneOptions few_commands{.memory_budget_bytes = 2ull << 20, .compute_raster = true};
@@ -188,13 +214,11 @@ TEST_F(LeafRasterTest, WhatFindsNoDrawCommandIsRasterised) {
 
 TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
   // Large leaves, which the hardware draws, before and behind small ones.
-  DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .texture_side = 0}));
-  DecodedPlant fine = decoded_plant(random_plant({.leaf_count = 900, .seed = 9, .texture_side = 0}));
+  DecodedPlant coarse = plain_plant(12, 8);
+  DecodedPlant fine = plain_plant(900, 9);
   for (const float coarse_z : {-1.5f, 1.5f}) {
-    coppice_placement red = at(0.0f, coarse_z), blue = at(0.2f, 0.0f);
-    std::ranges::copy(std::array{1.0f, 0.1f, 0.1f}, red.tint);
-    std::ranges::copy(std::array{0.1f, 0.1f, 1.0f}, blue.tint);
-    const std::vector<Placed> plants{{coarse, {red}}, {fine, {blue}}};
+    const std::vector<Placed> plants{{coarse, {tinted(at(0.0f, coarse_z), 1.0f, 0.1f, 0.1f)}},
+                                     {fine, {tinted(at(0.2f, 0.0f), 0.1f, 0.1f, 1.0f)}}};
     const Shot view = front_view(6.0f);
     const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
     EXPECT_EQ(raster.counts.leaves, 912u);
@@ -235,30 +259,20 @@ TEST_F(LeafRasterTest, FewLanesAndManyDrawTheSame) {
 }
 
 TEST_F(LeafRasterTest, WhatIsHiddenIsNotRasterised) {
-  // A thicket before the eye, and a row of plants far behind it.
-  std::vector<coppice_placement> thicket, behind;
-  for (int i = 0; i < 32; ++i) {
-    const int column = i % 8, row = i / 8;
-    thicket.push_back(at(0.15f * static_cast<float>(column) - 0.5f, 0.15f * static_cast<float>(row)));
-  }
-  for (int i = 0; i < 32; ++i) behind.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(2000, 3);
+  const std::vector<Placed> behind{{plant, row_behind()}}, both{{plant, thicket(32, 0.15f)}, {plant, row_behind()}};
   const Shot view = front_view(4.0f);
-  const RendererScene::Frame together = with_raster({{plant, thicket}, {plant, behind}}, view);
-  const RendererScene::Frame alone = with_raster({{plant, behind}}, view);
+  const RendererScene::Frame together = with_raster(both, view), alone = with_raster(behind, view);
   EXPECT_EQ(alone.counts.visible_instances, 32u);
   EXPECT_EQ(together.counts.visible_instances, 32u) << "only the thicket";
   EXPECT_EQ(alone.counts.occluded_instances, 0u);
   EXPECT_EQ(together.counts.occluded_instances, 32u);
-  const RendererScene::Frame hardware = without({{plant, thicket}, {plant, behind}}, view);
-  EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
+  EXPECT_NEAR(compare(together.picture, without(both, view).picture).coverage, 1.0, 0.04);
 }
 
 TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
-  std::vector<coppice_placement> thicket, behind;
-  for (int i = 0; i < 32; ++i) thicket.push_back(at(0.15f * static_cast<float>(i % 8) - 0.5f, 0.15f * static_cast<float>(i / 8)));
-  for (int i = 0; i < 32; ++i) behind.push_back(at(0.05f * static_cast<float>(i) - 0.8f, -60.0f));
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(2000, 3);
+  const std::vector<Placed> both{{plant, thicket(32, 0.15f)}, {plant, row_behind()}};
   struct Other {
     double right_m, turn_rad;
     std::uint32_t occluded;
@@ -269,7 +283,7 @@ TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
     Shot view = front_view(4.0f);
     const coppice_eye second = eye_beside(view, other.right_m, other.turn_rad);
     view.second_eye = &second;
-    const RendererScene::Frame drawn = with_raster({{plant, thicket}, {plant, behind}}, view);
+    const RendererScene::Frame drawn = with_raster(both, view);
     EXPECT_EQ(drawn.counts.occluded_instances, other.occluded) << other.right_m << " m to the right, turned by " << other.turn_rad;
     EXPECT_EQ(drawn.counts.visible_instances, 64 - other.occluded);
   }
@@ -277,9 +291,9 @@ TEST_F(LeafRasterTest, OnlyWhatIsHiddenFromBothEyesIsNotRasterised) {
 
 /// Leaves that are drawn of a plant whose clusters are all in view: the number asked for, at every number.
 TEST_F(LeafRasterTest, WhatIsDrawnComesAndGoesWithPages) {
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(3000, 3);
   RendererScene scene(gpu(), 64, {.compute_raster = true});
-  const std::uint32_t index = scene.add_plant(plant, 2);  // of six pages
+  const std::uint32_t index = scene.add_plant(plant, 2);  // it has six pages
   scene.place(index, {at(0.0f, 0.0f)});
   const Shot view = front_view(20.0f);
   EXPECT_EQ(scene.draw(view).counts.leaves, 1025u);
@@ -292,7 +306,7 @@ TEST_F(LeafRasterTest, WhatIsDrawnComesAndGoesWithPages) {
 
 /// Leaves of a page that a cut has not borne yet are nowhere, whoever draws.
 TEST_F(LeafRasterTest, CutsInTheMiddleOfAPageAreDrawn) {
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(3000, 3);
   const auto draw = [&](bool compute_raster, std::uint32_t leaves, float distance_m) {
     RendererScene scene(gpu(), 64, {.compute_raster = compute_raster});
     const std::uint32_t index = scene.add_plant(plant);
@@ -316,7 +330,7 @@ TEST_F(LeafRasterTest, CutsInTheMiddleOfAPageAreDrawn) {
 
 TEST_F(LeafRasterTest, AViewMayGrow) {
   RendererScene scene(gpu(), 64, {.compute_raster = true});
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 500, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(500, 3);
   scene.place(scene.add_plant(plant), {at(0.0f, 0.0f)});
   scene.draw(front_view(6.0f, 200));
   const Picture small = scene.draw(front_view(6.0f, 200)).picture;
@@ -337,7 +351,7 @@ void PrintTo(const Projection& each, std::ostream* out) {
 }
 
 constexpr float kNear_m = 0.05f, kFar_m = 200.0f;
-/// Of an oblique projection, view space of front_view(6): a mirror that lies aslant in the plants, of which what is behind it is seen.
+/// An oblique projection's mirror, in view space of front_view(6): it lies aslant in the plants, and what is behind it is seen.
 constexpr std::array<float, 4> kMirror{0.3f, 0.2f, -0.932738f, -5.4f};
 
 Shot projected_view(const Projection& projection, float distance_m) {
@@ -384,10 +398,8 @@ TEST_P(ProjectionTest, BothPathsDrawTheSame) {
   const DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .wood_lod_count = 0, .texture_side = 0}));
   const DecodedPlant fine = decoded_plant(random_plant({.leaf_count = 900, .seed = 9, .wood_lod_count = 0, .texture_side = 0}));
   for (const float coarse_z : {-1.5f, 1.5f}) {
-    coppice_placement red = at(0.0f, coarse_z), blue = at(0.2f, 0.0f);
-    std::ranges::copy(std::array{1.0f, 0.1f, 0.1f}, red.tint);
-    std::ranges::copy(std::array{0.1f, 0.1f, 1.0f}, blue.tint);
-    const std::vector<Placed> plants{{coarse, {red}}, {fine, {blue}}};
+    const std::vector<Placed> plants{{coarse, {tinted(at(0.0f, coarse_z), 1.0f, 0.1f, 0.1f)}},
+                                     {fine, {tinted(at(0.2f, 0.0f), 0.1f, 0.1f, 1.0f)}}};
     const Shot view = projected_view(GetParam(), 6.0f);
     const RendererScene::Frame raster = draw(plants, view, true), hardware = draw(plants, view, false);
     EXPECT_LT(raster.counts.hardware_triangles, 100u) << "the fine plant is rasterised";
@@ -400,9 +412,7 @@ TEST_P(ProjectionTest, BothPathsDrawTheSame) {
 }
 
 TEST_P(ProjectionTest, SplatsCoverAndShineAlike) {
-  std::vector<coppice_placement> row;
-  for (int i = -6; i <= 6; ++i) row.push_back(at(2.2f * static_cast<float>(i), -0.5f * static_cast<float>(i)));
-  const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 3000, .seed = 3, .texture_side = 0})), row}};
+  const std::vector<Placed> plants{{plain_plant(3000, 3), slanting_row()}};
   const Shot view = projected_view(GetParam(), 30.0f);
   const RendererScene::Frame raster = draw(plants, view, true), hardware = draw(plants, view, false);
   EXPECT_EQ(raster.counts.hardware_triangles, 0u);
@@ -412,25 +422,21 @@ TEST_P(ProjectionTest, SplatsCoverAndShineAlike) {
 }
 
 TEST_P(ProjectionTest, WhatIsHiddenIsNotRasterised) {
-  std::vector<coppice_placement> thicket, behind;
-  for (int i = 0; i < 64; ++i) {
-    const int column = i % 8, row = i / 8;
-    thicket.push_back(at(0.15f * static_cast<float>(column) - 0.5f, -0.15f * static_cast<float>(row)));
-  }
+  std::vector<coppice_placement> behind;
   // Smaller ones, which later rounds look at, and where no near plane lies in between.
   const float distance_m = GetParam().oblique ? 5.0f : 4.0f;
   for (int i = 0; i < 32; ++i) {
     behind.push_back(at(0.01f * static_cast<float>(i) - 0.16f, -60.0f, 0.1f));
     behind.back().position[1] = -60.0f * 0.3f / distance_m;  // on the view's axis
   }
-  const DecodedPlant plant = decoded_plant(random_plant({.leaf_count = 2000, .seed = 3, .texture_side = 0}));
+  const DecodedPlant plant = plain_plant(2000, 3);
   const Shot view = projected_view(GetParam(), distance_m);
-  const RendererScene::Frame together = draw({{plant, thicket}, {plant, behind}}, view, true);
+  const RendererScene::Frame together = draw({{plant, thicket(64, -0.15f)}, {plant, behind}}, view, true);
   const RendererScene::Frame alone = draw({{plant, behind}}, view, true);
   EXPECT_EQ(alone.counts.visible_instances, 32u);
   EXPECT_EQ(alone.counts.occluded_instances, 0u);
   EXPECT_GE(together.counts.occluded_instances, 32u);
-  const RendererScene::Frame hardware = draw({{plant, thicket}, {plant, behind}}, view, false);
+  const RendererScene::Frame hardware = draw({{plant, thicket(64, -0.15f)}, {plant, behind}}, view, false);
   EXPECT_NEAR(compare(together.picture, hardware.picture).coverage, 1.0, 0.04);
 }
 

@@ -21,13 +21,11 @@ class MirroredTest : public PathTest<ContextTest> {
  protected:
   /// A single plant in the middle, lit from before and above.
   Picture picture_of(const coppice_placement& placement, float distance_m) {
-    coppice_instance instance = 0;
-    EXPECT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof placement, 1, &instance), COPPICE_OK) << log_;
+    const coppice_instance instance = add(plant_, placement);
     Shot shot = make_view({.eye_m = {0, 0, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
     const glm::vec3 sun = glm::normalize(glm::vec3(0, 1, 1.5f));
     std::copy_n(&sun.x, 3, shot.light.sun_direction);
-    for (int i = 0; i < 400 && (i < 3 || !is_settled(view_)); ++i) pump(shot);
-    EXPECT_TRUE(is_settled(view_));
+    pump_until_settled(shot);
     Picture picture = frame(shot);
     EXPECT_EQ(coppice_instances_remove(context_, &instance, 1), COPPICE_OK) << log_;
     return picture;
@@ -35,10 +33,8 @@ class MirroredTest : public PathTest<ContextTest> {
 };
 
 TEST_P(MirroredTest, IsTheMirrorImage) {
-  coppice_placement as_modelled;
-  coppice_placement_init(&as_modelled);
-  coppice_placement mirrored = as_modelled;
-  mirrored.scale = -1;
+  const coppice_placement as_modelled = placement_at();
+  coppice_placement mirrored = placement_at({}, -1.0f);
   mirrored.rotation[0] = 1;
   mirrored.rotation[3] = 0;
   for (const float distance_m : {2.5f, 6.0f, 12.0f, 30.0f}) {

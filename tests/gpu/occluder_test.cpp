@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <random>
 #include <string>
 #include <vector>
 
-#include <glm/glm.hpp>
-
 #include "path_fixture.h"
-#include "render_pass.h"
 
 namespace coppice::test {
 namespace occluder_test {
@@ -53,20 +49,14 @@ class OccluderTest : public PathTest<ContextTest> {
     std::vector<coppice_placement> all;
     for (int row = 0; row < 12; ++row)
       for (int i = 0; i < 14; ++i) {
-        coppice_placement& placement = all.emplace_back();
-        coppice_placement_init(&placement);
-        placement.position[0] = 1.9 * (i - 6.5) + 0.3 * (row % 3);
-        placement.position[2] = 5.0 - 3.3 * row;
-        placement.scale = 0.3f + 0.35f * static_cast<float>((i * 7 + row * 3) % 4);
+        const float scale = 0.3f + 0.35f * static_cast<float>((i * 7 + row * 3) % 4);
+        all.push_back(placement_at({1.9 * (i - 6.5) + 0.3 * (row % 3), 0.0, 5.0 - 3.3 * row}, scale));
       }
-    ASSERT_EQ(coppice_instances_add(context_, plant_, all.data(), sizeof all[0], static_cast<std::uint32_t>(all.size()), nullptr),
-              COPPICE_OK)
-        << log_;
+    add(plant_, all);
   }
 
   coppice_view create_depth_view(const Depth& depth) {
-    coppice_vulkan_view_desc formats;
-    coppice_vulkan_view_desc_init(&formats);
+    auto formats = defaults(coppice_vulkan_view_desc_init);
     formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
     formats.depth_format = depth.format;
     formats.depth_compare = depth.compare;
@@ -87,41 +77,16 @@ class OccluderTest : public PathTest<ContextTest> {
     return shot;
   }
 
-  void settle_view(const Shot& shot) {
-    for (int i = 0; i < 400 && (i < 3 || !is_settled(shot.view)); ++i) pump(shot);
-    ASSERT_TRUE(is_settled(shot.view));
-  }
-
   /// All of it far away, but for walls. Leaves it readable.
   static void draw_walls(VkCommandBuffer cmd, const Image& image, const Depth& depth, std::span<const Wall> walls) {
-    const VkImageLayout layout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-    change_layout(cmd, image, VK_IMAGE_LAYOUT_UNDEFINED, layout);
-    const VkRenderingAttachmentInfo attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                               .imageView = image.view(),
-                                               .imageLayout = layout,
-                                               .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                               .clearValue = {.depthStencil = {depth.farthest(), 0}}};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {image.desc().width_px, image.desc().height_px}},
-                                    .layerCount = 1,
-                                    .pDepthAttachment = &attachment};
-    vkCmdBeginRendering(cmd, &rendering);
+    begin_rendering(cmd, {.depth = &image, .farthest = {depth.farthest(), 0}});
     for (const Wall& wall : walls) {
       const VkClearAttachment clear{VK_IMAGE_ASPECT_DEPTH_BIT, 0, {.depthStencil = {depth.of(wall.distance_m), 0}}};
       const VkClearRect rect{wall.px, 0, 1};
       vkCmdClearAttachments(cmd, 1, &clear, 1, &rect);
     }
     vkCmdEndRendering(cmd);
-    change_layout(cmd, image, layout, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-  }
-
-  [[nodiscard]] std::unique_ptr<Image> depth_image(const Depth& depth, std::uint32_t width_px, std::uint32_t height_px) const {
-    return std::make_unique<Image>(gpu(), ImageDesc{.width_px = width_px,
-                                                    .height_px = height_px,
-                                                    .format = depth.format,
-                                                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-                                                             VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+    change_layout(cmd, image, image.attachment_layout(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   }
 
   /// Plants after the walls, in attachments that both eyes are in. occluder: as coppice_light has it, but for the image, which is `image`
@@ -130,56 +95,28 @@ class OccluderTest : public PathTest<ContextTest> {
     const std::uint32_t eyes = shot.second_eye == nullptr ? 1 : 2;
     const std::uint32_t width_px = eyes * kSidePx + static_cast<std::uint32_t>(shot.x_px),
                         height_px = kSidePx + static_cast<std::uint32_t>(shot.y_px);
-    const Image color(gpu(), {.width_px = width_px,
-                              .height_px = height_px,
-                              .format = VK_FORMAT_R8G8B8A8_SRGB,
-                              .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-    const auto attachment = depth_image(depth, width_px, height_px);
-    if (occluder != nullptr) occluder->image = (image != nullptr ? *image : *attachment).view();
+    const Image color(gpu(), color_attachment(width_px, height_px)), attachment(gpu(), depth_attachment(width_px, height_px, depth.format));
+    if (occluder != nullptr) occluder->image = (image != nullptr ? *image : attachment).view();
     shot.light.occluder = occluder;
     begin(shot);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
-      draw_walls(cmd, *attachment, depth, walls);
+      draw_walls(cmd, attachment, depth, walls);
       record_cull(cmd, shot);
-      draw_plants(cmd, shot, color, *attachment);
+      begin_rendering(cmd, {.colors = {&color}, .depth = &attachment, .depth_from = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+      for (std::uint32_t eye = 0; eye < eyes; ++eye) record_draw(cmd, shot, eye);
+      vkCmdEndRendering(cmd);
     });
-    Drawn drawn{read_attachment(gpu(), color, 4), read_attachment(gpu(), *attachment, depth.pixel_bytes), {}};
+    Drawn drawn{read_bytes(gpu(), color, 4), read_bytes(gpu(), attachment, depth.pixel_bytes), {}};
     shot.light.occluder = nullptr;
     pump(shot);  // by now the frame has been counted
     drawn.stats = view_stats(shot.view);
     return drawn;
   }
 
-  void draw_plants(VkCommandBuffer cmd, const Shot& shot, const Image& color, const Image& depth) {
-    change_layout(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    change_layout(cmd, depth, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = color.view(),
-                                                     .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                                     .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
-    const VkRenderingAttachmentInfo depth_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = depth.view(),
-                                                     .imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {color.desc().width_px, color.desc().height_px}},
-                                    .layerCount = 1,
-                                    .colorAttachmentCount = 1,
-                                    .pColorAttachments = &color_attachment,
-                                    .pDepthAttachment = &depth_attachment};
-    vkCmdBeginRendering(cmd, &rendering);
-    record_draw(cmd, shot, 0);
-    if (shot.second_eye != nullptr) record_draw(cmd, shot, 1);
-    vkCmdEndRendering(cmd);
-  }
-
   /// With the occluder against without. Returns the two counts of leaves.
   std::pair<std::uint64_t, std::uint64_t> expect_same(const Shot& shot, const Depth& depth, std::span<const Wall> walls,
-                                                      const std::string& what, coppice_occluder occluder = default_occluder(),
+                                                      const std::string& what, coppice_occluder occluder = defaults(coppice_occluder_init),
                                                       const Image* image = nullptr) {
     draw(shot, depth, walls, &occluder, image);  // has its pipeline built
     const Drawn without = draw(shot, depth, walls, nullptr), with = draw(shot, depth, walls, &occluder, image);
@@ -192,11 +129,6 @@ class OccluderTest : public PathTest<ContextTest> {
     return {with.stats.drawn_leaf_count, without.stats.drawn_leaf_count};
   }
 
-  static coppice_occluder default_occluder() {
-    coppice_occluder occluder;
-    coppice_occluder_init(&occluder);
-    return occluder;
-  }
   [[nodiscard]] bool is_used() const { return GetParam().compute_raster == VK_TRUE; }
 
   /// Rectangles of all sizes, from in front of all plants to behind them.
@@ -220,7 +152,7 @@ TEST_P(OccluderTest, AWallBeforePlantsHidesThem) {
   place_rows();
   for (const Depth& depth : kDepths) {
     const Shot shot = shot_of(create_depth_view(depth), depth);
-    settle_view(shot);
+    pump_until_settled(shot);
     const Wall near_all{kAll, 1.5f}, near_left{kLeft, 1.5f}, behind{kAll, 100.0f};
     const auto [of_none, of_all] = expect_same(shot, depth, {&near_all, 1}, "a wall before everything");
     const auto [of_half, all] = expect_same(shot, depth, {&near_left, 1}, "a wall on the left");
@@ -241,7 +173,7 @@ TEST_P(OccluderTest, ThePictureIsTheOneWithout) {
   place_rows();
   for (const Depth& depth : kDepths) {
     const Shot shot = shot_of(create_depth_view(depth), depth);
-    settle_view(shot);
+    pump_until_settled(shot);
     for (std::uint32_t seed = 1; seed <= 4; ++seed) {
       const std::vector<Wall> walls = random_walls(seed, kSidePx);
       const auto [with, without] = expect_same(shot, depth, walls, "walls " + std::to_string(seed));
@@ -265,7 +197,7 @@ TEST_P(OccluderTest, WhatASlitShowsIsDrawn) {
   }
   for (const float fov : {0.8f, 2.2f}) {
     const Shot shot = shot_of(view, depth, fov);
-    settle_view(shot);
+    pump_until_settled(shot);
     const auto [with, without] = expect_same(shot, depth, upright, "upright pickets");
     expect_same(shot, depth, level, "level pickets");
     if (is_used() && fov > 2.0f) {
@@ -276,12 +208,10 @@ TEST_P(OccluderTest, WhatASlitShowsIsDrawn) {
 
 /// Towards the edges of a wide view a sphere is an ellipse. Plants of few leaves, which touch their spheres.
 TEST_P(OccluderTest, InAWideViewTheOutermostLeavesAreSeen) {
-  const std::string path = temporary_plant({.leaf_count = 3, .seed = 8, .wood_lod_count = 0}, "occluder_test_few");
-  plant_ = open(path);
-  std::filesystem::remove(path);
+  plant_ = open_random({.leaf_count = 3, .seed = 8, .wood_lod_count = 0});
   place_rows();
   const Shot shot = shot_of(create_depth_view(kDepths[0]), kDepths[0], 2.6f);
-  settle_view(shot);
+  pump_until_settled(shot);
   for (std::uint32_t seed = 1; seed <= 16; ++seed) {
     std::vector<Wall> walls = random_walls(seed, kSidePx);
     for (Wall& wall : walls) wall.distance_m = 1.5f;
@@ -295,25 +225,25 @@ TEST_P(OccluderTest, TheImageMayBeOfTheViewAlone) {
   Shot shot = shot_of(create_depth_view(depth), depth);
   shot.x_px = 37;
   shot.y_px = 11;
-  settle_view(shot);
+  pump_until_settled(shot);
   const std::vector<Wall> walls = random_walls(9, kSidePx);
   std::vector<Wall> in_attachments = walls;
   for (Wall& wall : in_attachments) wall.px.offset = {wall.px.offset.x + shot.x_px, wall.px.offset.y + shot.y_px};
   const auto [by_attachment, without] = expect_same(shot, depth, in_attachments, "the attachment");
   // As large as the picture; and as a part of that, beyond which nothing hides.
   for (const std::uint32_t width_px : {kSidePx, kSidePx / 2}) {
-    const auto image = depth_image(depth, width_px, kSidePx);
+    const Image image(gpu(), depth_attachment(width_px, kSidePx, depth.format));
     std::vector<Wall> shown;
     for (Wall wall : walls) {
       if (wall.px.offset.x >= static_cast<std::int32_t>(width_px)) continue;
       wall.px.extent.width = std::min(wall.px.extent.width, width_px - static_cast<std::uint32_t>(wall.px.offset.x));
       shown.push_back(wall);
     }
-    submit(gpu(), [&](VkCommandBuffer cmd) { draw_walls(cmd, *image, depth, shown); });
-    coppice_occluder occluder = default_occluder();
+    submit(gpu(), [&](VkCommandBuffer cmd) { draw_walls(cmd, image, depth, shown); });
+    coppice_occluder occluder = defaults(coppice_occluder_init);
     occluder.x_px = -shot.x_px;
     occluder.y_px = -shot.y_px;
-    const auto [with, again] = expect_same(shot, depth, in_attachments, "an image of its own", occluder, image.get());
+    const auto [with, again] = expect_same(shot, depth, in_attachments, "an image of its own", occluder, &image);
     EXPECT_EQ(again, without);
     if (!is_used()) continue;
     if (width_px == kSidePx) {
@@ -332,7 +262,7 @@ TEST_P(OccluderTest, BothEyesOfAPairHaveTheirs) {
   coppice_eye second = eye_beside(shot, 0.065, 0.0);
   second.x_px = static_cast<std::int32_t>(kSidePx);
   shot.second_eye = &second;
-  settle_view(shot);
+  pump_until_settled(shot);
   const std::array walls{Wall{{{0, 0}, {2 * kSidePx, kSidePx}}, 1.5f}, Wall{kAll, 1.5f}};
   const auto [none, all] = expect_same(shot, depth, std::span(walls).first(1), "before both eyes");
   const auto [seen, again] = expect_same(shot, depth, std::span(walls).last(1), "before one eye");

@@ -35,7 +35,7 @@ namespace coppice::bake {
 namespace occlusion_query_test {
 
 constexpr std::uint32_t kSidePx = 256;
-constexpr double kOutlineShare = 0.02;        // of an opaque leaf
+constexpr double kOutlineShare = 0.02;        // where a leaf is opaque
 constexpr double kMaskedOutlineShare = 0.05;  // its mask has an outline of its own, in texels: longer than the quad's
 constexpr double kGridOutlineShare = 0.1;     // holes all over it
 constexpr double kSlackPx = 1.0;
@@ -80,13 +80,13 @@ double outline_px(const Quad& quad, const Projection& projection) {
 /// How far two measurements of one view's areas are apart.
 struct Disagreement {
   std::uint32_t leaves_out_of_bounds = 0;
-  std::uint64_t total_px = 0;  ///< of the item buffer
+  std::uint64_t total_px = 0;  ///< what the item buffer has
   bool total_in_bounds = false;
   double total_share = 0.0;               ///< |difference of the totals| / total
   double sum_of_differences_share = 0.0;  ///< sum over leaves of |difference| / total
   double largest_over_bound = 0.0;        ///< largest |difference| as a multiple of its bound
   double background_px = 0.0;             ///< |difference|
-  double ties_px = 0.0;                   ///< of the queries: leaves in front of a pixel above one. Below 0: depths of two draws differ
+  double ties_px = 0.0;  ///< leaves that the queries have in front of a pixel above one. Below 0: depths of two draws differ
 };
 
 Disagreement compare(const Case& c, std::size_t view, const Areas& buffers, const Areas& queries) {
@@ -276,7 +276,7 @@ TEST_F(OcclusionQueryTest, TiesCountForEveryLeaf) {
   EXPECT_EQ(queries[2], buffers[2]);
 }
 
-/// Of leaves that moved and went only what that can have changed is asked again, and the result is the same.
+/// Where leaves moved and went, only what that can have changed is asked again, and the result is the same.
 TEST_F(OcclusionQueryTest, ChangedBoxesGiveWhatAllOfItGives) {
   Case c = corylus_with_cards();
   const auto queries = queries_of(c, c.views);

@@ -1,8 +1,6 @@
 // Plants that are opened without waiting, and plants in memory, through coppice.h.
 
-#include <filesystem>
 #include <initializer_list>
-#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -15,31 +13,18 @@ namespace open_test {
 
 constexpr std::uint32_t kSidePx = 96;
 constexpr const char* kPath = "plant.coppice";
-constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-constexpr coppice_placement kBeside{{0.5f, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-
-bool is_drawn(const Picture& picture) {
-  return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
-}
+const coppice_placement kHere = placement_at(), kBeside = placement_at({0.5, 0, 0});
 
 class OpenTest : public ContextTest {
  protected:
   void SetUp() override {
     ContextTest::SetUp();
-    io_.files[kPath] = plant_bytes(2000);
+    io_.files[kPath] = plant_bytes({.leaf_count = 2000, .seed = 5});
   }
   void TearDown() override {
     run_all();
     ContextTest::TearDown();
     EXPECT_EQ(io_.open_count, 0u) << "files are left open";
-  }
-
-  static std::vector<std::uint8_t> plant_bytes(std::uint32_t leaf_count) {
-    const std::string path = temporary_plant({.leaf_count = leaf_count, .seed = 5}, "open_test");
-    std::ifstream file(path, std::ios::binary);
-    std::vector<std::uint8_t> bytes(std::istreambuf_iterator<char>(file), {});
-    std::filesystem::remove(path);
-    return bytes;
   }
 
   /// Reads and jobs wait until the test says so.
@@ -73,14 +58,12 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   ASSERT_NE(plant, 0u);
   EXPECT_EQ(info(plant).state, COPPICE_PLANT_OPENING);
   EXPECT_EQ(info(plant).leaf_count, 0u);
-  coppice_instance instances[3] = {};
-  const coppice_placement placements[3] = {kHere, kHere, kHere};
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements, sizeof(coppice_placement), 3, instances), COPPICE_OK) << log_;
-  ASSERT_EQ(coppice_instances_move(context_, &instances[1], &kBeside, sizeof(coppice_placement), 1), COPPICE_OK) << log_;
+  const std::vector<coppice_instance> instances = add(plant, std::vector(3, kHere));
+  move(instances[1], kBeside);
   ASSERT_EQ(coppice_instances_remove(context_, &instances[2], 1), COPPICE_OK) << log_;
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_ERROR_INVALID_ARGUMENT) << "not ready";
   for (int i = 0; i < 8 && info(plant).state == COPPICE_PLANT_OPENING; ++i) {
-    const bool drawn = is_drawn(frame(view_));
+    const bool drawn = drawn_pixels(frame(view_)) > 0;
     const bool ready = info(plant).state == COPPICE_PLANT_READY;
     EXPECT_EQ(drawn, ready) << "frame " << i;
     EXPECT_EQ(stats().instance_count, 2u);
@@ -90,13 +73,13 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   }
   EXPECT_EQ(info(plant).state, COPPICE_PLANT_READY);
   run_all();
-  EXPECT_TRUE(is_drawn(settle(view_)));
+  EXPECT_GT(drawn_pixels(settle(view_)), 0u);
   frame(view_);
   EXPECT_EQ(view_stats().visible_instance_count, 2u);
   EXPECT_EQ(info(plant).leaf_count, 2000u);
   EXPECT_EQ(stats().source_leaf_count, 4000u);
-  EXPECT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK) << log_;
-  EXPECT_FALSE(is_drawn(frame(view_)));
+  EXPECT_EQ(coppice_instances_remove(context_, instances.data(), 2), COPPICE_OK) << log_;
+  EXPECT_EQ(drawn_pixels(frame(view_)), 0u);
 }
 
 TEST_F(OpenTest, ItLooksAsOneThatWasWaitedFor) {
@@ -105,16 +88,14 @@ TEST_F(OpenTest, ItLooksAsOneThatWasWaitedFor) {
     with.hooks.io = io_.hook();
     create(with);
     coppice_plant plant = async ? start(kPath) : open(kPath);
-    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(plant, kHere);
     for (int i = 0; i < 500 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
     const Picture settled = settle(view_);
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
     return settled;
   };
   const Picture waited = picture(false);
-  EXPECT_TRUE(is_drawn(waited));
+  EXPECT_GT(drawn_pixels(waited), 0u);
   EXPECT_EQ(picture(true).rgba, waited.rgba);
 }
 
@@ -123,8 +104,7 @@ TEST_F(OpenTest, APlantIsClosedAtAnyMomentOfItsOpening) {
   for (int frames = 0; frames < 7; ++frames) {
     io_.deferred = jobs_.deferred = true;
     const coppice_plant plant = start(kPath);
-    coppice_instance instance = 0;
-    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, &instance), COPPICE_OK) << log_;
+    const coppice_instance instance = add(plant, kHere);
     for (int i = 0; i < frames; ++i) {
       frame(view_);
       if (i + 1 < frames && i % 2 == 0) io_.answer_all();
@@ -134,7 +114,7 @@ TEST_F(OpenTest, APlantIsClosedAtAnyMomentOfItsOpening) {
     EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
     EXPECT_EQ(coppice_instances_move(context_, &instance, &kHere, sizeof(coppice_placement), 1), COPPICE_ERROR_INVALID_ARGUMENT)
         << "it went with the plant";
-    EXPECT_FALSE(is_drawn(frame(view_)));
+    EXPECT_EQ(drawn_pixels(frame(view_)), 0u);
     EXPECT_EQ(stats().instance_count, 0u);
     run_all();
     for (int i = 0; i < 4; ++i) frame(view_);
@@ -152,9 +132,7 @@ TEST_F(OpenTest, AContextIsDestroyedWhilePlantsAreOpened) {
       frame(view_);
     }
     run_all();
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
     EXPECT_EQ(io_.open_count, 0u);
   }
 }
@@ -177,14 +155,14 @@ TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
     io_.fail_offset = std::string(path) == "unread.coppice" ? 0 : UINT64_MAX;
     log_.clear();
     const coppice_plant plant = start(path);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(plant, kHere);
     for (int i = 0; i < 3000 && info(plant).state == COPPICE_PLANT_OPENING; ++i) pump(view_);
     EXPECT_EQ(info(plant).state, COPPICE_PLANT_FAILED) << path;
     EXPECT_EQ(info(plant).failure, status) << path;
     EXPECT_EQ(stats().instance_count, 0u);
     EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << log_;
     EXPECT_EQ(log_.rfind(path, 0), 0u) << log_;
-    EXPECT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(try_add(plant, std::span(&kHere, 1)), COPPICE_ERROR_INVALID_ARGUMENT);
     EXPECT_EQ(coppice_plant_reload(context_, plant, kPath), COPPICE_ERROR_INVALID_ARGUMENT);
     plants.push_back(plant);
   }
@@ -198,17 +176,18 @@ TEST_F(OpenTest, AFailureIsSaidOnceAndTheHandleStaysUntilItIsClosed) {
 }
 
 TEST_F(OpenTest, APlantInMemoryIsDrawnAndReloaded) {
-  const std::vector<std::uint8_t> first = plant_bytes(2000), second = plant_bytes(3000);
+  const std::vector<std::uint8_t> first = plant_bytes({.leaf_count = 2000, .seed = 5}),
+                                  second = plant_bytes({.leaf_count = 3000, .seed = 5});
   ContextDesc with = desc();
   with.hooks.io = io_.hook();
   create(with);
   coppice_plant plant = 0;
   ASSERT_EQ(coppice_plant_open_memory(context_, first.data(), first.size(), "pack:oak", &plant), COPPICE_OK) << log_;
-  ASSERT_EQ(coppice_instances_add(context_, plant, &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  add(plant, kHere);
   view_.lod = COPPICE_LOD_FULL;
   const auto settled_leaves = [&] {
     for (int i = 0; i < 300 && info(plant).reloading == VK_TRUE; ++i) pump(view_);
-    EXPECT_TRUE(is_drawn(settle(view_)));
+    EXPECT_GT(drawn_pixels(settle(view_)), 0u);
     return info(plant).resident_leaf_count;
   };
   EXPECT_EQ(settled_leaves(), 2000u);
@@ -227,37 +206,36 @@ TEST_F(OpenTest, APlantInMemoryIsDrawnAndReloaded) {
 
 TEST_F(OpenTest, BadMemoryIsRefusedAsAFileIs) {
   create(desc());
-  std::vector<std::uint8_t> bytes = plant_bytes(100);
+  std::vector<std::uint8_t> bytes = plant_bytes({.leaf_count = 100, .seed = 5});
   coppice_plant plant = 1;
-  const auto refused = [&](coppice_status status, std::initializer_list<std::string_view> names) {
+  const auto expect_refused = [&](coppice_status actual, coppice_status expected, std::initializer_list<std::string_view> names) {
+    EXPECT_EQ(actual, expected);
     EXPECT_TRUE(mentions(log_, names));
     log_.clear();
-    return status;
   };
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, "pack:short", &plant), {"pack:short: "}), COPPICE_ERROR_BAD_FILE);
+  const auto open_memory = [&](const void* from, std::size_t size, const char* name, coppice_plant* out) {
+    return coppice_plant_open_memory(context_, from, size, name, out);
+  };
+  const auto bad = COPPICE_ERROR_BAD_FILE, invalid = COPPICE_ERROR_INVALID_ARGUMENT;
+  expect_refused(open_memory(bytes.data(), 10, "pack:short", &plant), bad, {"pack:short: "});
   EXPECT_EQ(plant, 0u);
   bytes[0] ^= 1;
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), bytes.size(), "pack:odd", &plant), {"pack:odd: "}),
-            COPPICE_ERROR_BAD_FILE);
+  expect_refused(open_memory(bytes.data(), bytes.size(), "pack:odd", &plant), bad, {"pack:odd: "});
   bytes[0] ^= 1;
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, nullptr, 10, "pack", &plant), {": bytes", "null"}), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 0, "pack", &plant), {": size", "0"}), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, nullptr, &plant), {": name", "null"}),
-            COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(refused(coppice_plant_open_memory(context_, bytes.data(), 10, "pack", nullptr), {": plant", "null"}),
-            COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(refused(coppice_plant_open_async(context_, nullptr, &plant), {": path", "null"}), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(refused(coppice_plant_open_async(context_, "a", nullptr), {": plant", "null"}), COPPICE_ERROR_INVALID_ARGUMENT);
+  expect_refused(open_memory(nullptr, 10, "pack", &plant), invalid, {": bytes", "null"});
+  expect_refused(open_memory(bytes.data(), 0, "pack", &plant), invalid, {": size", "0"});
+  expect_refused(open_memory(bytes.data(), 10, nullptr, &plant), invalid, {": name", "null"});
+  expect_refused(open_memory(bytes.data(), 10, "pack", nullptr), invalid, {": plant", "null"});
+  expect_refused(coppice_plant_open_async(context_, nullptr, &plant), invalid, {": path", "null"});
+  expect_refused(coppice_plant_open_async(context_, "a", nullptr), invalid, {": plant", "null"});
   for (const coppice_status status :
        {coppice_plant_open_async(nullptr, "a", &plant), coppice_plant_open_memory(nullptr, "a", 1, "a", &plant),
         coppice_plant_reload_memory(nullptr, plant, "a", 1, "a")})
-    EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT);
-  ASSERT_EQ(coppice_plant_open_memory(context_, bytes.data(), bytes.size(), "pack:good", &plant), COPPICE_OK) << log_;
-  EXPECT_EQ(refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 10, "pack:short"), {"pack:short: "}),
-            COPPICE_ERROR_BAD_FILE);
+    EXPECT_EQ(status, invalid);
+  ASSERT_EQ(open_memory(bytes.data(), bytes.size(), "pack:good", &plant), COPPICE_OK) << log_;
+  expect_refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 10, "pack:short"), bad, {"pack:short: "});
   EXPECT_EQ(info(plant).reloading, VK_FALSE);
-  EXPECT_EQ(refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 0, "pack"), {": size", "0"}),
-            COPPICE_ERROR_INVALID_ARGUMENT);
+  expect_refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 0, "pack"), invalid, {": size", "0"});
 }
 
 }  // namespace open_test

@@ -1,22 +1,20 @@
 // What a context tells Vulkan where its commands go to queues of several families. Software drivers have one family, so this looks at the
 // calls: what is created is shared, barriers name no stage that a queue for compute or for transfers lacks, and the picture stays the same.
 
-#include <cstring>
-#include <filesystem>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "context_fixture.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace queue_families_test {
 
 /// What the library has asked for.
 struct Asked {
-  std::vector<VkSharingMode> modes;                  ///< of buffers and images
+  std::vector<VkSharingMode> modes;                  ///< what buffers and images were created with
   std::vector<std::vector<std::uint32_t>> families;  ///< likewise
-  std::set<VkPipelineStageFlags2> stages;            ///< of barriers
+  std::set<VkPipelineStageFlags2> stages;            ///< what barriers name
 };
 
 Asked& asked() {
@@ -55,18 +53,6 @@ VKAPI_ATTR void VKAPI_CALL pipeline_barrier(VkCommandBuffer cmd, const VkDepende
   vkCmdPipelineBarrier2(cmd, info);
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-  if (std::strcmp(name, "vkCreateBuffer") == 0) return reinterpret_cast<PFN_vkVoidFunction>(create_buffer);
-  if (std::strcmp(name, "vkCreateImage") == 0) return reinterpret_cast<PFN_vkVoidFunction>(create_image);
-  if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return reinterpret_cast<PFN_vkVoidFunction>(pipeline_barrier);
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(device_function);
-  return vkGetInstanceProcAddr(instance, name);
-}
-
 class QueueFamiliesTest : public ContextTest {
  protected:
   /// A frame of one plant by a context of its own.
@@ -74,21 +60,15 @@ class QueueFamiliesTest : public ContextTest {
     asked() = {};
     ContextDesc with = desc();
     with.compute_raster = VK_TRUE;
-    with.get_instance_proc_addr = instance_function;
+    replace_functions(with, {replacing("vkCreateBuffer", create_buffer), replacing("vkCreateImage", create_image),
+                             replacing("vkCmdPipelineBarrier2", pipeline_barrier)});
     with.queue_family_count = static_cast<std::uint32_t>(families.size());
     std::ranges::copy(families, with.queue_families);
     create(with);
-    const std::string path = temporary_plant({.leaf_count = 600, .seed = 4}, "queue_families_test");
-    const coppice_plant plant = open(path);
-    coppice_placement placement;
-    coppice_placement_init(&placement);
-    EXPECT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+    add(open_random({.leaf_count = 600, .seed = 4}), placement_at());
     Picture picture = settle(make_view({.width_px = 96, .height_px = 96}));
     EXPECT_EQ(log_, "");
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
-    std::filesystem::remove(path);
+    destroy();
     return picture;
   }
 };

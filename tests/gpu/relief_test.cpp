@@ -1,5 +1,7 @@
 // Wood and leaf meshes with a normal map, lit from four sides; under validation.
 
+#include <algorithm>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -57,22 +59,20 @@ int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_no
     for (bake::Material& material : plant.materials) material.normal_map = static_cast<std::uint32_t>(plant.images.size());
     plant.images.push_back(flat_map(*map_normal));
   }
+  coppice_placement placement = placement_at();
+  if (mirrored) {
+    placement.scale = -1.0f;
+    std::ranges::copy(std::array{1.0f, 0.0f, 0.0f, 0.0f}, placement.rotation);
+  }
   RendererScene scene(gpu, 64);
-  scene.place(scene.add_plant(decoded_plant(plant)), {{{0.0f, 0.0f, 0.0f},
-                                                       mirrored ? -1.0f : 1.0f,
-                                                       {mirrored ? 1.0f : 0.0f, 0.0f, 0.0f, mirrored ? 0.0f : 1.0f},
-                                                       {1, 1, 1},
-                                                       0,
-                                                       COPPICE_ALL_LAYERS,
-                                                       0,
-                                                       1}});
+  scene.place(scene.add_plant(decoded_plant(plant)), {placement});
   Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
   view.error_px = 0.01f;
-  for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];
+  std::copy_n(&sun.x, 3, view.light.sun_direction);
   return scene.draw(view).picture.at(kSidePx / 2, kSidePx / 2)[1];
 }
 
-TEST_F(ReliefTest, OfAMirroredPlantItIsMirrored) {
+TEST_F(ReliefTest, AMirroredPlantHasItMirrored) {
   const glm::vec3 from_right(0.8f, 0.0f, 0.6f), from_left(-0.8f, 0.0f, 0.6f), right(0.6f, 0.0f, 0.8f);
   for (const Surface surface : {Surface::wood, Surface::leaf})
     for (const glm::vec3* map_normal : {static_cast<const glm::vec3*>(nullptr), &right})

@@ -1,13 +1,9 @@
 // Views of engines with classic render passes: each attachment is what dynamic rendering draws, to the byte.
 
 #include <array>
-#include <cstring>
 #include <memory>
 #include <string>
 
-#include <glm/glm.hpp>
-
-#include "cleared_rendering.h"
 #include "path_fixture.h"
 #include "render_pass.h"
 
@@ -59,26 +55,21 @@ ClassicPassDesc pass_desc(const Case& of, bool clears) {
 class RenderPassTest : public PathTest<ContextTest> {
  protected:
   void TearDown() override {
-    coppice_context_destroy(context_);  // before the passes
-    context_ = nullptr;
+    destroy();  // before the passes
     passes_.clear();
     PathTest::TearDown();
   }
 
   void place_rows() {
     for (int i = 0; i < 40; ++i) {
-      coppice_placement placement;
-      coppice_placement_init(&placement);
-      placement.position[0] = 2.2 * (i % 8) - 7.7;
-      placement.position[2] = -3.0 * (i / 8);
+      coppice_placement placement = placement_at({2.2 * (i % 8) - 7.7, 0.0, -3.0 * (i / 8)});
       placement.user_data = 0x01020304u * static_cast<std::uint32_t>(i + 1);
-      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+      add(plant_, placement);
     }
   }
 
   coppice_view create_case_view(const Case& of, VkRenderPass pass) {
-    coppice_vulkan_view_desc formats;
-    coppice_vulkan_view_desc_init(&formats);
+    auto formats = defaults(coppice_vulkan_view_desc_init);
     formats.depth_format = VK_FORMAT_D32_SFLOAT;
     formats.render_pass = pass;
     formats.subpass = pass == VK_NULL_HANDLE ? 0 : of.subpass;
@@ -109,10 +100,10 @@ class RenderPassTest : public PathTest<ContextTest> {
     std::size_t next = 0;
     for (const Color& color : of.colors) {
       if (color.content == COPPICE_CONTENT_NONE) continue;
-      const auto bytes = read_attachment(gpu(), *target.colors[next++], color.pixel_bytes);
+      const auto bytes = read_bytes(gpu(), *target.colors[next++], color.pixel_bytes);
       all.insert(all.end(), bytes.begin(), bytes.end());
     }
-    const auto depth = read_attachment(gpu(), target.depth, sizeof(float));
+    const auto depth = read_bytes(gpu(), target.depth, sizeof(float));
     all.insert(all.end(), depth.begin(), depth.end());
     return all;
   }
@@ -122,9 +113,7 @@ class RenderPassTest : public PathTest<ContextTest> {
     for (const Color& color : of.colors) formats.push_back(color.format);
     PassTarget target(gpu(), kSidePx, formats);
     draw(
-        shot,
-        [&](VkCommandBuffer cmd) { begin_cleared(cmd, target.colors, target.depth, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL); },
-        vkCmdEndRendering);
+        shot, [&](VkCommandBuffer cmd) { target.begin_cleared(cmd); }, vkCmdEndRendering);
     // Without the attachments that nothing is drawn to.
     for (std::size_t i = of.colors.size(); i-- > 0;)
       if (of.colors[i].content == COPPICE_CONTENT_NONE) target.colors.erase(target.colors.begin() + static_cast<std::ptrdiff_t>(i));
@@ -147,7 +136,7 @@ TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
       const std::array views{dynamic, classic};
       for (const coppice_view view : views) {
         shot.view = view;
-        for (int i = 0; i < 400 && (i < 3 || !is_settled(view)); ++i) pump(shot);
+        pump_until_settled(shot);
       }
       shot.view = dynamic;
       pump(shot);

@@ -34,7 +34,7 @@ class RendererTest : public VulkanTest {
 };
 
 coppice_placement at(float x, float z) {
-  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  return placement_at({x, 0.0f, z});
 }
 
 Shot front_view() {

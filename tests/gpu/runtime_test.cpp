@@ -26,18 +26,11 @@ namespace runtime_test {
 constexpr std::uint32_t kSidePx = 128;
 
 coppice_placement at(float x, float z) {
-  return {{x, 0.0f, z}, 1.0f, {0.0f, 0.0f, 0.0f, 1.0f}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  return placement_at({x, 0.0f, z});
 }
 
 Shot front_view() {
   return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-}
-
-std::size_t drawn_pixels(const Picture& picture) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    count += picture.rgba[i] != 255 || picture.rgba[i + 1] != 255 || picture.rgba[i + 2] != 255;
-  return count;
 }
 
 class RuntimeTest : public ContextTest {
@@ -52,14 +45,19 @@ class RuntimeTest : public ContextTest {
     ContextTest::TearDown();
   }
 
+  /// A context, and the plant before its camera.
+  coppice_plant create_planted(const ContextDesc& with) {
+    create(with);
+    const coppice_plant plant = open(plant_path_);
+    add(plant, at(0.0f, 0.0f));
+    return plant;
+  }
+
   std::string plant_path_;
 };
 
 TEST_F(RuntimeTest, StreamsInAndDraws) {
-  create(desc());
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
+  const coppice_plant plant = create_planted(desc());
 
   Shot view = front_view();
   EXPECT_GT(drawn_pixels(frame(view)), 100u) << "the first frame already shows the plant";
@@ -91,10 +89,7 @@ TEST_F(RuntimeTest, TheBoxHoldsLeavesAndTheCoarsestWood) {
 }
 
 TEST_F(RuntimeTest, CutsFollowTheThreshold) {
-  create(desc());
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  create_planted(desc());
   Shot view = front_view();
   std::uint64_t finer = ~std::uint64_t{0};
   for (const float error_px : {0.01f, 0.3f, 1.0f, 1000.0f}) {
@@ -115,7 +110,7 @@ TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
     const coppice_plant plant = open(plant_path_);
     std::vector<coppice_placement> placements;
     for (int i = 0; i < 60; ++i) placements.push_back(at(static_cast<float>(i % 6) - 2.5f, -0.5f * static_cast<float>(i)));
-    ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 60, nullptr), COPPICE_OK);
+    add(plant, placements);
     Shot view = front_view();
     view.error_px = 0.5f;
     settle(view);
@@ -132,9 +127,7 @@ TEST_F(RuntimeTest, ALeafBudgetMakesAllPlantsCoarser) {
     view.leaf_budget = 0;
     frame(view);
     EXPECT_EQ(view_stats().threshold_px, 0.5f);
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
   }
 }
 
@@ -146,8 +139,7 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
     const int row = i / 20, column = i % 20;
     placements.push_back(at(static_cast<float>(column - 10), static_cast<float>(-row)));
   }
-  std::vector<coppice_instance> handles(placements.size());
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 200, handles.data()), COPPICE_OK);
+  const std::vector<coppice_instance> handles = add(plant, placements);
   const Shot view = front_view();
   settle(view);
   frame(view);
@@ -156,15 +148,14 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
   EXPECT_LT(visible, 200u) << "those at the sides are culled";
 
   const coppice_placement behind = at(0.0f, 50.0f);
-  for (const coppice_instance handle : handles)
-    ASSERT_EQ(coppice_instances_move(context_, &handle, &behind, sizeof(coppice_placement), 1), COPPICE_OK);
+  for (const coppice_instance handle : handles) move(handle, behind);
   frame(view);
   EXPECT_EQ(drawn_pixels(frame(view)), 0u);
   EXPECT_EQ(view_stats().visible_instance_count, 0u);
 
   ASSERT_EQ(coppice_instances_remove(context_, handles.data(), 150), COPPICE_OK);
   EXPECT_EQ(coppice_instances_remove(context_, handles.data(), 1), COPPICE_ERROR_INVALID_ARGUMENT) << "a handle is dead once removed";
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  add(plant, placements[0]);
   EXPECT_EQ(coppice_instances_move(context_, &handles[149], &behind, sizeof(coppice_placement), 1), COPPICE_ERROR_INVALID_ARGUMENT)
       << "its slot now belongs to another";
   EXPECT_EQ(stats().instance_count, 51u);
@@ -173,10 +164,9 @@ TEST_F(RuntimeTest, InstancesComeMoveAndGo) {
 TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
   create(desc());
   const Shot view = front_view();
-  const coppice_placement placement = at(0.0f, 0.0f);
   for (int round = 0; round < 3; ++round) {
     const coppice_plant plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(plant, at(0.0f, 0.0f));
     EXPECT_GT(drawn_pixels(settle(view)), 100u) << round;
     ASSERT_EQ(coppice_plant_close(context_, plant), COPPICE_OK);
     EXPECT_EQ(coppice_plant_close(context_, plant), COPPICE_ERROR_INVALID_ARGUMENT);
@@ -188,10 +178,7 @@ TEST_F(RuntimeTest, APlantCanBeClosedAndOpenedAgain) {
 TEST_F(RuntimeTest, ASmallBudgetDrawsCoarser) {
   ContextDesc small = desc();
   small.memory_budget_bytes = 11ull << 20;  // a little more than the fixed buffers
-  create(small);
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  create_planted(small);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   for (int i = 0; i < 60; ++i) {
@@ -207,10 +194,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
   ContextDesc with = desc();
   with.compute_raster = VK_TRUE;
   with.hooks.jobs = jobs.hook();
-  create(with);
-  coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  coppice_plant plant = create_planted(with);
   Shot view = front_view();
   view.error_px = 1e-4f;
   for (int i = 0; i < 200 && info(plant).resident_leaf_count < 3000; ++i) {
@@ -233,7 +217,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
     coppice_plant_close(context_, plant);
     for (int j = 0; j < 4; ++j) frame(view);
     plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(plant, at(0.0f, 0.0f));
     for (int j = 0; j < 30 + i && (jobs.waiting.empty() || info(plant).resident_leaf_count < 3000); ++j) {
       jobs.run_all();
       frame(view);
@@ -246,8 +230,7 @@ TEST_F(RuntimeTest, LeavesAreSortedByJobs) {
   }
   frame(view);
   EXPECT_EQ(view_stats().drawn_leaf_count, 3000u);
-  jobs.deferred = false;
-  jobs.run_all();
+  jobs.finish();
 }
 
 /// With lists, draw commands, a larger picture, plants and instances that come at any time: counted by who gives the memory.
@@ -272,9 +255,7 @@ TEST_F(RuntimeTest, TheBudgetHoldsWhateverGrows) {
     coppice_plant plant = 0;
     if (!arrivals.empty() && i >= arrivals.back().frame &&
         coppice_plant_open(context_, arrivals.back().path->c_str(), &plant) == COPPICE_OK) {
-      const std::vector<coppice_placement> placements(arrivals.back().count, at(static_cast<float>(arrivals.size()) - 2.5f, 0.0f));
-      const auto count = static_cast<std::uint32_t>(placements.size());
-      ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), count, nullptr), COPPICE_OK);
+      add(plant, std::vector(arrivals.back().count, at(static_cast<float>(arrivals.size()) - 2.5f, 0.0f)));
       arrivals.pop_back();
     }
     Shot view = make_view(
@@ -306,8 +287,7 @@ TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNo
   std::vector<coppice_plant> plants;
   for (int i = 0; i < 200; ++i) {
     plants.push_back(open(i % 2 == 0 ? plant_path_ : mesh_path));
-    const coppice_placement placement = at(0.5f * static_cast<float>(i % 20) - 5.0f, -0.5f * static_cast<float>(i / 20));
-    ASSERT_EQ(coppice_instances_add(context_, plants.back(), &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(plants.back(), at(0.5f * static_cast<float>(i % 20) - 5.0f, -0.5f * static_cast<float>(i / 20)));
   }
   Shot view = front_view();
   view.error_px = 0.01f;
@@ -329,8 +309,7 @@ TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNo
   pump_until_settled();
   EXPECT_LE(memory.live_count, of_creation + 15)
       << "one empty block, and what grew: two by instance, four by plant, six of the rasteriser, its picture and tiles";
-  coppice_context_destroy(context_);
-  context_ = nullptr;
+  destroy();
   EXPECT_EQ(memory.live_count, 0u);
   EXPECT_EQ(memory.misuse, "");
   std::filesystem::remove(mesh_path);
@@ -339,9 +318,7 @@ TEST_F(RuntimeTest, TwoHundredPlantsTakeFewBlocksOfDeviceMemoryAndAStillCameraNo
 TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
   create(desc());
   const coppice_plant plant = open(plant_path_);
-  const coppice_placement placements[2] = {at(0.0f, 0.0f), at(0.5f, 0.0f)};
-  coppice_instance instances[2] = {};
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements, sizeof(coppice_placement), 2, instances), COPPICE_OK);
+  const std::vector<coppice_instance> instances = add(plant, std::array{at(0.0f, 0.0f), at(0.5f, 0.0f)});
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   settle(view);
@@ -361,18 +338,14 @@ TEST_F(RuntimeTest, AReloadShowsTheNewFileAndKeepsTheInstances) {
     EXPECT_EQ(view_stats().drawn_leaf_count, 2 * leaf_count);
   }
   EXPECT_EQ(stats().instance_count, 2u);
-  EXPECT_EQ(coppice_instances_move(context_, &instances[1], &placements[0], sizeof(coppice_placement), 1), COPPICE_OK)
-      << "handles are what they were";
-  ASSERT_EQ(coppice_instances_remove(context_, instances, 2), COPPICE_OK);
+  move(instances[1], at(0.0f, 0.0f));
+  ASSERT_EQ(coppice_instances_remove(context_, instances.data(), 2), COPPICE_OK) << "handles are what they were";
   frame(view);
   EXPECT_EQ(drawn_pixels(frame(view)), 0u);
 }
 
 TEST_F(RuntimeTest, AReloadThatFailsLeavesThePlantAsItWas) {
-  create(desc());
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  const coppice_plant plant = create_planted(desc());
   const Shot view = front_view();
   settle(view);
   const std::string text = plant_path_ + ".text";
@@ -400,7 +373,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   const coppice_plant plant = open(plant_path_);
   std::vector<coppice_placement> placements(20000, at(0.0f, 400.0f));
   placements[0] = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 20000, nullptr), COPPICE_OK) << log_;
+  add(plant, placements);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   settle(view);
@@ -408,7 +381,7 @@ TEST_F(RuntimeTest, InstancesThatCouldNotBeDrawnAreRefusedAndTheOthersAreDrawn) 
   ASSERT_EQ(coppice_set_memory_budget(context_, budget), COPPICE_OK);
   coppice_status status = COPPICE_OK;
   for (int i = 0; i < 19 && status == COPPICE_OK; ++i) {
-    status = coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement), 20000, nullptr);
+    status = try_add(plant, placements);
     EXPECT_GT(drawn_pixels(frame(view)), 100u) << i;
     EXPECT_LE(stats().memory_bytes, budget) << i;
   }
@@ -425,11 +398,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
   ContextDesc tight = desc();
   tight.memory_budget_bytes = 14'000'000;
   create(tight);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  for (int i = 0; i < 6; ++i) {  // 36 pages; a block of the pool holds 16
-    const coppice_plant plant = open(plant_path_);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
-  }
+  for (int i = 0; i < 6; ++i) add(open(plant_path_), at(0.0f, 0.0f));  // 36 pages; a block of the pool holds 16
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   for (std::uint64_t budget = 11'800'000; budget <= 12'900'000; budget += 100'000) {
@@ -447,10 +416,7 @@ TEST_F(RuntimeTest, AStillCameraStopsLoadingAndEvicting) {
 TEST_F(RuntimeTest, WithNextToNoTimeAChunkAFrameIsUploadedAfterThePinnedOnes) {
   ContextDesc hurried = desc();
   hurried.streaming_ms = 1e-6f;
-  create(hurried);
-  const coppice_plant plant = open(plant_path_);
-  const coppice_placement placement = at(0.0f, 0.0f);
-  ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+  const coppice_plant plant = create_planted(hurried);
   Shot view = front_view();
   view.lod = COPPICE_LOD_FULL;
   pump(view);  // what every plant is drawn from is uploaded at once, whatever the time
@@ -480,17 +446,13 @@ TEST_F(RuntimeTest, BlockTexturesLookAlikeReadByTheGpuAndDecoded) {
     ContextDesc with = desc();
     with.texture_compression_bc = way.blocks_on_gpu;
     create(with);
-    const coppice_plant plant = open(path);
-    const coppice_placement placement = at(0.0f, 0.0f);
-    ASSERT_EQ(coppice_instances_add(context_, plant, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK);
+    add(open(path), at(0.0f, 0.0f));
     Shot view = front_view();
     view.lod = COPPICE_LOD_FULL;
     way.picture = settle(view);
     way.bytes = stats().memory_bytes;
     EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].failed, 0u) << log_;
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
     std::filesystem::remove(path);
   }
   const auto mean_difference = [](const Picture& a, const Picture& b) {
@@ -527,34 +489,14 @@ TEST_F(RuntimeTest, AFrameIsRecordedInOrder) {
   EXPECT_TRUE(mentions(log_, {"coppice_record_cull", "coppice_record_draw", "coppice_record_upload"}));
 }
 
-TEST_F(RuntimeTest, WrongArgumentsAreRefused) {
-  ContextDesc wrong = desc();
-  wrong.streaming_ms = 0.0f;
-  EXPECT_EQ(create_context(wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_TRUE(mentions(log_, {"streaming_ms"}));
-  wrong = desc();
-  wrong.prefetch_frames = -1.0f;
-  EXPECT_EQ(create_context(wrong, &context_), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_TRUE(mentions(log_, {"prefetch_frames"}));
-  wrong = desc();
+TEST_F(RuntimeTest, AFileThatIsNotThereIsNamedOnceAndThereIsRoomForSoManyInstances) {
   create(desc());
-  log_.clear();
   coppice_plant plant = 0;
   EXPECT_EQ(coppice_plant_open(context_, "/nonexistent/plant.coppice", &plant), COPPICE_ERROR_IO);
   EXPECT_EQ(plant, 0u);
   EXPECT_TRUE(mentions(log_, {"/nonexistent/plant.coppice"}));
   EXPECT_EQ(std::ranges::count(log_, '\n'), 1) << "one line for each error\n" << log_;
-  Shot view = front_view();
-  view.error_px = 0.0f;
-  EXPECT_EQ(try_begin({&view, 1}), COPPICE_ERROR_INVALID_ARGUMENT);
-  ASSERT_EQ(coppice_plant_open(context_, plant_path_.c_str(), &plant), COPPICE_OK) << log_;
-  coppice_placement flat = at(0.0f, 0.0f);
-  flat.scale = 0.0f;
-  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
-  flat.scale = 1e38f;
-  EXPECT_EQ(coppice_instances_add(context_, plant, &flat, sizeof(coppice_placement), 1, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
-  const std::vector<coppice_placement> too_many(4097, at(0.0f, 0.0f));
-  EXPECT_EQ(coppice_instances_add(context_, plant, too_many.data(), sizeof(coppice_placement), 4097, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);
+  EXPECT_EQ(try_add(open(plant_path_), std::vector(4097, at(0.0f, 0.0f))), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_EQ(stats().instance_count, 0u);
 }
 

@@ -19,9 +19,8 @@ using SceneRuntimeTest = SceneContextTest;
 
 TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
   create(16384, true);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
-  coppice_scene_info info;
-  coppice_scene_info_init(&info);
+  open_scene();
+  auto info = defaults(coppice_scene_info_init);
   ASSERT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_OK);
   EXPECT_EQ(info.instance_count, kPlants);
   EXPECT_EQ(info.species_count, 2u);
@@ -48,7 +47,7 @@ TEST_F(SceneRuntimeTest, TilesStreamInAreDrawnAndGo) {
 
 TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
   create(3000, false);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  open_scene();
   const coppice_stats stats = settle(view_from(0, 2, 0));
   EXPECT_GT(stats.scene_threshold_px, 1.0f);
   EXPECT_LE(stats.instance_count, 3000u);
@@ -59,9 +58,8 @@ TEST_F(SceneRuntimeTest, WhereNotAllFitTheThresholdRises) {
 
 TEST_F(SceneRuntimeTest, APlantOfTheSceneIsReloadedWhereItStands) {
   create(16384, true);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
-  coppice_scene_plant_info plant;
-  coppice_scene_plant_info_init(&plant);
+  open_scene();
+  auto plant = defaults(coppice_scene_plant_info_init);
   ASSERT_EQ(coppice_scene_get_plant(context_, scene_, 1, &plant), COPPICE_OK);
   EXPECT_EQ(plant.path, folder_ / "plant2.coppice");
   EXPECT_EQ(plant.plant, 0u) << "nothing has wanted it yet";
@@ -100,7 +98,7 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
     plants[i].position_m = {static_cast<float>(i % 20), 0.0f, -static_cast<float>(i) / 20.0f};
     plants[i].species = static_cast<std::uint16_t>(i % 4);
   }
-  write_bytes(scene, *bake::encode_scene(species({"plant1.coppice", "fifo.coppice", "../plant1.coppice", "link.coppice"}), plants));
+  write_file(scene, *bake::encode_scene(species({"plant1.coppice", "fifo.coppice", "../plant1.coppice", "link.coppice"}), plants));
   const std::string root = folder_.string();
   struct Case {
     const char* asset_root;
@@ -119,9 +117,7 @@ TEST_F(SceneRuntimeTest, WhatIsNoPlantOrNotInTheFolderIsLeftOutEachWithALine) {
     EXPECT_EQ(stats.instance_count, 100 * (4 - allowed.failed)) << log_;
     EXPECT_EQ(std::ranges::count(log_, '\n'), static_cast<std::ptrdiff_t>(allowed.failed)) << log_;
     EXPECT_EQ(lines_that_name(log_, "fifo.coppice"), 1u) << log_;
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
   }
 }
 
@@ -130,11 +126,10 @@ TEST_F(SceneRuntimeTest, ASceneStandsWhereItIsPlacedAndMoves) {
   create(16384, true);
   Shot view = view_from(0, 6, 0);
   std::copy_n(std::array{0.0f, 1.0f, 0.0f}.data(), 3, view.light.sun_direction);  // which does not turn with it
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  open_scene();
   const coppice_stats there = settle(view);
   const Picture plain = ContextTest::frame(view);
-  coppice_scene_placement placement;
-  coppice_scene_placement_init(&placement);
+  auto placement = defaults(coppice_scene_placement_init);
   // A quarter turn about +y: what lay towards -z lies towards -x.
   placement.rotation[1] = placement.rotation[3] = std::sqrt(0.5f);
   std::copy_n(std::array{40000.0, 100.0, -7000.0}.data(), 3, placement.position);
@@ -160,10 +155,9 @@ TEST_F(SceneRuntimeTest, ASceneStandsWhereItIsPlacedAndMoves) {
 
 TEST_F(SceneRuntimeTest, SeveralScenesStandSideBySide) {
   create(65536, false);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  open_scene();
   const coppice_stats one = settle(view_from(0, 2, 0));
-  coppice_scene_placement aside;
-  coppice_scene_placement_init(&aside);
+  auto aside = defaults(coppice_scene_placement_init);
   aside.position[0] = 50000.0;
   coppice_scene second = 0;
   ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), &aside, &second), COPPICE_OK) << log_;
@@ -187,7 +181,7 @@ TEST_F(SceneRuntimeTest, WrongFilesAreRefused) {
   EXPECT_EQ(std::ranges::count(log_, '\n'), 2) << log_;
   EXPECT_EQ(scene_, 0u);
   EXPECT_EQ(coppice_scene_open(context_, nullptr, nullptr, &scene_), COPPICE_ERROR_INVALID_ARGUMENT);
-  ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
+  open_scene();
   coppice_scene_info info{};
   EXPECT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_ERROR_INVALID_ARGUMENT) << "struct_size";
   frame(view_from(0, 2, 0));

@@ -24,8 +24,6 @@ auto key_of(const coppice_scene_tree& tree) {
 
 class SceneTreesTest : public SceneContextTest {
  protected:
-  void open_scene() { ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_; }
-
   /// Trees in the square box about a place on the ground; missing: tiles
   std::vector<coppice_scene_tree> trees_near(double x, double z, double reach_m, std::uint32_t* missing = nullptr) {
     const double low[3] = {x - reach_m, -1000.0, z - reach_m}, high[3] = {x + reach_m, 1000.0, z + reach_m};
@@ -38,8 +36,7 @@ class SceneTreesTest : public SceneContextTest {
   }
 
   coppice_tree_info tree_info(const coppice_scene_tree& tree) {
-    coppice_tree_info info;
-    coppice_tree_info_init(&info);
+    auto info = defaults(coppice_tree_info_init);
     EXPECT_EQ(coppice_scene_get_tree(context_, &tree, &info), COPPICE_OK) << log_;
     return info;
   }
@@ -51,6 +48,12 @@ class SceneTreesTest : public SceneContextTest {
     return view;
   }
   static Shot far_view() { return view_from(0, 2, 50000); }
+
+  /// What is drawn once all of the view is there, against a picture of it.
+  double changed_share(const Shot& view, const Picture& picture, std::uint32_t channel_delta = 8) {
+    settle(view);
+    return compare_pictures(ContextTest::frame(view), picture, channel_delta).differing_share;
+  }
 
   /// All of the scene goes.
   void go_away() {
@@ -67,15 +70,13 @@ TEST_F(SceneTreesTest, AFelledTreeIsGoneWhenItsTileComesBackAndStandsOnceRestore
   const Picture whole = ContextTest::frame(view);
 
   // Whoever looks at a tree picks it.
-  coppice_ray ray;
-  coppice_ray_init(&ray);
+  auto ray = defaults(coppice_ray_init);
   const double from[3] = {0, 5, -17};
   std::ranges::copy(from, ray.origin);
   ray.direction[1] = -5.0f / std::hypot(5.0f, 2.0f);
   ray.direction[2] = -2.0f / std::hypot(5.0f, 2.0f);
   ray.boxes = COPPICE_TRUE;
-  coppice_hit hit;
-  coppice_hit_init(&hit);
+  auto hit = defaults(coppice_hit_init);
   ASSERT_EQ(coppice_pick(context_, &ray, &hit), COPPICE_OK) << log_;
   ASSERT_EQ(hit.kind, COPPICE_HIT_BOX);
   EXPECT_EQ(hit.instance, 0u);
@@ -90,8 +91,7 @@ TEST_F(SceneTreesTest, AFelledTreeIsGoneWhenItsTileComesBackAndStandsOnceRestore
   settle(view);
   const Picture without = ContextTest::frame(view);
   EXPECT_GT(compare_pictures(without, whole, 40).differing_share, 0.005) << "it is not drawn";
-  coppice_hit behind;
-  coppice_hit_init(&behind);
+  auto behind = defaults(coppice_hit_init);
   ASSERT_EQ(coppice_pick(context_, &ray, &behind), COPPICE_OK) << log_;
   EXPECT_NE(key_of(behind.tree), key_of(felled)) << "nor picked";
   EXPECT_EQ(tree_info(felled).state, COPPICE_TREE_HIDDEN);
@@ -101,16 +101,13 @@ TEST_F(SceneTreesTest, AFelledTreeIsGoneWhenItsTileComesBackAndStandsOnceRestore
   go_away();
   EXPECT_EQ(tree_info(felled).resident, COPPICE_FALSE);
   EXPECT_EQ(tree_info(felled).state, COPPICE_TREE_HIDDEN);
-  const coppice_stats back = settle(view);
-  EXPECT_EQ(back.instance_count, before.instance_count) << "a hidden one still has its place";
-  EXPECT_LT(compare_pictures(ContextTest::frame(view), without, 8).differing_share, 0.002) << "and is still felled";
+  EXPECT_EQ(settle(view).instance_count, before.instance_count) << "a hidden one still has its place";
+  EXPECT_LT(changed_share(view, without), 0.002) << "and is still felled";
 
   ASSERT_EQ(coppice_scene_restore(context_, &felled, 1), COPPICE_OK) << log_;
-  settle(view);
-  EXPECT_LT(compare_pictures(ContextTest::frame(view), whole, 8).differing_share, 0.002);
+  EXPECT_LT(changed_share(view, whole), 0.002);
   go_away();
-  settle(view);
-  EXPECT_LT(compare_pictures(ContextTest::frame(view), whole, 8).differing_share, 0.002);
+  EXPECT_LT(changed_share(view, whole), 0.002);
   EXPECT_EQ(log_, "");
 }
 
@@ -143,8 +140,7 @@ TEST_F(SceneTreesTest, AnotherPlantStandsInPlaceOfATreeAndComesAndGoesWithIt) {
   EXPECT_EQ(tree_info(trees[0]).state, COPPICE_TREE_REPLACED);
   EXPECT_EQ(tree_info(trees[0]).placement.user_data, 5u);
   go_away();
-  settle(view);
-  EXPECT_LT(compare_pictures(ContextTest::frame(view), replaced, 8).differing_share, 0.002) << "they come back as they were";
+  EXPECT_LT(changed_share(view, replaced), 0.002) << "they come back as they were";
 
   // Its own plant, bare: autumn.
   for (coppice_placement& placement : placements) placement.leaf_share = 0.0f;
@@ -159,8 +155,7 @@ TEST_F(SceneTreesTest, AnotherPlantStandsInPlaceOfATreeAndComesAndGoesWithIt) {
   go_away();
   settle(view);
   ASSERT_EQ(coppice_scene_restore(context_, trees.data(), static_cast<std::uint32_t>(trees.size())), COPPICE_OK) << log_;
-  settle(view);
-  EXPECT_LT(compare_pictures(ContextTest::frame(view), whole, 8).differing_share, 0.002);
+  EXPECT_LT(changed_share(view, whole), 0.002);
   EXPECT_EQ(log_, "");
 }
 
@@ -193,8 +188,7 @@ TEST_F(SceneTreesTest, ABoxHasTheTreesThatStandInIt) {
   // Where the scene is moved to, there they stand; what was changed moves along.
   const coppice_scene_tree hidden = trees_near(20, -30, 4.8)[0];
   ASSERT_EQ(coppice_scene_hide(context_, &hidden, 1), COPPICE_OK);
-  coppice_scene_placement moved;
-  coppice_scene_placement_init(&moved);
+  auto moved = defaults(coppice_scene_placement_init);
   moved.position[0] = 7000.0;
   moved.rotation[1] = moved.rotation[3] = std::sqrt(0.5f);  // what lay towards -z lies towards -x
   ASSERT_EQ(coppice_scene_move(context_, scene_, &moved), COPPICE_OK);
@@ -212,8 +206,7 @@ TEST_F(SceneTreesTest, ABoxHasTheTreesThatStandInIt) {
 TEST_F(SceneTreesTest, TreesAreChangedWhileTheyAreNotThere) {
   create(16384, false);
   open_scene();
-  coppice_scene_info info;
-  coppice_scene_info_init(&info);
+  auto info = defaults(coppice_scene_info_init);
   ASSERT_EQ(coppice_scene_get_info(context_, scene_, &info), COPPICE_OK);
   const coppice_stats before = settle(view_from(0, 2, 0));
   const std::uint32_t visible = view_stats().visible_instance_count;
@@ -262,8 +255,7 @@ TEST_F(SceneTreesTest, ATreeThatGrowsUpIsReplacedAtItsFullSize) {
     usleep(2000);
   }
   ASSERT_FALSE(trees.empty());
-  coppice_placement placement;
-  coppice_placement_init(&placement);
+  auto placement = defaults(coppice_placement_init);
   placement.scale = 2.0f;
   ASSERT_EQ(coppice_scene_replace(context_, trees.data(), 0, &placement, sizeof placement, 1), COPPICE_OK) << log_;
   for (int i = 0; i < 40; ++i) frame(view_from(0, 2, 0));
@@ -278,8 +270,7 @@ TEST_F(SceneTreesTest, WhatIsNoTreeIsRefusedAndNothingChanges) {
   open_scene();
   settle(view_from(0, 2, 0));
   const coppice_scene_tree good = trees_near(0, -20, 20).at(0);
-  coppice_placement placement;
-  coppice_placement_init(&placement);
+  auto placement = defaults(coppice_placement_init);
   const auto expect_refused = [&](std::initializer_list<std::string_view> names, auto change) {
     std::array<coppice_scene_tree, 2> trees{good, good};
     change(trees[1]);

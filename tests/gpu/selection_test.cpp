@@ -21,14 +21,10 @@ std::vector<coppice_placement> scattered(std::uint32_t count, std::uint32_t seed
     // Distances from inside the crown to a pixel or so.
     const float distance = std::exp(uniform(-2.0f, 6.0f));
     const float bearing = uniform(0.0f, 6.28f);
-    placements.push_back({{distance * std::cos(bearing), uniform(-1.0f, 1.0f), distance * std::sin(bearing)},
-                          uniform(0.5f, 2.0f),
-                          {0.0f, std::sin(0.5f * yaw), 0.0f, std::cos(0.5f * yaw)},
-                          {1, 1, 1},
-                          0,
-                          COPPICE_ALL_LAYERS,
-                          0,
-                          1});
+    const float height = uniform(-1.0f, 1.0f), scale = uniform(0.5f, 2.0f);
+    placements.push_back(placement_at({distance * std::cos(bearing), height, distance * std::sin(bearing)}, scale));
+    placements.back().rotation[1] = std::sin(0.5f * yaw);
+    placements.back().rotation[3] = std::cos(0.5f * yaw);
   }
   return placements;
 }

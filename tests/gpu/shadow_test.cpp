@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <ostream>
 #include <vector>
 
@@ -46,10 +45,7 @@ class ShadowTest : public PathTest<ContextWithMapTest> {
     create_map_view();
   }
 
-  void place(const glm::vec3& at) {
-    const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-    ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
-  }
+  void place(const glm::vec3& at) { add(plant_, placement_at(at)); }
 
   [[nodiscard]] Shot sun_view(const Shot& camera) const { return sun_of(camera, {.radius_m = kRadius_m}); }
 
@@ -142,8 +138,7 @@ TEST_P(ShadowTest, AShadowViewHasStatisticsOfItsOwn) {
 
 TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
   // Drawn as modelled to the camera and as quads to the sun: what the one view counts is not the other's.
-  const std::string path = temporary_plant({.leaf_count = 300, .seed = 6, .leaf_mesh_count = 2}, "shadow_test_modelled");
-  plant_ = open(path);
+  plant_ = open_random({.leaf_count = 300, .seed = 6, .leaf_mesh_count = 2});
   place(kPlaces[1]);
   Shot camera = view_of(kPlaces[1]);
   camera.error_px = 0.1f;
@@ -152,7 +147,6 @@ TEST_P(ShadowTest, AMapBeforeItChangesNothingInThePicture) {
   const Shot sun = sun_view(camera);
   EXPECT_EQ(frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1}).rgba, plain.rgba);
   EXPECT_GT(light_of(plain), 0.0);
-  std::filesystem::remove(path);
   frame(camera);
   EXPECT_EQ(view_stats().leaf_mesh_instance_count, GetParam().compute_raster == VK_TRUE ? 0u : 1u)
       << "the rasteriser takes leaves this small";

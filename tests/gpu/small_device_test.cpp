@@ -2,16 +2,14 @@
 // a view is created, and without what it wants the picture is the same.
 
 #include <cstring>
-#include <filesystem>
 #include <functional>
-#include <string>
-#include <string_view>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "context_fixture.h"
 #include "failing_device.h"
 #include "mentions.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace small_device_test {
@@ -21,8 +19,7 @@ struct SmallDevice {
   std::function<void(VkPhysicalDeviceFeatures2&)> features = [](auto&) {};
   std::function<void(VkPhysicalDeviceProperties2&)> properties = [](auto&) {};
   std::function<void(VkPhysicalDeviceMemoryProperties&)> memory = [](auto&) {};
-  VkDeviceAddress address_bits = 0;          ///< that all addresses have besides
-  PFN_vkGetInstanceProcAddr next = nullptr;  ///< has all that is as it was
+  VkDeviceAddress address_bits = 0;  ///< that all addresses have besides
 };
 
 SmallDevice& small() {
@@ -58,21 +55,6 @@ VKAPI_ATTR void VKAPI_CALL memory_of(VkPhysicalDevice device, VkPhysicalDeviceMe
 VKAPI_ATTR VkDeviceAddress VKAPI_CALL address_of(VkDevice device, const VkBufferDeviceAddressInfo* info) {
   return vkGetBufferDeviceAddress(device, info) | small().address_bits;
 }
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
-  if (std::string_view(name) == "vkGetBufferDeviceAddress") return reinterpret_cast<PFN_vkVoidFunction>(address_of);
-  return reinterpret_cast<PFN_vkGetDeviceProcAddr>(small().next(vulkan_device().instance, "vkGetDeviceProcAddr"))(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
-  const std::string_view wanted(name);
-  if (wanted == "vkGetDeviceProcAddr") return reinterpret_cast<PFN_vkVoidFunction>(device_function);
-  if (wanted == "vkGetPhysicalDeviceFeatures2") return reinterpret_cast<PFN_vkVoidFunction>(features_of);
-  if (wanted == "vkGetPhysicalDeviceProperties") return reinterpret_cast<PFN_vkVoidFunction>(properties_of);
-  if (wanted == "vkGetPhysicalDeviceProperties2") return reinterpret_cast<PFN_vkVoidFunction>(properties2_of);
-  if (wanted == "vkGetPhysicalDeviceMemoryProperties") return reinterpret_cast<PFN_vkVoidFunction>(memory_of);
-  return small().next(instance, name);
-}
-
 class SmallDeviceTest : public ContextTest {
  protected:
   void SetUp() override {
@@ -89,7 +71,10 @@ class SmallDeviceTest : public ContextTest {
   ContextDesc small_desc() {
     ContextDesc with = desc();
     fail_with_device_faults(with);  // none are set: contexts share their pipelines
-    small().next = std::exchange(with.get_instance_proc_addr, instance_function);
+    replace_functions(
+        with, {replacing("vkGetBufferDeviceAddress", address_of), replacing("vkGetPhysicalDeviceFeatures2", features_of),
+               replacing("vkGetPhysicalDeviceProperties", properties_of), replacing("vkGetPhysicalDeviceProperties2", properties2_of),
+               replacing("vkGetPhysicalDeviceMemoryProperties", memory_of)});
     return with;
   }
 
@@ -102,18 +87,11 @@ class SmallDeviceTest : public ContextTest {
 
   Picture draw(const ContextDesc& with) {
     create(with);
-    const coppice_plant plant = open(path_);
-    coppice_placement placement;
-    coppice_placement_init(&placement);
-    EXPECT_EQ(coppice_instances_add(context_, plant, &placement, sizeof placement, 1, nullptr), COPPICE_OK) << log_;
+    add(open_random({.leaf_count = 1000, .seed = 5}), placement_at());
     const Picture picture = settle(make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = 128, .height_px = 128}));
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
     return picture;
   }
-
-  std::string path_;
 };
 
 TEST_F(SmallDeviceTest, ANeededFeatureThatIsMissingIsNamed) {
@@ -172,13 +150,10 @@ TEST_F(SmallDeviceTest, MoreThanABufferHoldsIsRefused) {
   ContextDesc with = small_desc();
   with.max_instances = 65536;
   create(with);
-  const coppice_plant plant = open(path_ = temporary_plant({.leaf_count = 100}, "small_device_test"));
-  std::filesystem::remove(path_);
-  coppice_placement placement;
-  coppice_placement_init(&placement);
-  const std::vector<coppice_placement> placements(50000, placement);
-  EXPECT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof placement, 20000, nullptr), COPPICE_OK) << log_;
-  EXPECT_NE(coppice_instances_add(context_, plant, placements.data(), sizeof placement, 30000, nullptr), COPPICE_OK);
+  const coppice_plant plant = open_random({.leaf_count = 100});
+  const std::vector<coppice_placement> placements(30000, placement_at());
+  add(plant, std::span(placements).first(20000));
+  EXPECT_NE(try_add(plant, placements), COPPICE_OK);
   EXPECT_TRUE(mentions(log_, {"storage buffer", "limit"}));
   EXPECT_EQ(stats().instance_count, 20000u);
 }
@@ -187,11 +162,9 @@ TEST_F(SmallDeviceTest, AViewWantsNoMoreThanTheDeviceDrawsTo) {
   small().properties = [](auto& has) { has.properties.limits.maxColorAttachments = 4; };
   small().features = [](auto& has) { has.features.independentBlend = VK_FALSE; };
   create(small_desc());
-  coppice_view_desc view_desc;
-  coppice_view_desc_init(&view_desc);
+  auto view_desc = defaults(coppice_view_desc_init);
   view_desc.output = COPPICE_OUTPUT_SURFACE;
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
+  auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
   for (int i = 0; i < 5; ++i) formats.color_formats[i] = VK_FORMAT_R8G8B8A8_UNORM;
   coppice_view view = 0;
@@ -210,26 +183,20 @@ TEST_F(SmallDeviceTest, AViewWantsNoMoreThanTheDeviceDrawsTo) {
 TEST_F(SmallDeviceTest, InstancesAreNoMoreThanOneCallDraws) {
   small().properties = [](auto& has) { has.properties.limits.maxDrawIndirectCount = 100; };
   create(small_desc());
-  const coppice_plant plant = open(path_ = temporary_plant({.leaf_count = 100}, "small_device_test"));
-  std::filesystem::remove(path_);
-  coppice_placement placement;
-  coppice_placement_init(&placement);
-  const std::vector<coppice_placement> placements(100, placement);
-  EXPECT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof placement, 100, nullptr), COPPICE_OK) << log_;
-  EXPECT_EQ(coppice_instances_add(context_, plant, placements.data(), sizeof placement, 1, nullptr), COPPICE_ERROR_OUT_OF_MEMORY);
+  const coppice_plant plant = open_random({.leaf_count = 100});
+  const std::vector<coppice_placement> placements(100, placement_at());
+  add(plant, placements);
+  EXPECT_EQ(try_add(plant, std::span(placements).first(1)), COPPICE_ERROR_OUT_OF_MEMORY);
   EXPECT_TRUE(mentions(log_, {"100"}));
 }
 
 TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
   struct Lack {
     const char* name;
-    std::function<void(VkPhysicalDeviceFeatures2&)> features;
-    std::function<void(VkPhysicalDeviceProperties2&)> properties;
-    bool by_hardware;       ///< without the compute rasteriser
-    const char* said = "";  ///< in the log; nothing where the picture takes a little longer and no more
+    SmallDevice device;
+    bool by_hardware = false;  ///< without the compute rasteriser
+    const char* said = "";     ///< in the log; nothing where the picture takes a little longer and no more
   };
-  const auto all_features = [](VkPhysicalDeviceFeatures2&) {};
-  const auto all_properties = [](VkPhysicalDeviceProperties2&) {};
   const auto subgroup = [](VkPhysicalDeviceProperties2& has) {
     static VkPhysicalDeviceSubgroupProperties unasked;
     auto* asked = chained<VkPhysicalDeviceSubgroupProperties>(has.pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES);
@@ -237,21 +204,22 @@ TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
   };
   const std::vector<Lack> lacks{
       {"drawIndirectCount",
-       [](auto& has) {
-         auto* some = chained<VkPhysicalDeviceVulkan12Features>(has.pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
-         some->drawIndirectCount = VK_FALSE;
-       },
-       all_properties, false},
-      {"many texels", all_features, [](auto& has) { has.properties.limits.maxTexelBufferElements = 65536; }, false},
-      {"subgroups of 4", all_features, [&](auto& has) { subgroup(has)->subgroupSize = 4; }, false},
-      {"subgroups of 128", all_features, [&](auto& has) { subgroup(has)->subgroupSize = 128; }, false},
-      {"granularity", all_features, [](auto& has) { has.properties.limits.bufferImageGranularity = 65536; }, false},
-      {"timestamps", all_features, [](auto& has) { has.properties.limits.timestampComputeAndGraphics = VK_FALSE; }, false, "timestamps"},
-      {"ballots", all_features, [&](auto& has) { subgroup(has)->supportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT; }, true, "ballots"},
-      {"storage buffers", all_features, [](auto& has) { has.properties.limits.maxPerStageDescriptorStorageBuffers = 14; }, true,
+       {.features =
+            [](auto& has) {
+              auto* some = chained<VkPhysicalDeviceVulkan12Features>(has.pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+              some->drawIndirectCount = VK_FALSE;
+            }}},
+      {"many texels", {.properties = [](auto& has) { has.properties.limits.maxTexelBufferElements = 65536; }}},
+      {"subgroups of 4", {.properties = [&](auto& has) { subgroup(has)->subgroupSize = 4; }}},
+      {"subgroups of 128", {.properties = [&](auto& has) { subgroup(has)->subgroupSize = 128; }}},
+      {"granularity", {.properties = [](auto& has) { has.properties.limits.bufferImageGranularity = 65536; }}},
+      {"timestamps", {.properties = [](auto& has) { has.properties.limits.timestampComputeAndGraphics = VK_FALSE; }}, false, "timestamps"},
+      {"ballots", {.properties = [&](auto& has) { subgroup(has)->supportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT; }}, true, "ballots"},
+      {"storage buffers",
+       {.properties = [](auto& has) { has.properties.limits.maxPerStageDescriptorStorageBuffers = 14; }},
+       true,
        "storage buffers"},
   };
-  path_ = temporary_plant({.leaf_count = 1000, .seed = 5}, "small_device_test");
   ContextDesc with = small_desc();
   with.pass_times = VK_TRUE;
   with.shader_int64_atomics = gpu().int64_atomics ? VK_TRUE : VK_FALSE;
@@ -261,8 +229,7 @@ TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
   EXPECT_NE(by_raster.rgba, by_hardware.rgba);
   EXPECT_EQ(log_, "");
   for (const Lack& lack : lacks) {
-    small().features = lack.features;
-    small().properties = lack.properties;
+    small() = lack.device;
     log_.clear();
     EXPECT_EQ(draw(with).rgba, (lack.by_hardware ? by_hardware : by_raster).rgba) << lack.name;
     if (std::strlen(lack.said) == 0)
@@ -270,7 +237,6 @@ TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
     else
       EXPECT_TRUE(mentions(log_, {lack.said}));
   }
-  std::filesystem::remove(path_);
 }
 
 }  // namespace small_device_test

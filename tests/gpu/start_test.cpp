@@ -11,6 +11,7 @@
 #include "context_fixture.h"
 #include "fake_hooks.h"
 #include "mentions.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace start_test {
@@ -30,23 +31,6 @@ VKAPI_ATTR VkResult VKAPI_CALL create_pipelines(VkDevice device, VkPipelineCache
   return real(device, cache, count, infos, callbacks, out);
 }
 
-PFN_vkVoidFunction device_function(VkDevice device, const char* name) {
-  if (std::string_view(name) == "vkCreateComputePipelines")
-    return reinterpret_cast<PFN_vkVoidFunction>(create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>);
-  if (std::string_view(name) == "vkCreateGraphicsPipelines")
-    return reinterpret_cast<PFN_vkVoidFunction>(create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>);
-  return vkGetDeviceProcAddr(device, name);
-}
-
-PFN_vkVoidFunction instance_function(VkInstance instance, const char* name) {
-  return std::string_view(name) == "vkGetDeviceProcAddr" ? reinterpret_cast<PFN_vkVoidFunction>(device_function)
-                                                         : vkGetInstanceProcAddr(instance, name);
-}
-
-bool is_drawn(const Picture& picture) {
-  return std::ranges::any_of(picture.rgba, [](std::uint8_t channel) { return channel != 255; });
-}
-
 class StartTest : public ContextTest {
  protected:
   void SetUp() override {
@@ -54,8 +38,7 @@ class StartTest : public ContextTest {
     plant_path_ = temporary_plant({.leaf_count = 3000, .seed = 5, .leaf_mesh_count = 2}, "start_test");
   }
   void TearDown() override {
-    jobs_.deferred = false;
-    jobs_.run_all();
+    jobs_.finish();
     std::filesystem::remove(plant_path_);
     ContextTest::TearDown();
   }
@@ -70,10 +53,7 @@ class StartTest : public ContextTest {
     return with;
   }
 
-  void plant() {
-    constexpr coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-    ASSERT_EQ(coppice_instances_add(context_, open(plant_path_), &kHere, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
-  }
+  void plant() { add(open(plant_path_), placement_at()); }
 
   bool ready() {
     VkBool32 ready = VK_FALSE;
@@ -96,19 +76,16 @@ TEST_F(StartTest, NothingIsDrawnUntilThePipelinesAreThere) {
     EXPECT_EQ(stats().pipelines_built, 0u);
     plant();
     const Shot view = view_of(5.0f);
-    for (int i = 0; i < 3; ++i) EXPECT_FALSE(is_drawn(frame(view)));
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(drawn_pixels(frame(view)), 0u);
     EXPECT_EQ(view_stats().drawn_leaf_count, 0u);
     EXPECT_EQ(view_stats().visible_instance_count, 0u);
     jobs_.run_all();
     EXPECT_TRUE(ready());
-    EXPECT_TRUE(is_drawn(frame(view)));
+    EXPECT_GT(drawn_pixels(frame(view)), 0u);
     frame(view);
     EXPECT_GT(view_stats().drawn_leaf_count, 0u);
-    jobs_.deferred = false;
-    jobs_.run_all();
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    jobs_.finish();
+    destroy();
   }
   EXPECT_EQ(log_, "");
 }
@@ -121,16 +98,14 @@ TEST_F(StartTest, TheHardwareDrawsUntilTheRasteriserIsThere) {
   frame(view);
   const std::uint32_t all = stats().pipelines_wanted;
   const auto draws = [&] {
-    const bool drawn = is_drawn(frame(view));
+    const bool drawn = drawn_pixels(frame(view)) > 0;
     frame(view);
     return drawn;
   };
   std::uint32_t built = 0;
   bool drawn = false;
   while (!jobs_.waiting.empty()) {
-    const auto [function, argument] = jobs_.waiting.front();
-    jobs_.waiting.pop_front();
-    function(argument);
+    jobs_.run_one();
     EXPECT_GE(stats().pipelines_built, built);
     built = stats().pipelines_built;
     const bool now = draws();
@@ -150,13 +125,13 @@ TEST_F(StartTest, WithoutOnePipelineOfTheRasteriserTheHardwareDraws) {
   jobs_.waiting.erase(held);
   jobs_.run_all();
   const Shot view = view_of(20.0f);
-  EXPECT_TRUE(is_drawn(frame(view)));
+  EXPECT_GT(drawn_pixels(frame(view)), 0u);
   jobs_.run_all();
   EXPECT_EQ(stats().pipelines_built + 1, stats().pipelines_wanted);
-  EXPECT_TRUE(is_drawn(frame(view)));
+  EXPECT_GT(drawn_pixels(frame(view)), 0u);
   function(argument);
   EXPECT_TRUE(ready());
-  EXPECT_TRUE(is_drawn(frame(view)));
+  EXPECT_GT(drawn_pixels(frame(view)), 0u);
 }
 
 TEST_F(StartTest, WhatHasNoTextureIsDrawnByThePipelineForTexturesUntilItsOwnIsThere) {
@@ -172,7 +147,7 @@ TEST_F(StartTest, WhatHasNoTextureIsDrawnByThePipelineForTexturesUntilItsOwnIsTh
   const Picture before = frame(view);
   EXPECT_EQ(stats().pipelines_built, with_textures);
   EXPECT_EQ(stats().pipelines_wanted, with_textures + 2) << "leaves and wood without a texture";
-  EXPECT_TRUE(is_drawn(before));
+  EXPECT_GT(drawn_pixels(before), 0u);
   jobs_.run_all();
   EXPECT_TRUE(ready());
   EXPECT_EQ(frame(view).rgba, before.rgba);
@@ -184,9 +159,7 @@ TEST_F(StartTest, StatisticsSayHowLongPipelinesTook) {
   EXPECT_EQ(stats().longest_pipeline_ms, 0.0f);
   EXPECT_EQ(stats().longest_pipeline, nullptr);
   EXPECT_STREQ(stats().missing_pipeline, "cull.comp");
-  const auto [function, argument] = jobs_.waiting.front();
-  jobs_.waiting.pop_front();
-  function(argument);
+  jobs_.run_one();
   const coppice_stats one = stats();
   EXPECT_GT(one.pipelines_ms, 0.0);
   EXPECT_FLOAT_EQ(one.longest_pipeline_ms, static_cast<float>(one.pipelines_ms));
@@ -210,18 +183,18 @@ TEST_F(StartTest, PipelinesAreCreatedWithTheEnginesCache) {
   for (const VkPipelineCache given : {VkPipelineCache{}, cache, cache}) {
     ContextDesc with = desc();
     with.pipeline_cache = given;
-    with.get_instance_proc_addr = instance_function;
+    replace_functions(with,
+                      {replacing("vkCreateComputePipelines", create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>),
+                       replacing("vkCreateGraphicsPipelines", create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>)});
     caches().clear();
     create(with);
     plant();
     pictures.push_back(frame(view_of(5.0f)));
     EXPECT_EQ(caches(), std::vector(stats().pipelines_built, given));
     EXPECT_EQ(pictures.back().rgba, pictures.front().rgba);
-    coppice_context_destroy(context_);
-    context_ = nullptr;
-    frame_number_ = 0;
+    destroy();
   }
-  EXPECT_TRUE(is_drawn(pictures.front()));
+  EXPECT_GT(drawn_pixels(pictures.front()), 0u);
   vkDestroyPipelineCache(gpu().device, cache, nullptr);
 }
 
@@ -269,15 +242,14 @@ TEST_F(StartTest, AContextCanBeDestroyedWhileItsPipelinesAreBuilt) {
   with.blocking_pipelines = VK_FALSE;
   with.compute_raster = VK_TRUE;
   create(with);  // the default threads
-  coppice_context_destroy(context_);
-  context_ = nullptr;
+  destroy();
   create(with);
   plant();
   frame(view_of(5.0f));
   for (int i = 0; i < 120000 && !ready(); ++i) usleep(1000);  // a busy machine takes its time
   EXPECT_TRUE(ready());
   frame(view_of(5.0f));
-  EXPECT_TRUE(is_drawn(settle(view_of(5.0f))));
+  EXPECT_GT(drawn_pixels(settle(view_of(5.0f))), 0u);
 }
 
 TEST_F(StartTest, TheCostIsWhatAContextCounts) {
@@ -298,8 +270,7 @@ TEST_F(StartTest, TheCostIsWhatAContextCounts) {
       ASSERT_EQ(context_cost(with, &cost), COPPICE_OK) << log_;
       ASSERT_EQ(create_context(with, &context_), COPPICE_OK) << log_;
       EXPECT_EQ(cost, stats().memory_bytes) << max_instances;
-      coppice_context_destroy(context_);
-      context_ = nullptr;
+      destroy();
     }
 }
 
@@ -328,19 +299,12 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   jobs_.deferred = true;
   static std::size_t allocations;
   allocations = 0;
-  with.get_instance_proc_addr = [](VkInstance instance, const char* name) -> PFN_vkVoidFunction {
-    const PFN_vkGetDeviceProcAddr get = [](VkDevice device, const char* function) -> PFN_vkVoidFunction {
-      const PFN_vkAllocateMemory allocate = [](VkDevice of, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
-                                               VkDeviceMemory* memory) {
-        ++allocations;
-        return vkAllocateMemory(of, info, callbacks, memory);
-      };
-      return std::string_view(function) == "vkAllocateMemory" ? reinterpret_cast<PFN_vkVoidFunction>(allocate)
-                                                              : vkGetDeviceProcAddr(device, function);
-    };
-    return std::string_view(name) == "vkGetDeviceProcAddr" ? reinterpret_cast<PFN_vkVoidFunction>(get)
-                                                           : vkGetInstanceProcAddr(instance, name);
+  const PFN_vkAllocateMemory allocate = [](VkDevice of, const VkMemoryAllocateInfo* info, const VkAllocationCallbacks* callbacks,
+                                           VkDeviceMemory* memory) {
+    ++allocations;
+    return vkAllocateMemory(of, info, callbacks, memory);
   };
+  replace_functions(with, {replacing("vkAllocateMemory", allocate)});
   std::uint64_t cost = 0;
   ASSERT_EQ(context_cost(with, &cost), COPPICE_OK) << log_;
   EXPECT_EQ(allocations, 0u);
@@ -350,8 +314,7 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   jobs_.deferred = false;
   create(with);
   EXPECT_GE(allocations, 3u);
-  coppice_context_destroy(context_);
-  context_ = nullptr;
+  destroy();
 
   const auto refused = [&](coppice_status status, std::initializer_list<std::string_view> names) {
     std::uint64_t bytes = 1;
@@ -365,9 +328,7 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   refused(COPPICE_ERROR_INVALID_ARGUMENT, {"vulkan.device", "null"});
   with.physical_device = VK_NULL_HANDLE;
   refused(COPPICE_ERROR_INVALID_ARGUMENT, {"vulkan.physical_device", "null"});
-  with.get_instance_proc_addr = [](VkInstance instance, const char* name) {
-    return std::string_view(name) == "vkGetPhysicalDeviceFeatures2" ? nullptr : vkGetInstanceProcAddr(instance, name);
-  };
+  replace_functions(with, {{"vkGetPhysicalDeviceFeatures2", nullptr}});
   refused(COPPICE_ERROR_UNSUPPORTED, {"vkGetPhysicalDeviceFeatures2"});
   with.hooks.io.open = io.hook().open;
   refused(COPPICE_ERROR_INVALID_ARGUMENT, {"desc.io"});

@@ -15,7 +15,7 @@ layout(set = 0, binding = 1) uniform sampler2D normals;
 layout(set = 0, binding = 2) uniform sampler2D lights;
 layout(set = 0, binding = 3) uniform sampler2D depths;
 layout(set = 0, binding = 4, scalar) readonly buffer Frame {
-  mat4 from_eye;  // of (x, y, depth, 1) in clip space by w, what is seen from the eye, world axes
+  mat4 from_eye;  // it takes (x, y, depth, 1) in clip space by w to what is seen from the eye, world axes
   CoppiceLight light;
 } frame;
 layout(set = 0, binding = 5, scalar) writeonly buffer Radiance { vec4 radiance[]; };

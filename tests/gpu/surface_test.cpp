@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <memory>
 #include <ostream>
 
 #include <glm/glm.hpp>
@@ -15,10 +13,11 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "cleared_rendering.h"
+#include "compute_pass.h"
 #include "frame_wind.h"
 #include "path_fixture.h"
 #include "reader.h"
+#include "render_pass.h"
 #include "surface_host_comp.h"
 
 namespace coppice::test {
@@ -38,105 +37,51 @@ constexpr std::array kSurface{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALB
                               Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_LIGHT}, Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_USER},
                               Color{VK_FORMAT_R32G32B32A32_SFLOAT, COPPICE_CONTENT_VELOCITY}};
 
-/// A view's attachments.
-struct Target {
-  std::vector<std::unique_ptr<Image>> colors;
-  Image depth;
+constexpr std::array kLit{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}};
 
-  Target(const VulkanDevice& gpu, std::span<const Color> wanted)
-      : depth(gpu, {.width_px = kSidePx,
-                    .height_px = kSidePx,
-                    .format = VK_FORMAT_D32_SFLOAT,
-                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {
-    for (const Color& color : wanted)
-      colors.push_back(std::make_unique<Image>(
-          gpu, ImageDesc{.width_px = kSidePx,
-                         .height_px = kSidePx,
-                         .format = color.format,
-                         .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}));
-  }
-};
+PassTarget target_of(const VulkanDevice& gpu, std::span<const Color> colors) {
+  std::vector<VkFormat> formats;
+  for (const Color& color : colors) formats.push_back(color.format);
+  return PassTarget(gpu, kSidePx, formats);
+}
 
 /// A colour image's bytes, `Texel` a pixel.
 template <class Texel>
 std::vector<Texel> read_texels(const VulkanDevice& gpu, const Image& image) {
-  const Buffer bytes(gpu, kPixels * sizeof(Texel), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  submit(gpu, [&](VkCommandBuffer cmd) {
-    change_layout(cmd, image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    const VkBufferImageCopy region{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1}, .imageExtent = {kSidePx, kSidePx, 1}};
-    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, bytes.handle(), 1, &region);
-    full_barrier(cmd);
-  });
+  const std::vector<std::uint8_t> bytes = read_bytes(gpu, image, sizeof(Texel));
   std::vector<Texel> texels(kPixels);
-  std::memcpy(texels.data(), bytes.mapped(), kPixels * sizeof(Texel));
+  std::memcpy(texels.data(), bytes.data(), bytes.size());
   return texels;
 }
 
-/// The lighting pass of surface_host.comp. What it makes goes with it; the GPU must be done.
+/// The lighting pass of surface_host.comp.
 class HostLight {
  public:
   explicit HostLight(const VulkanDevice& gpu)
       : gpu_(gpu),
+        pass_(gpu, surface_host_comp_spirv,
+              {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+               VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+               VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}),
         frame_(gpu, sizeof(Frame), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT),
         radiance_(gpu, kPixels * sizeof(glm::vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
-    std::array<VkDescriptorSetLayoutBinding, 6> bindings{};
-    for (std::uint32_t i = 0; i < 6; ++i)
-      bindings[i] = {i, i < 4 ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1,
-                     VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-    const VkDescriptorSetLayoutCreateInfo set_info{
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = 6, .pBindings = bindings.data()};
-    check_vk(vkCreateDescriptorSetLayout(gpu.device, &set_info, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
-    const VkPipelineLayoutCreateInfo layout_info{
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .setLayoutCount = 1, .pSetLayouts = &set_layout_};
-    check_vk(vkCreatePipelineLayout(gpu.device, &layout_info, nullptr, &layout_), "vkCreatePipelineLayout");
-    const VkShaderModule module = create_shader_module(gpu, surface_host_comp_spirv, sizeof surface_host_comp_spirv);
-    const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                           .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                     .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                     .module = module,
-                                                     .pName = "main"},
-                                           .layout = layout_};
-    check_vk(vkCreateComputePipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline_), "vkCreateComputePipelines");
-    vkDestroyShaderModule(gpu.device, module, nullptr);
-    const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
-    check_vk(vkCreateSampler(gpu.device, &sampler, nullptr, &sampler_), "vkCreateSampler");
-    const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 4},
-                           VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 2}};
-    const VkDescriptorPoolCreateInfo pool{
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 2, .pPoolSizes = sizes.data()};
-    check_vk(vkCreateDescriptorPool(gpu.device, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
-    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                               .descriptorPool = pool_,
-                                               .descriptorSetCount = 1,
-                                               .pSetLayouts = &set_layout_};
-    check_vk(vkAllocateDescriptorSets(gpu.device, &allocate, &set_), "vkAllocateDescriptorSets");
+    pass_.bind(4, frame_);
+    pass_.bind(5, radiance_);
   }
-  ~HostLight() {
-    vkDestroyDescriptorPool(gpu_.device, pool_, nullptr);
-    vkDestroySampler(gpu_.device, sampler_, nullptr);
-    vkDestroyPipeline(gpu_.device, pipeline_, nullptr);
-    vkDestroyPipelineLayout(gpu_.device, layout_, nullptr);
-    vkDestroyDescriptorSetLayout(gpu_.device, set_layout_, nullptr);
-  }
-  HostLight(const HostLight&) = delete;
-  HostLight& operator=(const HostLight&) = delete;
 
   /// target: kSurface's, drawn; its images become readable. Linear, [pixels]
-  std::vector<glm::vec4> light(const Target& target, const Shot& shot) {
+  std::vector<glm::vec4> light(const PassTarget& target, const Shot& shot) {
     glm::dmat4 from_view = glm::make_mat4(shot.view_from_world);
     from_view[3] = {0, 0, 0, 1};
     const Frame frame{glm::mat4(glm::inverse(glm::dmat4(glm::make_mat4(shot.clip_from_view)) * from_view)),
                       glm::make_vec3(shot.light.sun_direction), glm::make_vec3(shot.light.sun_color), glm::make_vec3(shot.light.sky_color),
                       glm::make_vec3(shot.light.ground_color)};
     std::memcpy(frame_.mapped(), &frame, sizeof frame);
-    write_set(target);
+    const std::array<const Image*, 4> images{target.colors[0].get(), target.colors[1].get(), target.colors[2].get(), &target.depth};
+    for (std::uint32_t i = 0; i < images.size(); ++i) pass_.bind(i, *images[i]);
     submit(gpu_, [&](VkCommandBuffer cmd) {
-      for (std::size_t i = 0; i < 3; ++i)
-        change_layout(cmd, *target.colors[i], VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-      change_layout(cmd, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-      vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
-      vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set_, 0, nullptr);
-      vkCmdDispatch(cmd, (kSidePx + 7) / 8, (kSidePx + 7) / 8, 1);
+      for (const Image* image : images) change_layout(cmd, *image, image->attachment_layout(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+      pass_.record(cmd, (kSidePx + 7) / 8, (kSidePx + 7) / 8);
       full_barrier(cmd);
     });
     std::vector<glm::vec4> radiance(kPixels);
@@ -150,46 +95,9 @@ class HostLight {
     glm::vec3 sun_direction, sun_color, sky_color, ground_color;
   };
 
-  void write_set(const Target& target) {
-    std::array<VkDescriptorImageInfo, 4> images{};
-    for (std::size_t i = 0; i < 4; ++i)
-      images[i] = {sampler_, i < 3 ? target.colors[i]->view() : target.depth.view(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-    const std::array buffers{VkDescriptorBufferInfo{frame_.handle(), 0, VK_WHOLE_SIZE},
-                             VkDescriptorBufferInfo{radiance_.handle(), 0, VK_WHOLE_SIZE}};
-    const std::array writes{VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                                 .dstSet = set_,
-                                                 .dstBinding = 0,
-                                                 .descriptorCount = 1,
-                                                 .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                                 .pImageInfo = images.data()},
-                            VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                                 .dstSet = set_,
-                                                 .dstBinding = 4,
-                                                 .descriptorCount = 1,
-                                                 .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                                 .pBufferInfo = buffers.data()}};
-    std::vector<VkWriteDescriptorSet> all;
-    for (std::uint32_t i = 0; i < 4; ++i) {
-      all.push_back(writes[0]);
-      all.back().dstBinding = i;
-      all.back().pImageInfo = &images[i];
-    }
-    for (std::uint32_t i = 0; i < 2; ++i) {
-      all.push_back(writes[1]);
-      all.back().dstBinding = 4 + i;
-      all.back().pBufferInfo = &buffers[i];
-    }
-    vkUpdateDescriptorSets(gpu_.device, static_cast<std::uint32_t>(all.size()), all.data(), 0, nullptr);
-  }
-
   const VulkanDevice& gpu_;
+  ComputePass pass_;
   Buffer frame_, radiance_;
-  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
-  VkPipeline pipeline_ = VK_NULL_HANDLE;
-  VkSampler sampler_ = VK_NULL_HANDLE;
-  VkDescriptorPool pool_ = VK_NULL_HANDLE;
-  VkDescriptorSet set_ = VK_NULL_HANDLE;
 };
 
 float srgb_of(float linear) {
@@ -200,9 +108,7 @@ float srgb_of(float linear) {
 class SurfaceTest : public PathTest<ContextTest> {
  protected:
   static coppice_placement placement(glm::vec3 at, std::uint32_t user_data) {
-    coppice_placement placement;
-    coppice_placement_init(&placement);
-    std::copy_n(&at.x, 3, placement.position);
+    coppice_placement placement = placement_at(at);
     placement.user_data = user_data;
     return placement;
   }
@@ -212,16 +118,12 @@ class SurfaceTest : public PathTest<ContextTest> {
       all.push_back(placement({2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8)}, 0x01020304u * (i + 1)));
       all.back().tint[i % 3] = 0.7f;
     }
-    instances_.resize(all.size());
     placements_ = all;
-    ASSERT_EQ(coppice_instances_add(context_, plant_, all.data(), sizeof all[0], static_cast<std::uint32_t>(all.size()), instances_.data()),
-              COPPICE_OK)
-        << log_;
+    instances_ = add(plant_, all);
   }
 
   coppice_view create_surface_view(std::span<const Color> colors) {
-    coppice_vulkan_view_desc formats;
-    coppice_vulkan_view_desc_init(&formats);
+    auto formats = defaults(coppice_vulkan_view_desc_init);
     formats.depth_format = VK_FORMAT_D32_SFLOAT;
     for (std::size_t i = 0; i < colors.size(); ++i) {
       formats.color_formats[i] = colors[i].format;
@@ -232,16 +134,12 @@ class SurfaceTest : public PathTest<ContextTest> {
 
   Shot view_from(glm::vec3 eye_m) const { return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx}); }
 
-  void settle(Shot shot) {
-    for (int i = 0; i < 400 && (i < 3 || !is_settled(view_of_shot(shot))); ++i) pump(shot);
-    ASSERT_TRUE(is_settled(view_of_shot(shot)));
-  }
-  void draw(const Shot& shot, const Target& target) {
+  void draw(const Shot& shot, const PassTarget& target) {
     begin(shot);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
       record_cull(cmd, shot);
-      begin_cleared(cmd, target.colors, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+      target.begin_cleared(cmd);
       record_draw(cmd, shot);
       vkCmdEndRendering(cmd);
     });
@@ -259,13 +157,13 @@ TEST_P(SurfaceTest, TheHeaderLightsItAsALitView) {
   for (const float distance_m : {3.0f, 8.0f, 30.0f}) {
     Shot shot = view_from({0.5f, 1.0f, distance_m});
     shot.view = view_;
-    settle(shot);
-    const Target lit(gpu(), std::array{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}});
+    pump_until_settled(shot);
+    const PassTarget lit = target_of(gpu(), kLit);
     draw(shot, lit);
-    const Picture expected = read_picture(gpu(), *lit.colors[0], VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    const Picture expected = read_picture(gpu(), *lit.colors[0]);
     shot.view = surface;
-    settle(shot);
-    const Target target(gpu(), kSurface);
+    pump_until_settled(shot);
+    const PassTarget target = target_of(gpu(), kSurface);
     draw(shot, target);
     const std::vector<glm::vec4> radiance = host.light(target, shot);
     double sum = 0;
@@ -290,17 +188,17 @@ TEST_P(SurfaceTest, ContentsComeInAnyOrder) {
                               Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}, Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO}};
   Shot shot = view_from({0.5f, 1.0f, 6.0f});
   shot.view = view_;
-  settle(shot);
-  const Target lit(gpu(), std::array{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}});
+  pump_until_settled(shot);
+  const PassTarget lit = target_of(gpu(), kLit);
   draw(shot, lit);
   const coppice_view surface = create_surface_view(kSurface);
   shot.view = surface;
-  settle(shot);
-  const Target first(gpu(), kSurface);
+  pump_until_settled(shot);
+  const PassTarget first = target_of(gpu(), kSurface);
   draw(shot, first);
   shot.view = create_surface_view(kOther);
-  settle(shot);
-  const Target other(gpu(), kOther);
+  pump_until_settled(shot);
+  const PassTarget other = target_of(gpu(), kOther);
   draw(shot, other);
   const auto users = read_texels<std::uint32_t>(gpu(), *other.colors[0]);
   EXPECT_EQ(users, read_texels<std::uint32_t>(gpu(), *first.colors[3]));
@@ -308,7 +206,7 @@ TEST_P(SurfaceTest, ContentsComeInAnyOrder) {
   EXPECT_EQ(read_texels<std::uint32_t>(gpu(), *other.colors[2]), read_texels<std::uint32_t>(gpu(), *lit.colors[0]));
   const auto none = read_texels<std::uint32_t>(gpu(), *other.colors[1]);
   EXPECT_EQ(std::ranges::count(none, 0xffffffffu), static_cast<std::ptrdiff_t>(kPixels));
-  const std::vector<float> depth = read_floats(gpu(), other.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  const std::vector<float> depth = read_floats(gpu(), other.depth);
   std::vector<std::uint32_t> seen;
   for (std::size_t i = 0; i < kPixels; ++i) {
     EXPECT_EQ(depth[i] > 0.0f, users[i] % 0x01020304u == 0 && users[i] / 0x01020304u <= 40u) << i;
@@ -329,6 +227,16 @@ glm::dvec2 pixel_of(const Shot& shot, const glm::dvec3& world) {
   return 0.5 * kSidePx * (glm::dvec2(clip) / clip.w + 1.0);
 }
 
+/// The inverse: what a pixel shows, by its depth.
+glm::dvec3 world_of(const glm::dmat4& from_clip, const glm::dvec2& pixel, float depth) {
+  const glm::dvec4 place = from_clip * glm::dvec4(2.0 * pixel / double{kSidePx} - 1.0, double{depth}, 1.0);
+  return glm::dvec3(place) / place.w;
+}
+
+glm::dvec2 middle_of(std::size_t pixel) {
+  return {static_cast<double>(pixel % kSidePx) + 0.5, static_cast<double>(pixel / kSidePx) + 0.5};
+}
+
 /// The camera steps and turns, so that cuts change, and some instances move, turn and grow: each pixel's velocity is where its place of the
 /// plant's surface was in the frame before, by the placements and cameras alone. What came is flagged.
 TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
@@ -339,10 +247,10 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
     before.view = surface;
     Shot now = view_from({0.5f + 0.02f * distance_m, 1.1f, 0.9f * distance_m});
     now.view = surface;
-    settle(now);
-    settle(before);
+    pump_until_settled(now);
+    pump_until_settled(before);
     const std::vector<coppice_placement> then = placements_;
-    const Target ignored(gpu(), kSurface), target(gpu(), kSurface);
+    const PassTarget ignored = target_of(gpu(), kSurface), target = target_of(gpu(), kSurface);
     draw(before, ignored);
     for (const std::size_t moved : {1u, 4u, 11u, 20u}) {
       coppice_placement& placement = placements_[moved];
@@ -352,25 +260,23 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
       const float rotation[4] = {turn.x, turn.y, turn.z, turn.w};
       std::copy_n(rotation, 4, placement.rotation);
       placement.scale *= 1.01f;
-      ASSERT_EQ(coppice_instances_move(context_, &instances_[moved], &placement, sizeof placement, 1), COPPICE_OK) << log_;
+      move(instances_[moved], placement);
     }
     const coppice_placement came = placement({0.3f, 0.0f, 0.6f}, 0x0a0b0c0du);
-    coppice_instance added = 0;
-    ASSERT_EQ(coppice_instances_add(context_, plant_, &came, sizeof came, 1, &added), COPPICE_OK) << log_;
+    const coppice_instance added = add(plant_, came);
     draw(now, target);
 
     const auto users = read_texels<std::uint32_t>(gpu(), *target.colors[3]);
     const auto velocities = read_texels<glm::vec4>(gpu(), *target.colors[4]);
-    const std::vector<float> depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const std::vector<float> depth = read_floats(gpu(), target.depth);
     const glm::dmat4 from_clip =
         glm::inverse(glm::dmat4(glm::make_mat4(now.clip_from_view)) * glm::dmat4(glm::make_mat4(now.view_from_world)));
     double worst = 0, fastest = 0;
     std::size_t counted = 0, moved = 0, new_ones = 0;
     for (std::size_t i = 0; i < kPixels; ++i) {
       if (depth[i] == 0.0f) continue;
-      const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
-      const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
-      glm::dvec3 world = glm::dvec3(place) / place.w;
+      const glm::dvec2 at = middle_of(i);
+      glm::dvec3 world = world_of(from_clip, at, depth[i]);
       EXPECT_EQ(velocities[i].z, users[i] == 0x0a0b0c0du ? 1.0f : 0.0f) << i;
       if (users[i] == 0x0a0b0c0du) {
         ++new_ones;
@@ -403,8 +309,7 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
 }
 
 coppice_wind gale(double time_s) {
-  coppice_wind wind;
-  coppice_wind_init(&wind);
+  auto wind = defaults(coppice_wind_init);
   wind.direction[0] = 0.6f;
   wind.direction[2] = 0.8f;
   wind.speed = 25.0f;
@@ -418,7 +323,7 @@ TEST_P(SurfaceTest, StillAirIsNoWindToTheBit) {
   for (const float distance_m : {4.0f, 25.0f}) {
     Shot shot = view_from({0.5f, 1.0f, distance_m});
     shot.view = view_;
-    settle(shot);
+    pump_until_settled(shot);
     const Picture expected = frame(shot);
     coppice_wind wind = gale(17.0);
     wind_ = &wind;
@@ -458,33 +363,36 @@ std::size_t instance_of(std::uint32_t user) {
 /// rest comes from the file's field, by steps; from there where it was in the frame before.
 class WindOnSurface : public SurfaceTest {
  protected:
+  /// What the plant's file begins with.
+  Result<PlantFile> front() const {
+    const std::string bytes = read_text(path_);
+    return read_front({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, bytes.size());
+  }
+
   std::vector<WindPixel> pixels_of(const coppice_wind& first, const coppice_wind& second, double step_m = 0.0) {
     place_rows();
     const coppice_view surface = create_surface_view(kSurface);
     Shot shot = view_from({0.5f, 1.0f, 8.0f});
     shot.view = surface;
-    settle(shot);
-    const Target ignored(gpu(), kSurface), target(gpu(), kSurface);
+    pump_until_settled(shot);
+    const PassTarget ignored = target_of(gpu(), kSurface), target = target_of(gpu(), kSurface);
     wind_ = &first;
     draw(shot, ignored);
     for (std::size_t i = 0; i < instances_.size() && step_m != 0.0; ++i) {
       if (!is_moved(i)) continue;
       placements_[i].position[0] += step_m;
-      EXPECT_EQ(coppice_instances_move(context_, &instances_[i], &placements_[i], sizeof placements_[i], 1), COPPICE_OK) << log_;
+      move(instances_[i], placements_[i]);
     }
     wind_ = &second;
     draw(shot, target);
     const auto users = read_texels<std::uint32_t>(gpu(), *target.colors[3]);
     const auto velocities = read_texels<glm::vec4>(gpu(), *target.colors[4]);
-    const std::vector<float> depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    const std::vector<float> depth = read_floats(gpu(), target.depth);
     const glm::dmat4 view_from_world = glm::make_mat4(shot.view_from_world);
     const glm::dmat4 from_clip = glm::inverse(glm::dmat4(glm::make_mat4(shot.clip_from_view)) * view_from_world);
     const glm::dvec3 eye = glm::dvec3(glm::inverse(view_from_world)[3]);
 
-    std::ifstream file(path_, std::ios::binary);
-    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
-    const auto plant = read_front({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, bytes.size());
-    EXPECT_TRUE(plant);
+    const Result<PlantFile> plant = front();
     std::vector<std::uint32_t> words(gpu::kWindWord + wind_word_count(wind_field(*plant)));
     pack_wind(wind_field(*plant), std::span(words).subspan(gpu::kWindWord));
     lod::CoppiceTable table{};
@@ -494,9 +402,8 @@ class WindOnSurface : public SurfaceTest {
     std::vector<WindPixel> pixels;
     for (std::size_t i = 0; i < kPixels; ++i) {
       if (depth[i] == 0.0f) continue;
-      const glm::dvec2 at(static_cast<double>(i % kSidePx) + 0.5, static_cast<double>(i / kSidePx) + 0.5);
-      const glm::dvec4 place = from_clip * glm::dvec4(2.0 * at / double{kSidePx} - 1.0, double{depth[i]}, 1.0);
-      const glm::dvec3 world = glm::dvec3(place) / place.w;
+      const glm::dvec2 at = middle_of(i);
+      const glm::dvec3 world = world_of(from_clip, at, depth[i]);
       const std::size_t instance = instance_of(users[i]);
       const glm::dvec3 foot = glm::make_vec3(placements_[instance].position);
       const glm::dvec3 foot_before = foot - glm::dvec3(is_moved(instance) ? step_m : 0.0, 0.0, 0.0);
@@ -585,9 +492,7 @@ TEST_P(WindOnSurface, AMapMovesThePlantsThatStandOnIt) {
 
 /// A sphere that ends just outside the picture at rest is in view in the wind that may bring it there.
 TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
-  std::ifstream file(path_, std::ios::binary);
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
-  const auto plant = read_front({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, bytes.size());
+  const Result<PlantFile> plant = front();
   ASSERT_TRUE(plant);
   const double reach_m = max_wind_move_m(wind_field(*plant));
   ASSERT_GT(reach_m, 1e-3);
@@ -601,16 +506,11 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
   const double wanted_m = -(plant->plant.sphere_radius + 0.5 * reach_m);
   const glm::dvec3 center = middle + glm::dvec3(plane) * (wanted_m - glm::dot(plane, glm::dvec4(middle, 1.0)));
   const glm::vec3 at = glm::vec3(center) - glm::make_vec3(plant->plant.sphere_center);
-  const coppice_placement outside = placement(at, 1);
-  coppice_instance instance = 0;
-  ASSERT_EQ(coppice_instances_add(context_, plant_, &outside, sizeof outside, 1, &instance), COPPICE_OK) << log_;
+  add(plant_, placement_at(at));
   const auto seen = [&] {
     for (int i = 0; i < 4; ++i) frame(shot);
     begin(shot);
-    coppice_view_stats stats;
-    coppice_view_stats_init(&stats);
-    EXPECT_EQ(coppice_get_view_stats(context_, view_, &stats), COPPICE_OK);
-    return stats.visible_instance_count;
+    return view_stats().visible_instance_count;
   };
   for (int i = 0; i < 20; ++i) pump(shot);
   EXPECT_EQ(seen(), 0u);

@@ -25,61 +25,32 @@ std::uint32_t eye_count_of(const coppice_camera& camera) {
   return camera.second_eye == nullptr ? 1 : 2;
 }
 
+constexpr std::uint8_t kStencil = 7;  ///< that stencils are cleared to
+
 /// What a view is drawn to: two eyes side by side.
 struct Target {
   std::unique_ptr<Image> color;  ///< null: depth alone
   Image depth;
 
-  Target(const VulkanDevice& gpu, const coppice_camera& camera, bool depth_alone, VkFormat depth_format = VK_FORMAT_D32_SFLOAT)
-      : color(depth_alone ? nullptr
-                          : std::make_unique<Image>(
-                                gpu, ImageDesc{.width_px = eye_count_of(camera) * camera.width_px,
-                                               .height_px = camera.height_px,
-                                               .format = VK_FORMAT_R8G8B8A8_SRGB,
-                                               .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT})),
-        depth(gpu, {.width_px = eye_count_of(camera) * camera.width_px,
-                    .height_px = camera.height_px,
-                    .format = depth_format,
-                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
+  Target(const VulkanDevice& gpu, const coppice_camera& camera, VkFormat color_format, VkFormat depth_format = VK_FORMAT_D32_SFLOAT)
+      : depth(gpu, depth_attachment(eye_count_of(camera) * camera.width_px, camera.height_px, depth_format)) {
+    if (color_format == VK_FORMAT_UNDEFINED) return;
+    color = std::make_unique<Image>(gpu, color_attachment(depth.desc().width_px, depth.desc().height_px, color_format));
+  }
 
-  [[nodiscard]] bool has_stencil() const { return depth.desc().format == VK_FORMAT_D32_SFLOAT_S8_UINT; }
-  [[nodiscard]] VkImageLayout depth_layout() const {
-    return has_stencil() ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  /// clear: what was there before goes
+  void begin(VkCommandBuffer cmd, bool clear) const {
+    Attachments all{.depth = &depth, .farthest = {0.0f, kStencil}};
+    if (color) all.colors = {color.get()};
+    if (!clear) {
+      all.colors_from = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+      all.depth_from = depth.attachment_layout();
+    }
+    begin_rendering(cmd, all);
   }
 };
 
-/// That stencils are cleared to.
-constexpr std::uint8_t kStencil = 7;
-
-/// clear: what was there before goes
-void begin_rendering(VkCommandBuffer cmd, const Target& target, bool clear) {
-  const VkImageLayout before = clear ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-  if (target.color) change_layout(cmd, *target.color, before, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-  change_layout(cmd, target.depth, clear ? VK_IMAGE_LAYOUT_UNDEFINED : target.depth_layout(), target.depth_layout());
-  const VkAttachmentLoadOp load = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
-  const VkRenderingAttachmentInfo color{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                        .imageView = target.color ? target.color->view() : VK_NULL_HANDLE,
-                                        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                        .loadOp = load,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                        .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
-  const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                        .imageView = target.depth.view(),
-                                        .imageLayout = target.depth_layout(),
-                                        .loadOp = load,
-                                        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                        .clearValue = {.depthStencil = {0.0f, kStencil}}};
-  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                  .renderArea = {{0, 0}, {target.depth.desc().width_px, target.depth.desc().height_px}},
-                                  .layerCount = 1,
-                                  .colorAttachmentCount = target.color ? 1u : 0u,
-                                  .pColorAttachments = &color,
-                                  .pDepthAttachment = &depth,
-                                  .pStencilAttachment = target.has_stencil() ? &depth : nullptr};
-  vkCmdBeginRendering(cmd, &rendering);
-}
-
-/// Of a target that has been drawn to.
+/// What a target shows that has been drawn to.
 struct Drawn {
   Picture picture;           ///< empty with depth alone
   std::vector<float> depth;  ///< empty with colour
@@ -88,14 +59,13 @@ struct Drawn {
 };
 
 Drawn read(const VulkanDevice& gpu, const Target& target) {
-  if (target.color) return {read_picture(gpu, *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL), {}};
-  return {{}, read_floats(gpu, target.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)};
+  if (target.color) return {read_picture(gpu, *target.color), {}};
+  return {{}, read_floats(gpu, target.depth)};
 }
 
 /// Pixels that show something.
 std::size_t covered(const Drawn& drawn) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < drawn.picture.rgba.size(); i += 4) count += drawn.picture.rgba[i + 1] < 250;
+  const std::size_t count = count_pixels(drawn.picture, [](const std::uint8_t* rgb) { return rgb[1] < 250; });
   return count + static_cast<std::size_t>(std::ranges::count_if(drawn.depth, [](float depth) { return depth > 0.0f; }));
 }
 
@@ -124,13 +94,14 @@ class Recorder {
   VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
+Shot view_from(const glm::vec3& eye_m) {
+  return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx});
+}
+
 class ViewsTest : public PathTest<ContextTest> {
  protected:
   void place(const std::vector<glm::vec3>& places) {
-    for (const glm::vec3& at : places) {
-      const coppice_placement placement{{at.x, at.y, at.z}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
-      ASSERT_EQ(coppice_instances_add(context_, plant_, &placement, sizeof(coppice_placement), 1, nullptr), COPPICE_OK) << log_;
-    }
+    for (const glm::vec3& at : places) add(plant_, placement_at(at));
   }
   void place_rows() {
     std::vector<glm::vec3> places;
@@ -159,16 +130,15 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// A camera from the front, its mirror image from below, a sun's, and a stereo pair from behind that is closer and finer.
   std::vector<Shot> four_views() {
-    Shot front = make_view({.eye_m = {0.0f, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot front = view_from({0.0f, 1.0f, 6.0f});
     Shot mirrored = front;
     const glm::mat4 mirror = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0, -4, 0)), glm::vec3(1, -1, 1));
     const glm::dmat4 below = glm::make_mat4(front.view_from_world) * glm::dmat4(mirror);
     std::copy_n(glm::value_ptr(below), 16, mirrored.view_from_world);
-    Shot behind = make_view({.eye_m = {-3.0f, 0.5f, -16.0f}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot behind = view_from({-3.0f, 0.5f, -16.0f});
     behind.error_px = 0.5f;
     add_eye(behind, 0.065, 0.0);
-    coppice_sun_desc desc;
-    coppice_sun_desc_init(&desc);
+    auto desc = defaults(coppice_sun_desc_init);
     std::copy_n(front.light.sun_direction, 3, desc.sun_direction);
     desc.radius_m = 12.0f;
     desc.size_px = kSidePx;
@@ -193,25 +163,37 @@ class ViewsTest : public PathTest<ContextTest> {
     ADD_FAILURE() << "streaming does not come to rest";
   }
 
+  /// The rows from the front, all of which is there.
+  Shot settled_rows() {
+    place_rows();
+    Shot shot = view_from({0, 1, 6});
+    shot.view = view_;
+    settle_all({shot});
+    return shot;
+  }
+
   [[nodiscard]] std::unique_ptr<Target> target_of(const Shot& shot) {
-    return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_);
+    return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_ ? VK_FORMAT_UNDEFINED : VK_FORMAT_R8G8B8A8_SRGB);
   }
 
   void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
-    begin_rendering(cmd, target, clear);
+    target.begin(cmd, clear);
     for (std::uint32_t eye = 0; eye < eye_count_of(shot); ++eye) record_draw(cmd, shot, eye);
     vkCmdEndRendering(cmd);
   }
 
   /// A frame with this view alone.
-  Drawn alone(const Shot& shot) {
-    const auto target = target_of(shot);
+  void draw_alone(const Shot& shot, const Target& target) {
     begin(shot);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
       record_cull(cmd, shot);
-      record_one_draw(cmd, shot, *target);
+      record_one_draw(cmd, shot, target);
     });
+  }
+  Drawn alone(const Shot& shot) {
+    const auto target = target_of(shot);
+    draw_alone(shot, *target);
     return read(gpu(), *target);
   }
   std::vector<Drawn> each_alone(const std::vector<Shot>& shots) {
@@ -343,7 +325,7 @@ TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
 
 TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
   place({{0, 0, 0}, {500, 0, 0}});
-  Shot far = make_view({.eye_m = {0, 0.3f, 60}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot far = view_from({0, 0.3f, 60});
   far.view = view_;
   settle_all({far});
   EXPECT_LT(info(plant_).resident_leaf_count, 3000u);
@@ -368,7 +350,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
 
 TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
   place_rows();
-  Shot front = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot front = view_from({0, 1, 6});
   front.view = view_;
   front.error_px = 0.5f;
   Shot limited = front;
@@ -400,7 +382,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
   place_rows();
   std::vector<Shot> shots;
   for (const float x_m : {-4.0f, 0.0f, 5.0f}) {
-    shots.push_back(make_view({.eye_m = {x_m, 1.0f, 6.0f}, .width_px = kSidePx, .height_px = kSidePx}));
+    shots.push_back(view_from({x_m, 1.0f, 6.0f}));
     shots.back().view = shots.size() == 1 ? view_ : create_view();
   }
   settle_all(shots);
@@ -462,58 +444,38 @@ TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
 
 /// With the engine's stencil bound, which stays as it is: the picture is that without.
 TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
-  place_rows();
-  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
-  shot.view = view_;
-  settle_all({shot});
+  Shot shot = settled_rows();
   const Drawn expected = alone(shot);
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
+  auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   formats.depth_format = VK_FORMAT_D32_SFLOAT_S8_UINT;
   formats.has_stencil = VK_TRUE;
   shot.view = create_view(formats);
-  Target target(gpu(), shot, false, VK_FORMAT_D32_SFLOAT_S8_UINT);
-  begin(shot);
-  submit(gpu(), [&](VkCommandBuffer cmd) {
-    record_upload(cmd);
-    record_cull(cmd, shot);
-    record_one_draw(cmd, shot, target);
-  });
+  const Target target(gpu(), shot, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT_S8_UINT);
+  draw_alone(shot, target);
   EXPECT_TRUE(read(gpu(), target) == expected);
-  const std::vector<std::uint8_t> stencil = read_stencil(gpu(), target.depth, target.depth_layout());
+  const std::vector<std::uint8_t> stencil = read_bytes(gpu(), target.depth, 1, {}, VK_IMAGE_ASPECT_STENCIL_BIT);
   EXPECT_EQ(std::ranges::count(stencil, kStencil), static_cast<std::ptrdiff_t>(stencil.size()));
 }
 
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
 TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
   place_rows();
-  coppice_vulkan_view_desc formats;
-  coppice_vulkan_view_desc_init(&formats);
+  auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
   const coppice_view view = create_view(formats);
   for (const float distance_m : {4.0f, 30.0f}) {
-    Shot shot = make_view({.eye_m = {0, 1, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot shot = view_from({0, 1, distance_m});
     shot.view = view;
     settle_all({shot});
     const auto picture = [&](float times) {
       Shot lit = shot;
       for (float* color : {lit.light.sun_color, lit.light.sky_color, lit.light.ground_color})
         for (std::size_t i = 0; i < 3; ++i) color[i] *= times;
-      Target target(gpu(), lit, true);
-      target.color =
-          std::make_unique<Image>(gpu(), ImageDesc{.width_px = kSidePx,
-                                                   .height_px = kSidePx,
-                                                   .format = VK_FORMAT_R32_SFLOAT,
-                                                   .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-      begin(lit);
-      submit(gpu(), [&](VkCommandBuffer cmd) {
-        record_upload(cmd);
-        record_cull(cmd, lit);
-        record_one_draw(cmd, lit, target);
-      });
-      return read_floats(gpu(), *target.color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+      const Target target(gpu(), lit, VK_FORMAT_R32_SFLOAT);
+      draw_alone(lit, target);
+      return read_floats(gpu(), *target.color);
     };
     const std::vector<float> dim = picture(1.0f), bright = picture(1000.0f);
     std::size_t lit = 0;
@@ -528,10 +490,7 @@ TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
 }
 
 TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
-  place_rows();
-  Shot shot = make_view({.eye_m = {0, 1, 6}, .width_px = kSidePx, .height_px = kSidePx});
-  shot.view = view_;
-  settle_all({shot});
+  Shot shot = settled_rows();
   const Drawn expected = alone(shot);
   Shot other = shot;
   std::uint64_t bytes = 0;

@@ -6,12 +6,10 @@
 
 #include <gtest/gtest.h>
 
+namespace coppice::test {
 namespace vulkan_device_test {
 
-using coppice::test::Buffer;
-using coppice::test::Image;
-
-class VulkanDeviceTest : public coppice::test::VulkanTest {};
+class VulkanDeviceTest : public VulkanTest {};
 
 TEST_F(VulkanDeviceTest, ReadsBackWhatWasUploaded) {
   constexpr std::uint32_t kSide = 5;
@@ -21,14 +19,12 @@ TEST_F(VulkanDeviceTest, ReadsBackWhatWasUploaded) {
     Buffer upload(gpu(), kSide * kSide * 4, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
     auto* bytes = static_cast<std::uint8_t*>(upload.mapped());
     for (std::uint32_t i = 0; i < kSide * kSide * 4; ++i) bytes[i] = static_cast<std::uint8_t>(7 * i);
-    coppice::test::submit(gpu(), [&](VkCommandBuffer cmd) {
-      coppice::test::change_layout(cmd, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
-      VkBufferImageCopy region{};
-      region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-      region.imageExtent = {kSide, kSide, 1};
+    submit(gpu(), [&](VkCommandBuffer cmd) {
+      change_layout(cmd, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+      const VkBufferImageCopy region{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1}, .imageExtent = {kSide, kSide, 1}};
       vkCmdCopyBufferToImage(cmd, upload.handle(), image.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
     });
-    const auto picture = coppice::test::read_picture(gpu(), image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    const auto picture = read_picture(gpu(), image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     const std::uint8_t* pixel = picture.at(3, 2);
     const std::uint8_t* source = bytes + (2 * kSide + 3) * 4;
     const bool bgra = format == VK_FORMAT_B8G8R8A8_UNORM;
@@ -40,27 +36,28 @@ TEST_F(VulkanDeviceTest, ReadsBackWhatWasUploaded) {
 }
 
 TEST_F(VulkanDeviceTest, CoreValidationIsOn) {
-  VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
-  info.size = 0;  // VUID-VkBufferCreateInfo-size-00912
-  info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                .size = 0,  // VUID-VkBufferCreateInfo-size-00912
+                                .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT};
   VkBuffer buffer = VK_NULL_HANDLE;
   if (vkCreateBuffer(gpu().device, &info, nullptr, &buffer) == VK_SUCCESS) vkDestroyBuffer(gpu().device, buffer, nullptr);
-  EXPECT_EQ(coppice::test::validation_messages().size(), 1u);
-  coppice::test::clear_validation_messages();
+  EXPECT_EQ(validation_messages().size(), 1u);
+  clear_validation_messages();
 }
 
 TEST_F(VulkanDeviceTest, SynchronizationValidationIsOn) {
   constexpr VkBufferUsageFlags kBoth = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   Buffer first(gpu(), 64, kBoth);
   Buffer second(gpu(), 64, kBoth);
-  coppice::test::submit(gpu(), [&](VkCommandBuffer cmd) {
+  submit(gpu(), [&](VkCommandBuffer cmd) {
     const VkBufferCopy region{0, 0, 64};
     vkCmdFillBuffer(cmd, first.handle(), 0, 64, 1);
     vkCmdCopyBuffer(cmd, first.handle(), second.handle(), 1, &region);  // reads the fill without a barrier
   });
-  ASSERT_FALSE(coppice::test::validation_messages().empty());
-  EXPECT_NE(coppice::test::validation_messages().front().find("READ_AFTER_WRITE"), std::string::npos);
-  coppice::test::clear_validation_messages();
+  ASSERT_FALSE(validation_messages().empty());
+  EXPECT_NE(validation_messages().front().find("READ_AFTER_WRITE"), std::string::npos);
+  clear_validation_messages();
 }
 
 }  // namespace vulkan_device_test
+}  // namespace coppice::test

@@ -16,12 +16,7 @@ namespace world_test {
 using Offset = std::array<double, 3>;
 
 coppice_placement placed(double x, double z, const Offset& offset = {}) {
-  coppice_placement placement;
-  coppice_placement_init(&placement);
-  placement.position[0] = x + offset[0];
-  placement.position[1] = offset[1];
-  placement.position[2] = z + offset[2];
-  return placement;
+  return placement_at({x + offset[0], offset[1], z + offset[2]});
 }
 
 /// The same view of a world that has been moved.
@@ -29,13 +24,6 @@ Shot moved(Shot view, const Offset& by) {
   for (std::size_t row = 0; row < 3; ++row)
     for (std::size_t i = 0; i < 3; ++i) view.view_from_world[12 + row] -= view.view_from_world[4 * i + row] * by[i];
   return view;
-}
-
-std::size_t drawn_pixels(const Picture& picture) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    count += picture.rgba[i] < 250 || picture.rgba[i + 1] < 250 || picture.rgba[i + 2] < 250;
-  return count;
 }
 
 /// Pixels that differ by more than roundings of colours do.
@@ -52,14 +40,7 @@ class WorldTest : public PathTest<ContextWithMapTest> {
     create_map_view();
   }
 
-  std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) {
-    std::vector<coppice_instance> handles(placements.size());
-    EXPECT_EQ(coppice_instances_add(context_, plant_, placements.data(), sizeof(coppice_placement),
-                                    static_cast<std::uint32_t>(placements.size()), handles.data()),
-              COPPICE_OK)
-        << log_;
-    return handles;
-  }
+  std::vector<coppice_instance> add(const std::vector<coppice_placement>& placements) { return PathTest::add(plant_, placements); }
   void move(const std::vector<coppice_instance>& handles, const std::vector<coppice_placement>& placements) {
     ASSERT_EQ(coppice_instances_move(context_, handles.data(), placements.data(), sizeof(coppice_placement),
                                      static_cast<std::uint32_t>(handles.size())),

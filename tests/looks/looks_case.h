@@ -34,11 +34,14 @@ struct LooksCase {
   std::function<GltfBuilder()> defect;
   bake::BakeOptions bake = {};
   glm::vec3 from{0.6f, 0.25f, 1.0f};                   ///< where the camera is, seen from the plant
-  std::vector<float> sizes_px{480, 240, 120, 60, 30};  ///< of the plant's bounding sphere, across: five distances
-  float defect_size_px = 120;                          ///< of those, the one at which the defect is compared
+  std::vector<float> sizes_px{480, 240, 120, 60, 30};  ///< how wide the plant's bounding sphere is: five distances
+  float defect_size_px = 120;                          ///< the one of them at which the defect is compared
 };
 
-/// Written to `folder` and baked; prints its warnings. returns  the .coppice file
+/// Bakes a .glb; prints the warnings. returns  the .coppice file, which lies beside it
+std::filesystem::path bake_file(const std::filesystem::path& glb, const bake::BakeOptions& options);
+
+/// The same for a plant that is written to `folder` first.
 std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
                                  const bake::BakeOptions& options);
 

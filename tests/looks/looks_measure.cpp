@@ -12,10 +12,10 @@ namespace coppice::test {
 namespace {
 
 constexpr std::uint32_t kBlockPx = 8;
-constexpr float kPlantBlock = 0.25f;  // of a block
+constexpr float kPlantBlock = 0.25f;  // share of a block
 constexpr float kColorOff = 0.06f * 255.0f;
 constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.06, kPieceOff = 0.05;
-constexpr double kFewBlocks = 2.0;  ///< of a small picture, where one block is more than the share above
+constexpr double kFewBlocks = 2.0;  ///< that a small picture may have, where one block is more than the share above
 // A pixel that shows the plant in fewer frames than two of sixteen connects nothing.
 constexpr float kPlantPixel = 0.125f;
 

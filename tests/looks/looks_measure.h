@@ -21,7 +21,7 @@ struct MeanPicture {
 };
 
 struct LooksDifference {
-  std::uint32_t blocks = 0;  ///< of 8 x 8 px that are at least a quarter plant in the reference
+  std::uint32_t blocks = 0;  ///< 8 x 8 px each, at least a quarter plant in the reference
   double wrong_blocks = 0;   ///< share of them whose mean is off by more than 6 % of 255 in a channel; 0 of none
   double coverage = 0;       ///< what the plant covers, by what it covers in the reference
   double largest_piece = 0;  ///< share of the plant that its largest 8-connected piece holds

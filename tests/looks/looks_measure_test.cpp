@@ -46,7 +46,7 @@ TEST(LooksMeasure, ColoursAreComparedBlockByBlock) {
   };
   EXPECT_TRUE(looks_alike(compare_looks(picture_of(tree), shifted(14))));
   EXPECT_FALSE(looks_alike(compare_looks(picture_of(tree), shifted(16)))) << "6 % of 255 are 15.3";
-  // Of 30 blocks two are let pass, three are more than 5 %.
+  // Two of 30 blocks are let pass, three are more than 5 %.
   const auto spotted = [](std::uint32_t width_px) {
     return picture_of([=](std::uint32_t x, std::uint32_t y) {
       return in(x, 16, 16 + width_px) && in(y, 16, 24) ? glm::vec4(255, 255, 255, 1) : tree(x, y);

@@ -23,9 +23,9 @@ bool report(const fs::path& folder, float error_px, const fs::path& plant) {
   LooksStage hardware(vulkan_device(), plant, LooksPath::hardware), compute(vulkan_device(), plant, LooksPath::compute);
   bool passed = true;
   for (const float size_px : {480.0f, 240.0f, 120.0f, 60.0f, 30.0f}) {
-    const MeanPicture reference = hardware.draw({.of = hardware.sphere(), .size_px = size_px, .lod = COPPICE_LOD_FULL});
+    const MeanPicture reference = hardware.draw({.sphere = hardware.sphere(), .size_px = size_px, .lod = COPPICE_LOD_FULL});
     const auto compare = [&](const char* path, LooksStage& stage) {
-      const MeanPicture picture = stage.draw({.of = hardware.sphere(), .size_px = size_px, .error_px = error_px});
+      const MeanPicture picture = stage.draw({.sphere = hardware.sphere(), .size_px = size_px, .error_px = error_px});
       const LooksDifference difference = compare_looks(reference, picture);
       const bool alike = looks_alike(difference);
       passed = passed && alike;

@@ -15,8 +15,6 @@
 namespace coppice::test {
 namespace {
 
-constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 // A lens of 60 degrees on 1280 x 720 has 623; a longer one shows the plant as it is from farther away, with less perspective.
 constexpr float kFocalPx = 1200.0f;
 constexpr std::uint32_t kFrames = 16;
@@ -42,7 +40,7 @@ glm::mat4 reversed_perspective(float side_px, float near) {
   return clip;
 }
 
-/// Of the Halton sequence, which covers 0..1 evenly from the first points on.
+/// A point of the Halton sequence, which covers 0..1 evenly from the first points on.
 float halton(std::uint32_t index, std::uint32_t base) {
   float value = 0, digit = 1;
   for (; index > 0; index /= base) {
@@ -50,29 +48,6 @@ float halton(std::uint32_t index, std::uint32_t base) {
     value += digit * static_cast<float>(index % base);
   }
   return value;
-}
-
-void begin_rendering(VkCommandBuffer cmd, const Image& color_image, const Image& depth_image) {
-  change_layout(cmd, color_image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-  change_layout(cmd, depth_image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-  VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
-  color.imageView = color_image.view();
-  color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-  color.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
-  color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-  color.clearValue.color = kBackground;
-  VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
-  depth.imageView = depth_image.view();
-  depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-  depth.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
-  depth.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
-  VkRenderingInfo info{VK_STRUCTURE_TYPE_RENDERING_INFO};
-  info.renderArea.extent = {color_image.desc().width_px, color_image.desc().height_px};
-  info.layerCount = 1;
-  info.colorAttachmentCount = 1;
-  info.pColorAttachments = &color;
-  info.pDepthAttachment = &depth;
-  vkCmdBeginRendering(cmd, &info);
 }
 
 void add_to_mean(const Picture& frame, MeanPicture& mean) {
@@ -83,12 +58,12 @@ void add_to_mean(const Picture& frame, MeanPicture& mean) {
 }
 
 Shot make_view(const LooksView& wanted) {
-  const float distance_m = 2.0f * wanted.of.radius * kFocalPx / wanted.size_px;
-  const glm::vec3 eye = wanted.of.center + glm::normalize(wanted.from) * distance_m;
-  const glm::mat4 view_from_world = glm::lookAt(eye, wanted.of.center, glm::vec3(0, 1, 0));
+  const float distance_m = 2.0f * wanted.sphere.radius * kFocalPx / wanted.size_px;
+  const glm::vec3 eye = wanted.sphere.center + glm::normalize(wanted.from) * distance_m;
+  const glm::mat4 view_from_world = glm::lookAt(eye, wanted.sphere.center, glm::vec3(0, 1, 0));
   // Perspective makes the near half of a sphere larger than the sphere's middle; whole blocks.
   const auto side_px = static_cast<std::uint32_t>(std::ceil((1.15f * wanted.size_px + 8.0f) / 8.0f)) * 8;
-  glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.of.radius);
+  glm::mat4 clip_from_view = reversed_perspective(static_cast<float>(side_px), 0.01f * wanted.sphere.radius);
   if (wanted.y_up) clip_from_view[1][1] *= -1.0f;
   Shot view;
   init_shot(&view);
@@ -119,7 +94,7 @@ LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& pla
   check(coppice_plant_open(context, plant.c_str(), &handle), "coppice_plant_open");
   coppice_plant_info_init(&info_);
   check(coppice_plant_get_info(context, handle, &info_), "coppice_plant_get_info");
-  const coppice_placement placement{{0, 0, 0}, 1, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
+  const coppice_placement placement = placement_at();
   check(coppice_instances_add(context, handle, &placement, sizeof(coppice_placement), 1, nullptr), "coppice_instances_add");
 }
 
@@ -128,8 +103,7 @@ LooksSphere LooksStage::sphere() const {
 }
 
 void LooksStage::begin_frame(const Shot& view) {
-  coppice_frame frame;
-  coppice_frame_init(&frame);
+  auto frame = defaults(coppice_frame_init);
   frame.frame_number = ++frame_number_;
   frame.completed_number = frame_number_ - 1;
   coppice_camera camera = view;
@@ -145,10 +119,7 @@ void LooksStage::settle(const Shot& view) {
   int quiet = 0;
   for (int frame = 0; frame < kMaxFrames && quiet < kQuietFrames; ++frame) {
     begin_frame(view);
-    submit(gpu_, [&](VkCommandBuffer cmd) {
-      check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
-      check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
-    });
+    submit(gpu_, [&](VkCommandBuffer cmd) { record_cull(cmd, view); });
     std::uint32_t settled = 0;
     check(coppice_is_settled(context_.get(), view_, &settled), "coppice_is_settled");
     quiet = settled != 0 ? quiet + 1 : 0;
@@ -157,24 +128,39 @@ void LooksStage::settle(const Shot& view) {
   if (quiet < kQuietFrames) throw std::runtime_error("streaming does not come to rest");
 }
 
-Picture LooksStage::draw_frame(const Shot& view, const Image& color, const Image& depth) {
+void LooksStage::record_cull(VkCommandBuffer cmd, const Shot& view) {
+  check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
+  check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
+}
+
+Picture LooksStage::draw_frame(const Shot& view, const Attachments& attachments) {
   begin_frame(view);
   submit(gpu_, [&](VkCommandBuffer cmd) {
-    check(coppice_record_upload(context_.get(), cmd), "coppice_record_upload");
-    check(coppice_record_cull(context_.get(), cmd, view_, &view.light), "coppice_record_cull");
-    begin_rendering(cmd, color, depth);
+    record_cull(cmd, view);
+    begin_rendering(cmd, attachments);
     check(coppice_record_draw(context_.get(), cmd, view_, 0), "coppice_record_draw");
     vkCmdEndRendering(cmd);
   });
-  return read_picture(gpu_, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  return read_picture(gpu_, *attachments.colors[0]);
+}
+
+Picture LooksStage::draw_still(const Shot& view, const VkClearColorValue& background) {
+  settle(view);
+  const Image color(gpu_, color_attachment(view.width_px, view.height_px)), depth(gpu_, depth_attachment(view.width_px, view.height_px));
+  return draw_frame(view, {.colors = {&color}, .depth = &depth, .background = background});
+}
+
+coppice_view_stats LooksStage::stats() const {
+  auto stats = defaults(coppice_view_stats_init);
+  check(coppice_get_view_stats(context_.get(), view_, &stats), "coppice_get_view_stats");
+  return stats;
 }
 
 MeanPicture LooksStage::draw(const LooksView& wanted) {
   const Shot view = make_view(wanted);
   settle(view);
-  const Image color(gpu_,
-                    {view.width_px, view.height_px, kColorFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-  const Image depth(gpu_, {view.width_px, view.height_px, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
+  const Image color(gpu_, color_attachment(view.width_px, view.height_px)), depth(gpu_, depth_attachment(view.width_px, view.height_px));
+  const Attachments attachments{.colors = {&color}, .depth = &depth, .background = kBackground};
   MeanPicture mean{view.width_px, view.height_px, std::vector<glm::vec4>(std::size_t{view.width_px} * view.height_px)};
   for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
     Shot moved = view;
@@ -182,7 +168,7 @@ MeanPicture LooksStage::draw(const LooksView& wanted) {
     moved.clip_from_view[8] -= 2.0f * (halton(frame + 1, 2) - 0.5f) / side_px;
     moved.clip_from_view[9] -= 2.0f * (halton(frame + 1, 3) - 0.5f) / side_px;
     moved.temporal_frame = frame + 1;
-    add_to_mean(draw_frame(moved, color, depth), mean);
+    add_to_mean(draw_frame(moved, attachments), mean);
   }
   return mean;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// One plant before the camera, drawn through the C API.
+// One plant before the camera, drawn through the C API: for tests of looks and for golden pictures.
 
 #include <cstdint>
 #include <filesystem>
@@ -24,8 +24,8 @@ struct LooksSphere {
 };
 
 struct LooksView {
-  LooksSphere of;       ///< in the middle of the picture
-  float size_px = 240;  ///< of that sphere, across
+  LooksSphere sphere;   ///< in the middle of the picture
+  float size_px = 240;  ///< the sphere's width
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
   float error_px = 2;  ///< as in coppice_camera
@@ -42,11 +42,16 @@ class LooksStage {
 
   /// Streams until all that the view wants is there, then draws 16 frames, each moved by part of a pixel.
   MeanPicture draw(const LooksView& view);
+  /// The same with a single frame, on a background of this colour.
+  Picture draw_still(const Shot& view, const VkClearColorValue& background);
+  /// What the frames of the view drew.
+  [[nodiscard]] coppice_view_stats stats() const;
 
  private:
   void begin_frame(const Shot& view);
+  void record_cull(VkCommandBuffer cmd, const Shot& view);
   void settle(const Shot& view);
-  Picture draw_frame(const Shot& view, const Image& color, const Image& depth);
+  Picture draw_frame(const Shot& view, const Attachments& attachments);
 
   const VulkanDevice& gpu_;
   std::unique_ptr<coppice_context, decltype(&coppice_context_destroy)> context_{nullptr, coppice_context_destroy};

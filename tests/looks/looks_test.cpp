@@ -8,7 +8,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "atomic_file.h"
 #include "golden.h"
 #include "looks_case.h"
 #include "places.h"
@@ -16,18 +15,18 @@
 
 namespace coppice::test {
 
-std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
-                                 const bake::BakeOptions& options) {
-  const std::filesystem::path glb = write_file(folder / (name + ".glb"), plant.glb());
+std::filesystem::path bake_file(const std::filesystem::path& glb, const bake::BakeOptions& options) {
   bake::BakeReport report;
   const auto bytes = bake::bake(
       glb, options, [](const char*, double) {}, report);
   if (!bytes) throw std::runtime_error(bytes.error().message());
-  for (const std::string& warning : report.warnings) std::printf("%s: %s\n", name.c_str(), warning.c_str());
-  const std::filesystem::path file = folder / (name + ".coppice");
-  const auto saved = bake::write_file_atomically(file, *bytes);
-  if (!saved) throw std::runtime_error(saved.error().message());
-  return file;
+  for (const std::string& warning : report.warnings) std::printf("%s: %s\n", glb.stem().c_str(), warning.c_str());
+  return write_file(std::filesystem::path(glb).replace_extension(".coppice"), *bytes);
+}
+
+std::filesystem::path bake_plant(const std::filesystem::path& folder, const std::string& name, const GltfBuilder& plant,
+                                 const bake::BakeOptions& options) {
+  return bake_file(write_file(folder / (name + ".glb"), plant.glb()), options);
 }
 
 namespace looks_test {

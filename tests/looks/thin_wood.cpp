@@ -19,7 +19,7 @@ void add_mesh(GltfBuilder& builder, const bake::Mesh& mesh, std::string_view nam
   for (const auto& [material, shape] : shapes) add_shape(builder, shape, static_cast<int>(material), std::string(name));
 }
 
-/// Of a mesh, the triangles of which the first corner is below a height.
+/// The triangles of a mesh whose first corner is below a height.
 bake::Mesh below(bake::Mesh mesh, float height_m) {
   std::vector<std::uint32_t> indices, materials;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

@@ -36,17 +36,10 @@ Shape bare_tree() {
 
 Shape crown_of_cards(std::uint32_t count) {
   std::mt19937 random(2);
-  const auto in_ball = [&random] {
-    for (;;) {
-      const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
-      const glm::vec3 point(x, y, z);
-      if (glm::dot(point, point) <= 1.0f && glm::dot(point, point) > 0.01f) return point;
-    }
-  };
   Shape leaves;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const glm::vec3 middle = glm::vec3(0, 2.6f, 0) + 1.2f * in_ball();
-    const glm::vec3 up = glm::normalize(in_ball());
+    const glm::vec3 middle = glm::vec3(0, 2.6f, 0) + 1.2f * in_ball(random);
+    const glm::vec3 up = glm::normalize(in_ball(random));
     const glm::vec3 right = glm::normalize(glm::cross(up, glm::vec3(up.y, up.z + 0.1f, -up.x)));
     add_leaf(leaves, middle, right, up);
   }

@@ -17,7 +17,7 @@ GltfBuilder sheet(bool is_turned) {
   return builder;
 }
 
-/// Of the pixels that it covers, 0..255.
+/// The mean over the pixels that it covers, 0..255.
 float mean_red(const MeanPicture& picture) {
   float sum = 0, count = 0;
   for (const glm::vec4& texel : picture.texels)

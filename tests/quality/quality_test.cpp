@@ -27,8 +27,8 @@ namespace quality_test {
 
 // Another libm or compiler rounds differently and a greedy search may then take another way: seen to move a figure by up to 2 %.
 constexpr double kRelativeTolerance = 0.04;
-constexpr double kRmseTolerance = 0.05;       ///< of 255
-constexpr double kCoverageTolerance = 0.015;  ///< of the distance to 1
+constexpr double kRmseTolerance = 0.05;       ///< where white is 255
+constexpr double kCoverageTolerance = 0.015;  ///< how much the distance to 1 may grow
 constexpr double kHausdorffTolerance = 0.15;  ///< relative; a single leaf decides it
 
 struct QualityPlant {

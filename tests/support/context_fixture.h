@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "context_desc.h"
@@ -22,19 +22,24 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 #include "shot.h"
+#include "text_files.h"
 #include "vulkan_device.h"
 
 namespace coppice::test {
 
-/// A random plant as a file.
-inline void write_plant(const std::filesystem::path& path, const RandomPlantOptions& options,
-                        bake::TextureCoding textures = bake::TextureCoding::bc) {
+/// A random plant as a file has it.
+inline std::vector<std::uint8_t> plant_bytes(const RandomPlantOptions& options, bake::TextureCoding textures = bake::TextureCoding::bc) {
   bake::BakedPlant plant = random_plant(options);
   plant.sphere = {glm::vec3(0.0f), 1.6f};
   bake::PackSizes sizes;
-  const auto bytes = bake::pack(plant, sizes, textures);
+  auto bytes = bake::pack(plant, sizes, textures);
   if (!bytes) throw std::runtime_error(bytes.error().message());
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  return *std::move(bytes);
+}
+
+inline void write_plant(const std::filesystem::path& path, const RandomPlantOptions& options,
+                        bake::TextureCoding textures = bake::TextureCoding::bc) {
+  write_file(path, plant_bytes(options, textures));
 }
 
 /// In the temporary folder; of this process.
@@ -48,7 +53,7 @@ inline std::string temporary_plant(const RandomPlantOptions& options, const char
 class ContextTest : public VulkanTest {
  protected:
   void TearDown() override {
-    coppice_context_destroy(context_);
+    destroy();
     VulkanTest::TearDown();
   }
 
@@ -66,6 +71,12 @@ class ContextTest : public VulkanTest {
     view_ = create_view();
   }
 
+  /// The next context begins with frame 1.
+  void destroy() {
+    coppice_context_destroy(std::exchange(context_, nullptr));
+    frame_number_ = 0;
+  }
+
   coppice_view create_view(coppice_output output = COPPICE_OUTPUT_LIT) {
     coppice_view view = 0;
     EXPECT_EQ(test::create_view(context_, &view, output), COPPICE_OK) << log_;
@@ -73,8 +84,7 @@ class ContextTest : public VulkanTest {
   }
 
   coppice_view create_view(const coppice_vulkan_view_desc& formats, coppice_output output = COPPICE_OUTPUT_LIT) {
-    coppice_view_desc desc;
-    coppice_view_desc_init(&desc);
+    auto desc = defaults(coppice_view_desc_init);
     desc.output = output;
     coppice_view view = 0;
     EXPECT_EQ(coppice_vulkan_view_create(context_, &desc, &formats, &view), COPPICE_OK) << log_;
@@ -87,6 +97,29 @@ class ContextTest : public VulkanTest {
     return plant;
   }
 
+  /// A random plant, whose file is gone once it is open.
+  coppice_plant open_random(const RandomPlantOptions& options) {
+    const std::string path = temporary_plant(options, "context_test");
+    const coppice_plant plant = open(path);
+    std::filesystem::remove(path);
+    return plant;
+  }
+
+  /// instances: where the handles go; null: nowhere
+  coppice_status try_add(coppice_plant plant, std::span<const coppice_placement> placements, coppice_instance* instances = nullptr) {
+    return coppice_instances_add(context_, plant, placements.data(), sizeof(coppice_placement),
+                                 static_cast<std::uint32_t>(placements.size()), instances);
+  }
+  std::vector<coppice_instance> add(coppice_plant plant, std::span<const coppice_placement> placements) {
+    std::vector<coppice_instance> instances(placements.size());
+    EXPECT_EQ(try_add(plant, placements, instances.data()), COPPICE_OK) << log_;
+    return instances;
+  }
+  coppice_instance add(coppice_plant plant, const coppice_placement& placement) { return add(plant, std::span(&placement, 1))[0]; }
+  void move(coppice_instance instance, const coppice_placement& placement) {
+    EXPECT_EQ(coppice_instances_move(context_, &instance, &placement, sizeof placement, 1), COPPICE_OK) << log_;
+  }
+
   /// The shot's view, or where it says none the test's own.
   [[nodiscard]] coppice_view view_of_shot(const Shot& shot) const { return shot.view != 0 ? shot.view : view_; }
 
@@ -96,8 +129,7 @@ class ContextTest : public VulkanTest {
       cameras.push_back(shot);
       cameras.back().view = view_of_shot(shot);
     }
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = defaults(coppice_frame_init);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1 - std::min(frames_behind_, frame_number_ - 1);
     frame.cameras = cameras.data();
@@ -142,23 +174,20 @@ class ContextTest : public VulkanTest {
   }
 
   coppice_stats stats() {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
+    auto stats = defaults(coppice_stats_init);
     EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
     return stats;
   }
 
   coppice_view_stats view_stats(coppice_view view) {
-    coppice_view_stats stats;
-    coppice_view_stats_init(&stats);
+    auto stats = defaults(coppice_view_stats_init);
     EXPECT_EQ(coppice_get_view_stats(context_, view, &stats), COPPICE_OK) << log_;
     return stats;
   }
   coppice_view_stats view_stats() { return view_stats(view_); }
 
   coppice_plant_info info(coppice_plant plant) {
-    coppice_plant_info info;
-    coppice_plant_info_init(&info);
+    auto info = defaults(coppice_plant_info_init);
     EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK) << log_;
     return info;
   }
@@ -167,6 +196,12 @@ class ContextTest : public VulkanTest {
     std::uint32_t settled = COPPICE_FALSE;
     EXPECT_EQ(coppice_is_settled(context_, view, &settled), COPPICE_OK) << log_;
     return settled != COPPICE_FALSE;
+  }
+
+  /// Streams until the shot's view has all that it wants.
+  void pump_until_settled(const Shot& shot) {
+    for (int i = 0; i < 400 && (i < 3 || !is_settled(view_of_shot(shot))); ++i) pump(shot);
+    EXPECT_TRUE(is_settled(view_of_shot(shot)));
   }
 
   /// Frames until the view of `view` has all that it wants and nothing is under way.
@@ -182,7 +217,7 @@ class ContextTest : public VulkanTest {
 
   coppice_context* context_ = nullptr;
   coppice_view view_ = 0;
-  const coppice_wind* wind_ = nullptr;  ///< of the frames that begin
+  const coppice_wind* wind_ = nullptr;  ///< what frames begin with
   std::uint64_t frame_number_ = 0;
   std::uint64_t frames_behind_ = 0;  ///< how many frames the GPU has not finished when one begins
   std::string log_;

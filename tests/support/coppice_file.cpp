@@ -269,7 +269,7 @@ void damage_chunks(Damage& damage, const Bytes& good) {
                          textures + find_chunk(front_of(good), COPPICE_CHUNK_TEXTURES, 0)->bytes);
 }
 
-/// Of the file's only page.
+/// What the file's only page holds.
 struct PageContent {
   std::vector<Split> splits;
   std::vector<PageNode> nodes;  ///< by id

@@ -2,10 +2,9 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <cstring>
 #include <unordered_map>
 
-#include "vulkan_device.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace {
@@ -40,21 +39,10 @@ VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory, c
   vkFreeMemory(device, memory, callbacks);
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_device_proc_addr(VkDevice device, const char* name) {
-  if (std::strcmp(name, "vkAllocateMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(allocate_memory);
-  if (std::strcmp(name, "vkFreeMemory") == 0) return reinterpret_cast<PFN_vkVoidFunction>(free_memory);
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance instance, const char* name) {
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(get_device_proc_addr);
-  return vkGetInstanceProcAddr(instance, name);
-}
-
 }  // namespace
 
 void count_memory(ContextDesc& desc) {
-  desc.get_instance_proc_addr = get_instance_proc_addr;
+  replace_functions(desc, {replacing("vkAllocateMemory", allocate_memory), replacing("vkFreeMemory", free_memory)});
   desc.hooks.allocator = {sizeof(coppice_allocator), nullptr,
                           [](void*, std::size_t bytes, std::size_t align) -> void* {
                             counts().live_bytes += bytes;

@@ -14,7 +14,7 @@ void count_memory(ContextDesc& desc);
 /// Host and device memory that is live, together.
 std::uint64_t counted_bytes();
 
-/// Of vkAllocateMemory.
+/// Calls of vkAllocateMemory.
 struct CountedCalls {
   std::uint64_t calls = 0, live = 0;
 };

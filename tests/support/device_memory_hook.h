@@ -30,7 +30,7 @@ struct DeviceMemoryHook {
     if (requirements->alignment == 0 || (requirements->alignment & (requirements->alignment - 1)) != 0) self.misuse = "alignment";
     if (requirements->size == 0) self.misuse = "size";
     block->offset = 3 * requirements->alignment;
-    block->memory_type = self.gpu != nullptr ? self.find_type(requirements->memoryTypeBits, properties) : self.memory_type;
+    block->memory_type = self.gpu != nullptr ? self.gpu->memory_type(requirements->memoryTypeBits, properties) : self.memory_type;
     if (const VkResult result = self.allocate_memory(*requirements, properties, *block); result != VK_SUCCESS) return result;
     block->handle = reinterpret_cast<void*>(self.calls);
     self.sizes[block->handle] = requirements->size;
@@ -62,11 +62,6 @@ struct DeviceMemoryHook {
     const VkResult result = vkAllocateMemory(gpu->device, &info, nullptr, &block.memory);
     if (result != VK_SUCCESS || !(properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return result;
     return vkMapMemory(gpu->device, block.memory, block.offset, VK_WHOLE_SIZE, 0, &block.mapped);
-  }
-  [[nodiscard]] std::uint32_t find_type(std::uint32_t type_bits, VkMemoryPropertyFlags properties) const {
-    std::uint32_t type = 0;
-    while (!(type_bits >> type & 1u) || (gpu->memory.memoryTypes[type].propertyFlags & properties) != properties) ++type;
-    return type;
   }
 };
 

@@ -2,12 +2,10 @@
 
 #include <cstring>
 #include <map>
-#include <string_view>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "vulkan_device.h"
+#include "replaced_functions.h"
 
 namespace coppice::test {
 namespace {
@@ -135,27 +133,18 @@ struct Destruction<real, void(VKAPI_PTR*)(VkDevice, Object, const VkAllocationCa
   }
 };
 
-template <class Pointer>
-PFN_vkVoidFunction untyped(Pointer* pointer) {
-  return reinterpret_cast<PFN_vkVoidFunction>(pointer);
-}
-
-PFN_vkVoidFunction replacement(std::string_view wanted) {
-#define COPPICE_CALL(function, how)                      \
-  if (wanted == #function) {                             \
-    using Replaced = Call<function, decltype(function)>; \
-    Replaced::name = #function;                          \
-    return untyped(Replaced::how);                       \
+ReplacedFunctions replacements() {
+  ReplacedFunctions functions{
+      replacing("vkCreateComputePipelines", create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>),
+      replacing("vkCreateGraphicsPipelines", create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>),
+      replacing("vkDestroyPipeline", destroy_pipeline)};
+#define COPPICE_CALL(function, how)                        \
+  {                                                        \
+    using Replaced = Call<function, decltype(function)>;   \
+    Replaced::name = #function;                            \
+    functions.insert(replacing(#function, Replaced::how)); \
   }
-#define COPPICE_DESTRUCTION(function) \
-  if (wanted == #function) return untyped(Destruction<function, decltype(function)>::call);
-  if (wanted == "vkCreateComputePipelines") return untyped(create_pipelines<vkCreateComputePipelines, VkComputePipelineCreateInfo>);
-  if (wanted == "vkCreateGraphicsPipelines") return untyped(create_pipelines<vkCreateGraphicsPipelines, VkGraphicsPipelineCreateInfo>);
-  if (wanted == "vkCreateShaderModule") {
-    Call<vkCreateShaderModule, decltype(vkCreateShaderModule)>::name = "vkCreateShaderModule";
-    return untyped(create_module);
-  }
-  if (wanted == "vkDestroyPipeline") return untyped(destroy_pipeline);
+#define COPPICE_DESTRUCTION(function) functions.insert(replacing(#function, Destruction<function, decltype(function)>::call));
   COPPICE_CALL(vkAllocateMemory, create)
   COPPICE_CALL(vkCreateBuffer, create)
   COPPICE_CALL(vkCreateBufferView, create)
@@ -166,6 +155,7 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   COPPICE_CALL(vkCreatePipelineLayout, create)
   COPPICE_CALL(vkCreateQueryPool, create)
   COPPICE_CALL(vkCreateSampler, create)
+  COPPICE_CALL(vkCreateShaderModule, create)
   COPPICE_CALL(vkAllocateDescriptorSets, fill)
   COPPICE_CALL(vkMapMemory, fill)
   COPPICE_CALL(vkBindBufferMemory, plain)
@@ -184,19 +174,9 @@ PFN_vkVoidFunction replacement(std::string_view wanted) {
   COPPICE_DESTRUCTION(vkFreeMemory)
 #undef COPPICE_CALL
 #undef COPPICE_DESTRUCTION
-  return nullptr;
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_device_proc_addr(VkDevice device, const char* name) {
-  if (device_faults().missing == name) return nullptr;
-  if (const PFN_vkVoidFunction replaced = replacement(name); replaced != nullptr) return replaced;
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance_proc_addr(VkInstance instance, const char* name) {
-  if (device_faults().missing == name) return nullptr;
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return untyped(get_device_proc_addr);
-  return vkGetInstanceProcAddr(instance, name);
+  functions["vkCreateShaderModule"] = reinterpret_cast<PFN_vkVoidFunction>(create_module);
+  if (!device_faults().missing.empty()) functions[device_faults().missing] = nullptr;
+  return functions;
 }
 
 }  // namespace
@@ -215,7 +195,7 @@ void destroy_shared_pipelines() {
 }
 
 void fail_with_device_faults(coppice_vulkan_desc& desc) {
-  desc.get_instance_proc_addr = get_instance_proc_addr;
+  replace_functions(desc, replacements());
 }
 
 }  // namespace coppice::test

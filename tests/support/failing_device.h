@@ -11,7 +11,7 @@
 
 namespace coppice::test {
 
-/// Of all contexts that were created with failing_device's desc. One thread at a time.
+/// Faults for all contexts that were created with failing_device's desc. One thread at a time.
 struct DeviceFaults {
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
 

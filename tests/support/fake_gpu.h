@@ -123,7 +123,7 @@ class FakeGpu {
 
   Streamer& streamer_;
   Ledger& ledger_;
-  std::map<Key, std::uint64_t> bytes_;  ///< of what is uploaded
+  std::map<Key, std::uint64_t> bytes_;  ///< what is uploaded takes them
 };
 
 /// `count` instances of a size.

@@ -48,12 +48,18 @@ struct FakeJobs {
   std::deque<std::pair<void (*)(void*), void*>> waiting;
 
   coppice_jobs hook() { return {sizeof(coppice_jobs), this, submit}; }
+  void run_one() {
+    const auto [function, argument] = waiting.front();
+    waiting.pop_front();
+    function(argument);
+  }
   void run_all() {
-    while (!waiting.empty()) {
-      const auto [function, argument] = waiting.front();
-      waiting.pop_front();
-      function(argument);
-    }
+    while (!waiting.empty()) run_one();
+  }
+  /// Runs all, and what comes then at once.
+  void finish() {
+    deferred = false;
+    run_all();
   }
 
  private:

@@ -15,8 +15,8 @@ namespace coppice::test {
 
 struct ForestScene {
   const char* species = "";
-  const char* count = "";  ///< of plants; of one the picture is full
-  const char* path = "";   ///< of --path
+  const char* count = "";  ///< how many plants; one fills the picture
+  const char* path = "";   ///< what --path gets
 };
 
 /// For names of cases: "corylus_near_compute".

@@ -1,6 +1,5 @@
 #include "gltf_builder.h"
 
-#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -28,12 +27,6 @@ int last_index(const nlohmann::json& array) {
 }
 
 }  // namespace
-
-std::filesystem::path write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  return path;
-}
 
 GltfBuilder::GltfBuilder() {
   json["asset"]["version"] = "2.0";

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,10 +13,9 @@
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
 
-namespace coppice::test {
+#include "text_files.h"
 
-/// Writes a file; returns its path.
-std::filesystem::path write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+namespace coppice::test {
 
 enum Component : int { kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126 };
 

@@ -50,7 +50,7 @@ std::string first_line(const std::filesystem::path& path) {
 
 /// Another make of GPU covers other pixels of a leaf's edge: 0.47 % of them where lavapipe's and NVIDIA's pictures of hazel are compared.
 constexpr double kOtherDriverShare = 0.01;
-/// Of what a golden image shows the picture shows as much, give or take this share: a plant of few pixels must not be missed.
+/// A picture shows as much as the golden one, give or take this share: a plant of few pixels must not be missed.
 constexpr double kShownTolerance = 0.2;
 
 /// Share of the pixels that differ from the first one, the background.

@@ -20,7 +20,7 @@ namespace coppice::test {
 /// is allowed 1 % of the pixels. Either shows as many pixels that are not background, within 20 %.
 struct GoldenTolerance {
   std::uint32_t channel_delta = 4;  ///< 0..255
-  double differing_share = 0.002;   ///< of all pixels
+  double differing_share = 0.002;   ///< how many of all pixels
   std::uint32_t largest_delta = 255;
 };
 

@@ -64,7 +64,7 @@ class Host {
   coppice_context* context() { return context_; }
   coppice_view view() const { return view_; }
   coppice_camera& camera() { return camera_; }
-  const coppice_wind* wind = nullptr;  ///< of the frames that begin
+  const coppice_wind* wind = nullptr;  ///< what frames begin with
 
   coppice_plant open(const char* name) {
     coppice_plant plant = 0;

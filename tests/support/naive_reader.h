@@ -87,7 +87,7 @@ struct NaivePlant {
   std::uint64_t first_read_bytes = 0;
   std::vector<NaiveChunk> chunks;
   std::uint32_t leaf_count = 0, page_count = 0, texture_count = 0, wood_lod_count = 0, metric = 0, leaf_mesh_count = 0;
-  std::uint32_t largest = 16383;  ///< of a quantised coordinate
+  std::uint32_t largest = 16383;  ///< the largest quantised coordinate
   std::array<float, 3> leaf_box_min{}, leaf_box_max{}, sphere_center{};
   float sphere_radius = 0;
   std::array<std::uint32_t, 8> wood_vertex_counts{}, wood_triangle_counts{};

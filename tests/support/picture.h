@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -23,6 +24,19 @@ inline Picture half_of(const Picture& picture, std::uint32_t half) {
   for (std::uint32_t y = 0; y < result.height_px; ++y)
     result.rgba.insert(result.rgba.end(), picture.at(half * result.width_px, y), picture.at((half + 1) * result.width_px, y));
   return result;
+}
+
+/// How many pixels there are whose four bytes `counts` holds for.
+template <class Counts>
+std::size_t count_pixels(const Picture& picture, const Counts& counts) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) count += counts(&picture.rgba[i]) ? 1u : 0u;
+  return count;
+}
+
+/// Pixels that are no longer as the tests' attachments are cleared, white.
+inline std::size_t drawn_pixels(const Picture& picture) {
+  return count_pixels(picture, [](const std::uint8_t* rgba) { return std::any_of(rgba, rgba + 4, [](int byte) { return byte != 255; }); });
 }
 
 /// Root mean square of the differences of all bytes. a, b: of the same size

@@ -2,7 +2,6 @@
 
 // Attachments of tests, drawn to by dynamic rendering or inside a classic render pass.
 
-#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -17,16 +16,15 @@ struct PassTarget {
   Image depth;
 
   PassTarget(const VulkanDevice& gpu, std::uint32_t side_px, std::span<const VkFormat> formats)
-      : depth(gpu, {.width_px = side_px,
-                    .height_px = side_px,
-                    .format = VK_FORMAT_D32_SFLOAT,
-                    .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {
-    for (const VkFormat format : formats)
-      colors.push_back(
-          std::make_unique<Image>(gpu, ImageDesc{.width_px = side_px,
-                                                 .height_px = side_px,
-                                                 .format = format,
-                                                 .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}));
+      : depth(gpu, depth_attachment(side_px, side_px)) {
+    for (const VkFormat format : formats) colors.push_back(std::make_unique<Image>(gpu, color_attachment(side_px, side_px, format)));
+  }
+
+  /// White, and as far away as can be.
+  void begin_cleared(VkCommandBuffer cmd) const {
+    Attachments all{.depth = &depth};
+    for (const auto& color : colors) all.colors.push_back(color.get());
+    begin_rendering(cmd, all);
   }
 };
 
@@ -122,22 +120,5 @@ class ClassicPass {
   VkRenderPass pass_ = VK_NULL_HANDLE;
   std::vector<VkFramebuffer> framebuffers_;
 };
-
-/// The bytes of an image that was left as an attachment, `pixel_bytes` each.
-inline std::vector<std::uint8_t> read_attachment(const VulkanDevice& gpu, const Image& image, std::size_t pixel_bytes) {
-  const ImageDesc& desc = image.desc();
-  const Buffer copy(gpu, desc.width_px * desc.height_px * pixel_bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  const bool depth = (image.aspect() & VK_IMAGE_ASPECT_DEPTH_BIT) != 0;
-  submit(gpu, [&](VkCommandBuffer cmd) {
-    change_layout(cmd, image, depth ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                  VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    const VkBufferImageCopy region{.imageSubresource = {image.aspect(), 0, 0, 1}, .imageExtent = {desc.width_px, desc.height_px, 1}};
-    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, copy.handle(), 1, &region);
-    full_barrier(cmd);
-  });
-  std::vector<std::uint8_t> bytes(copy.bytes());
-  std::memcpy(bytes.data(), copy.mapped(), bytes.size());
-  return bytes;
-}
 
 }  // namespace coppice::test

@@ -13,7 +13,6 @@
 
 #include "card_look.h"
 #include "card_looks.h"
-#include "cleared_rendering.h"
 #include "convert.h"
 #include "demand.h"
 #include "hooks.h"
@@ -40,10 +39,7 @@ struct Box {
 
 Box leaf_box(const bake::Tree& tree) {
   Box box;
-  for (const glm::vec3& vertex : tree.vertices) {
-    box.low = glm::min(box.low, vertex);
-    box.high = glm::max(box.high, vertex);
-  }
+  for (const glm::vec3& vertex : tree.vertices) box = {glm::min(box.low, vertex), glm::max(box.high, vertex)};
   return box;
 }
 
@@ -165,11 +161,9 @@ Shot make_view(const CameraDesc& camera) {
   view.light.struct_size = sizeof(coppice_light);
   view.light.shadow_map_bytes = sizeof(coppice_shadow_map);
   view.error_px = 2.0f;
-  for (int channel = 0; channel < 3; ++channel) {
-    view.light.sun_color[channel] = 3.0f;
-    view.light.sky_color[channel] = 0.6f;
-    view.light.ground_color[channel] = 0.2f;
-  }
+  std::ranges::fill(view.light.sun_color, 3.0f);
+  std::ranges::fill(view.light.sky_color, 0.6f);
+  std::ranges::fill(view.light.ground_color, 0.2f);
   const glm::mat4 view_from_world = glm::lookAt(camera.eye_m, camera.target_m, glm::vec3(0.0f, 1.0f, 0.0f));
   const float focal = 1.0f / std::tan(0.5f * camera.vertical_fov_radians);
   constexpr float kNearM = 0.05f;
@@ -184,7 +178,7 @@ Shot make_view(const CameraDesc& camera) {
   view.width_px = camera.width_px;
   view.height_px = camera.height_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f));
-  for (int axis = 0; axis < 3; ++axis) view.light.sun_direction[axis] = sun[axis];
+  std::copy_n(&sun.x, 3, view.light.sun_direction);
   return view;
 }
 
@@ -290,41 +284,14 @@ void RendererScene::upload(VkCommandBuffer cmd) {
 
 Picture draw_on_white(const VulkanDevice& gpu, const Shot& view, const std::function<void(VkCommandBuffer)>& before,
                       const std::function<void(VkCommandBuffer)>& inside, float clear_depth) {
-  const Image color(gpu, {.width_px = view.width_px,
-                          .height_px = view.height_px,
-                          .format = VK_FORMAT_R8G8B8A8_SRGB,
-                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-  const Image depth(gpu, {.width_px = view.width_px,
-                          .height_px = view.height_px,
-                          .format = VK_FORMAT_D32_SFLOAT,
-                          .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT});
+  const Image color(gpu, color_attachment(view.width_px, view.height_px)), depth(gpu, depth_attachment(view.width_px, view.height_px));
   submit(gpu, [&](VkCommandBuffer cmd) {
     before(cmd);
-    change_layout(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    change_layout(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
-    const VkRenderingAttachmentInfo color_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = color.view(),
-                                                     .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                                     .clearValue = {.color = {{1.0f, 1.0f, 1.0f, 1.0f}}}};
-    const VkRenderingAttachmentInfo depth_attachment{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                                     .imageView = depth.view(),
-                                                     .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                                     .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                                     .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE,
-                                                     .clearValue = {.depthStencil = {clear_depth, 0}}};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, {view.width_px, view.height_px}},
-                                    .layerCount = 1,
-                                    .colorAttachmentCount = 1,
-                                    .pColorAttachments = &color_attachment,
-                                    .pDepthAttachment = &depth_attachment};
-    vkCmdBeginRendering(cmd, &rendering);
+    begin_rendering(cmd, {.colors = {&color}, .depth = &depth, .farthest = {clear_depth, 0}});
     inside(cmd);
     vkCmdEndRendering(cmd);
   });
-  return read_picture(gpu, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+  return read_picture(gpu, color);
 }
 
 void RendererScene::begin_frame(std::uint32_t view, const Shot& shot) {
@@ -333,30 +300,31 @@ void RendererScene::begin_frame(std::uint32_t view, const Shot& shot) {
   renderer_->view(view).show({shot, expect(demand_view(shot))});
 }
 
-void RendererScene::record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot, const Buffer& cuts) {
+void RendererScene::record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot) {
   upload(cmd);
   if (!renderer_->can_cull()) return renderer_->view(view).leave_out();
   renderer_->view(view).record_cull(cmd, shot.light);
   full_barrier(cmd);
-  const VkBufferCopy region{0, 0, instances_.slots().size() * sizeof(float)};
-  if (region.size > 0) vkCmdCopyBuffer(cmd, renderer_->view(view).cut_buffer(), cuts.handle(), 1, &region);
 }
 
 std::vector<float> RendererScene::select(const Shot& view) {
   std::vector<float> cuts(instances_.slots().size());
-  const Buffer buffer(gpu_, std::max<std::size_t>(cuts.size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  const VkBufferCopy region{0, 0, cuts.size() * sizeof(float)};
+  const Buffer copy(gpu_, region.size, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   begin_frame(view_, view);
-  submit(gpu_, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, buffer); });
-  std::memcpy(cuts.data(), buffer.mapped(), cuts.size() * sizeof(float));
+  submit(gpu_, [&](VkCommandBuffer cmd) {
+    record_selection(cmd, view_, view);
+    vkCmdCopyBuffer(cmd, renderer_->view(view_).cut_buffer(), copy.handle(), 1, &region);
+  });
+  std::memcpy(cuts.data(), copy.mapped(), region.size);
   return cuts;
 }
 
 RendererScene::Frame RendererScene::draw(const Shot& view) {
   Frame frame;
   begin_frame(view_, view);
-  const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   frame.picture = draw_on_white(
-      gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view, cuts); },
+      gpu_, view, [&](VkCommandBuffer cmd) { record_selection(cmd, view_, view); },
       [&](VkCommandBuffer cmd) { renderer_->view(view_).record_draw(cmd, 0); }, clear_depth_);
   renderer_->begin_frame(frame_ + 1, frame_);
   ++frame_;
@@ -365,20 +333,16 @@ RendererScene::Frame RendererScene::draw(const Shot& view) {
 }
 
 std::vector<float> RendererScene::draw_depth(const Shot& view) {
-  const Image depth(gpu_, {.width_px = view.width_px,
-                           .height_px = view.height_px,
-                           .format = VK_FORMAT_D32_SFLOAT,
-                           .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  const Image depth(gpu_, depth_attachment(view.width_px, view.height_px));
   if (!depth_view_) depth_view_ = expect(renderer_->add_view({.depth_format = VK_FORMAT_D32_SFLOAT}));
   begin_frame(*depth_view_, view);
-  const Buffer cuts(gpu_, std::max<std::size_t>(instances_.slots().size(), 1) * sizeof(float), VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   submit(gpu_, [&](VkCommandBuffer cmd) {
-    record_selection(cmd, *depth_view_, view, cuts);
-    begin_cleared(cmd, {}, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    record_selection(cmd, *depth_view_, view);
+    begin_rendering(cmd, {.depth = &depth});
     renderer_->view(*depth_view_).record_draw(cmd, 0);
     vkCmdEndRendering(cmd);
   });
-  return read_floats(gpu_, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+  return read_floats(gpu_, depth);
 }
 
 }  // namespace coppice::test

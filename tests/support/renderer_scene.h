@@ -119,7 +119,7 @@ class RendererScene {
   };
   void upload(VkCommandBuffer cmd);
   void begin_frame(std::uint32_t view, const Shot& shot);
-  void record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot, const Buffer& cuts);
+  void record_selection(VkCommandBuffer cmd, std::uint32_t view, const Shot& shot);
   void upload_plant(const Pending& pending);
 
   const VulkanDevice& gpu_;

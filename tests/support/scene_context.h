@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -17,10 +16,6 @@ namespace coppice::test {
 
 inline constexpr std::uint32_t kPlants = 9000;
 inline constexpr float kSide_m = 900.0f;
-
-inline void write_bytes(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-}
 
 class SceneContextTest : public ContextTest {
  protected:
@@ -38,8 +33,8 @@ class SceneContextTest : public ContextTest {
       plants[i].position_m = {place(i % kRow), 0.0f, place(i / kRow)};
       plants[i].species = static_cast<std::uint16_t>(i % 2);
     }
-    write_bytes(scene_path(), *bake::encode_scene(species({"plant1.coppice", "plant2.coppice"}), plants));
-    write_bytes(folder_ / "lost.forest", *bake::encode_scene(species({"plant1.coppice", "lost.coppice"}), plants));
+    write_file(scene_path(), *bake::encode_scene(species({"plant1.coppice", "plant2.coppice"}), plants));
+    write_file(folder_ / "lost.forest", *bake::encode_scene(species({"plant1.coppice", "lost.coppice"}), plants));
   }
 
   void TearDown() override {
@@ -60,6 +55,8 @@ class SceneContextTest : public ContextTest {
     with.compute_raster = compute_raster ? VK_TRUE : VK_FALSE;
     ContextTest::create(with);
   }
+
+  void open_scene() { ASSERT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_; }
 
   coppice_stats frame(const Shot& view) {
     ContextTest::frame(view);

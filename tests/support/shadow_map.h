@@ -9,7 +9,6 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "cleared_rendering.h"
 #include "context_fixture.h"
 
 namespace coppice::test {
@@ -28,8 +27,7 @@ class ContextWithMapTest : public ContextTest {
 
   /// As fine as the camera, whose light's sun it is.
   [[nodiscard]] Shot sun_of(const Shot& camera, const SunSphere& sphere) const {
-    coppice_sun_desc desc;
-    coppice_sun_desc_init(&desc);
+    auto desc = defaults(coppice_sun_desc_init);
     std::ranges::copy(camera.light.sun_direction, desc.sun_direction);
     std::ranges::copy(sphere.center, desc.center);
     desc.radius_m = sphere.radius_m;
@@ -47,10 +45,10 @@ class ContextWithMapTest : public ContextTest {
   }
   /// draw: records what the map, which begins empty, is to hold
   void record_map(VkCommandBuffer cmd, const std::function<void()>& draw) {
-    begin_cleared(cmd, {}, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    begin_rendering(cmd, {.depth = &map_});
     draw();
     vkCmdEndRendering(cmd);
-    change_layout(cmd, map_, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+    change_layout(cmd, map_, map_.attachment_layout(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
   }
 
   [[nodiscard]] coppice_shadow_map map_of(const Shot& sun) const {
@@ -74,11 +72,7 @@ class ContextWithMapTest : public ContextTest {
     return frame(camera, [&](VkCommandBuffer cmd) { record_map(cmd, sun); }, {&sun, 1});
   }
 
-  Image map_{gpu(),
-             {.width_px = kMapPx,
-              .height_px = kMapPx,
-              .format = VK_FORMAT_D32_SFLOAT,
-              .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}};
+  Image map_{gpu(), depth_attachment(kMapPx, kMapPx)};
   coppice_view map_view_ = 0;
 };
 

@@ -15,9 +15,25 @@ struct Shot : coppice_camera {
   coppice_light light;
 };
 
+/// A struct with its defaults, as `init` sets them.
+template <class T>
+T defaults(void (*init)(T*)) {
+  T value;
+  init(&value);
+  return value;
+}
+
 inline void init_shot(Shot* shot) {
   coppice_camera_init(shot);
   coppice_light_init(&shot->light);
+}
+
+/// As modelled, but for its scale.
+inline coppice_placement placement_at(const glm::dvec3& place = {}, float scale = 1.0f) {
+  auto placement = defaults(coppice_placement_init);
+  std::copy_n(&place.x, 3, placement.position);
+  placement.scale = scale;
+  return placement;
 }
 
 /// The eye of a pair that is `apart_m` to the right of the camera, which is the first, and turned by `turn_rad` to the right.
@@ -32,11 +48,9 @@ inline coppice_eye eye_beside(const coppice_camera& first, double apart_m, doubl
 
 /// A view of the formats of draw_on_white; with COPPICE_OUTPUT_DEPTH of its depth alone.
 inline coppice_status create_view(coppice_context* context, coppice_view* view, coppice_output output = COPPICE_OUTPUT_LIT) {
-  coppice_view_desc desc;
-  coppice_view_desc_init(&desc);
+  auto desc = defaults(coppice_view_desc_init);
   desc.output = output;
-  coppice_vulkan_view_desc vulkan;
-  coppice_vulkan_view_desc_init(&vulkan);
+  auto vulkan = defaults(coppice_vulkan_view_desc_init);
   if (output == COPPICE_OUTPUT_LIT) vulkan.color_formats[0] = VK_FORMAT_R8G8B8A8_SRGB;
   vulkan.depth_format = VK_FORMAT_D32_SFLOAT;
   return coppice_vulkan_view_create(context, &desc, &vulkan, view);

@@ -63,21 +63,23 @@ inline bake::Foliage ball_crown(std::uint32_t leaf_count, std::uint32_t seed) {
   return plain_foliage(quads);
 }
 
+/// Evenly distributed in the ball of radius 1, and not near its middle: there is a direction.
+inline glm::vec3 in_ball(std::mt19937& random) {
+  for (;;) {
+    const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
+    const glm::vec3 point(x, y, z);
+    if (glm::dot(point, point) <= 1.0f && glm::dot(point, point) > 0.01f) return point;
+  }
+}
+
 /// The same crown whatever the number of its leaves: an ellipsoid of 4 x 6 x 4 m, evenly filled, whose leaves, 2 : 1, have 60 m^2 in all.
 inline bake::Foliage filled_crown(std::uint32_t leaf_count, std::uint32_t seed) {
   constexpr float kLeafArea_m2 = 60.0f;
   std::mt19937 random(seed);
-  const auto in_ball = [&random] {
-    for (;;) {
-      const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
-      const glm::vec3 point(x, y, z);
-      if (glm::dot(point, point) <= 1.0f && glm::dot(point, point) > 0.01f) return point;
-    }
-  };
   const float width_m = std::sqrt(kLeafArea_m2 / static_cast<float>(leaf_count) / 2);
   std::vector<bake::Quad> quads;
   for (std::uint32_t i = 0; i < leaf_count; ++i) {
-    const glm::vec3 center = in_ball() * glm::vec3(2, 3, 2), along = glm::normalize(in_ball());
+    const glm::vec3 center = in_ball(random) * glm::vec3(2, 3, 2), along = glm::normalize(in_ball(random));
     const glm::vec3 sideways = glm::cross(along, glm::vec3(0.48f, 0.6f, 0.64f)) + 0.01f * glm::vec3(along.y, -along.x, 0.5f);
     const glm::vec3 across = glm::normalize(glm::cross(along, sideways));
     quads.push_back(rectangle(center - width_m * (along + 0.5f * across), 2 * width_m * along, width_m * across));

@@ -1,9 +1,11 @@
 #pragma once
 
-// Files as strings, for tests and benchmarks that look at what a command left.
+// Files as strings and bytes, for tests and benchmarks.
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,9 @@ std::string read_text(const std::filesystem::path& path);
 
 /// Folders that are missing are made.
 void write_text(const std::filesystem::path& path, const std::string& text);
+
+/// Writes a file; returns its path.
+std::filesystem::path write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
 std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more);
 

@@ -1,13 +1,12 @@
 #include "vulkan_device.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <stdexcept>
+#include <utility>
 
 namespace coppice::test {
 namespace {
@@ -45,18 +44,18 @@ VkInstance create_instance(Validation validation) {
     throw std::runtime_error(std::string("no ") + kValidationLayer + kInstall);
 
   const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
-  VkValidationFeaturesEXT features{VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT};
-  features.enabledValidationFeatureCount = 1;
-  features.pEnabledValidationFeatures = &synchronization;
-  VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
-  application.apiVersion = VK_API_VERSION_1_3;
-  const std::array extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-  VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, on ? &features : nullptr};
-  info.pApplicationInfo = &application;
-  info.enabledLayerCount = on ? 1 : 0;
-  info.ppEnabledLayerNames = &kValidationLayer;
-  info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
-  info.ppEnabledExtensionNames = extensions.data();
+  const VkValidationFeaturesEXT features{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
+                                         .enabledValidationFeatureCount = 1,
+                                         .pEnabledValidationFeatures = &synchronization};
+  const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO, .apiVersion = VK_API_VERSION_1_3};
+  const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+  const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                                  .pNext = on ? &features : nullptr,
+                                  .pApplicationInfo = &application,
+                                  .enabledLayerCount = on ? 1u : 0u,
+                                  .ppEnabledLayerNames = &kValidationLayer,
+                                  .enabledExtensionCount = 1,
+                                  .ppEnabledExtensionNames = &extension};
   VkInstance instance = VK_NULL_HANDLE;
   check_vk(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance");
   volkLoadInstance(instance);
@@ -65,11 +64,12 @@ VkInstance create_instance(Validation validation) {
 
 /// An explicit messenger: one chained to the instance's create info sees only vkCreateInstance and vkDestroyInstance.
 VkDebugUtilsMessengerEXT create_messenger(VkInstance instance) {
-  VkDebugUtilsMessengerCreateInfoEXT info{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
-  info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-  info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                     VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
-  info.pfnUserCallback = on_message;
+  const VkDebugUtilsMessengerCreateInfoEXT info{
+      .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+      .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+      .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                     VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
+      .pfnUserCallback = on_message};
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
   check_vk(vkCreateDebugUtilsMessengerEXT(instance, &info, nullptr, &messenger), "vkCreateDebugUtilsMessengerEXT");
   return messenger;
@@ -126,13 +126,12 @@ VkDevice create_device(VulkanDevice& gpu, Rendering rendering) {
   features.features.shaderInt64 = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
 
   const float priority = 1.0f;
-  VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
-  queue.queueFamilyIndex = gpu.queue_family;
-  queue.queueCount = 1;
-  queue.pQueuePriorities = &priority;
-  VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features};
-  info.queueCreateInfoCount = 1;
-  info.pQueueCreateInfos = &queue;
+  const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                      .queueFamilyIndex = gpu.queue_family,
+                                      .queueCount = 1,
+                                      .pQueuePriorities = &priority};
+  const VkDeviceCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
   VkDevice device = VK_NULL_HANDLE;
   check_vk(vkCreateDevice(gpu.physical_device, &info, nullptr, &device), "vkCreateDevice");
   volkLoadDevice(device);
@@ -158,9 +157,9 @@ VulkanDevice open_device(Validation validation, Rendering rendering) {
   name_device(gpu);
   gpu.device = create_device(gpu, rendering);
   vkGetDeviceQueue(gpu.device, gpu.queue_family, 0, &gpu.queue);
-  VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-  pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
-  pool.queueFamilyIndex = gpu.queue_family;
+  const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                     .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                     .queueFamilyIndex = gpu.queue_family};
   check_vk(vkCreateCommandPool(gpu.device, &pool, nullptr, &gpu.command_pool), "vkCreateCommandPool");
   const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
   check_vk(vkCreatePipelineCache(gpu.device, &cache, nullptr, &gpu.pipeline_cache), "vkCreatePipelineCache");
@@ -201,40 +200,17 @@ class DeviceEnvironment : public ::testing::Environment {
 
 [[maybe_unused]] const auto* const device_environment = ::testing::AddGlobalTestEnvironment(new DeviceEnvironment);
 
-std::uint32_t memory_type(const VulkanDevice& gpu, std::uint32_t type_bits, VkMemoryPropertyFlags wanted) {
-  for (std::uint32_t type = 0; type < gpu.memory.memoryTypeCount; ++type) {
-    const bool allowed = (type_bits >> type & 1u) != 0;
-    if (allowed && (gpu.memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
-  }
-  throw std::runtime_error("no memory type with the wanted properties");
-}
-
 /// Any buffer may be addressed from a shader.
 VkDeviceMemory allocate(const VulkanDevice& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags wanted) {
-  VkMemoryAllocateFlagsInfo flags{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO};
-  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
-  VkMemoryAllocateInfo info{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, &flags};
-  info.allocationSize = needs.size;
-  info.memoryTypeIndex = memory_type(gpu, needs.memoryTypeBits, wanted);
+  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+  const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .pNext = &flags,
+                                  .allocationSize = needs.size,
+                                  .memoryTypeIndex = gpu.memory_type(needs.memoryTypeBits, wanted)};
   VkDeviceMemory memory = VK_NULL_HANDLE;
   check_vk(vkAllocateMemory(gpu.device, &info, nullptr, &memory), "vkAllocateMemory");
   return memory;
-}
-
-/// Four bytes a pixel, tightly packed.
-/// aspect: one of the image's
-Buffer copy_back(const VulkanDevice& gpu, const Image& image, VkImageLayout layout, VkImageAspectFlags aspect) {
-  const ImageDesc& desc = image.desc();
-  Buffer buffer(gpu, VkDeviceSize{desc.width_px} * desc.height_px * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  submit(gpu, [&](VkCommandBuffer cmd) {
-    change_layout(cmd, image, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    VkBufferImageCopy region{};
-    region.imageSubresource = {aspect, 0, 0, 1};
-    region.imageExtent = {desc.width_px, desc.height_px, 1};
-    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.handle(), 1, &region);
-    full_barrier(cmd);
-  });
-  return buffer;
 }
 
 }  // namespace
@@ -273,49 +249,51 @@ void check_vk(VkResult result, const char* call) {
 /// A driver that hangs fails the test with VK_TIMEOUT. Software drivers under sanitizers take minutes.
 constexpr std::uint64_t kMostWait_ns = 600'000'000'000;
 
-void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
-  VkCommandBufferAllocateInfo allocation{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
-  allocation.commandPool = gpu.command_pool;
-  allocation.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-  allocation.commandBufferCount = 1;
+VkCommandBuffer record(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
+  const VkCommandBufferAllocateInfo allocation{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                               .commandPool = gpu.command_pool,
+                                               .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                               .commandBufferCount = 1};
   VkCommandBuffer cmd = VK_NULL_HANDLE;
   check_vk(vkAllocateCommandBuffers(gpu.device, &allocation, &cmd), "vkAllocateCommandBuffers");
-  VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                       .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
   check_vk(vkBeginCommandBuffer(cmd, &begin), "vkBeginCommandBuffer");
   record(cmd);
   check_vk(vkEndCommandBuffer(cmd), "vkEndCommandBuffer");
+  return cmd;
+}
 
+VkFence submit(const VulkanDevice& gpu, VkCommandBuffer cmd) {
   const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
   VkFence fence = VK_NULL_HANDLE;
   check_vk(vkCreateFence(gpu.device, &fence_info, nullptr, &fence), "vkCreateFence");
-  VkCommandBufferSubmitInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
-  buffer.commandBuffer = cmd;
-  VkSubmitInfo2 info{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
-  info.commandBufferInfoCount = 1;
-  info.pCommandBufferInfos = &buffer;
+  const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO, .commandBuffer = cmd};
+  const VkSubmitInfo2 info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2, .commandBufferInfoCount = 1, .pCommandBufferInfos = &buffer};
   check_vk(vkQueueSubmit2(gpu.queue, 1, &info, fence), "vkQueueSubmit2");
+  return fence;
+}
+
+void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record) {
+  const VkCommandBuffer cmd = test::record(gpu, record);
+  const VkFence fence = submit(gpu, cmd);
   check_vk(vkWaitForFences(gpu.device, 1, &fence, VK_TRUE, kMostWait_ns), "vkWaitForFences");
   vkDestroyFence(gpu.device, fence, nullptr);
   vkFreeCommandBuffers(gpu.device, gpu.command_pool, 1, &cmd);
 }
 
 void full_barrier(VkCommandBuffer cmd) {
-  VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
-  barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
-  barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
-  barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT;
-  barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT;
-  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-  info.memoryBarrierCount = 1;
-  info.pMemoryBarriers = &barrier;
+  const VkMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                 .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                 .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+                                 .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+                                 .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT};
+  const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
   vkCmdPipelineBarrier2(cmd, &info);
 }
 
 Buffer::Buffer(const VulkanDevice& gpu, VkDeviceSize bytes, VkBufferUsageFlags usage) : device_(gpu.device), bytes_(bytes) {
-  VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
-  info.size = bytes;
-  info.usage = usage;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
   check_vk(vkCreateBuffer(device_, &info, nullptr, &buffer_), "vkCreateBuffer");
   VkMemoryRequirements needs{};
   vkGetBufferMemoryRequirements(device_, buffer_, &needs);
@@ -325,30 +303,39 @@ Buffer::Buffer(const VulkanDevice& gpu, VkDeviceSize bytes, VkBufferUsageFlags u
 }
 
 Buffer::~Buffer() {
-  if (device_ == VK_NULL_HANDLE) return;
   vkDestroyBuffer(device_, buffer_, nullptr);
   vkFreeMemory(device_, memory_, nullptr);
 }
 
+constexpr VkImageUsageFlags kReadable = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
+
+ImageDesc color_attachment(std::uint32_t width_px, std::uint32_t height_px, VkFormat format) {
+  return {width_px, height_px, format, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | kReadable};
+}
+
+ImageDesc depth_attachment(std::uint32_t width_px, std::uint32_t height_px, VkFormat format) {
+  return {width_px, height_px, format, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | kReadable};
+}
+
 Image::Image(const VulkanDevice& gpu, const ImageDesc& desc) : device_(gpu.device), desc_(desc) {
-  VkImageCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
-  info.imageType = VK_IMAGE_TYPE_2D;
-  info.format = desc.format;
-  info.extent = {desc.width_px, desc.height_px, 1};
-  info.mipLevels = 1;
-  info.arrayLayers = 1;
-  info.samples = desc.samples;
-  info.usage = desc.usage;
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .imageType = VK_IMAGE_TYPE_2D,
+                               .format = desc.format,
+                               .extent = {desc.width_px, desc.height_px, 1},
+                               .mipLevels = 1,
+                               .arrayLayers = 1,
+                               .samples = VK_SAMPLE_COUNT_1_BIT,
+                               .usage = desc.usage};
   check_vk(vkCreateImage(device_, &info, nullptr, &image_), "vkCreateImage");
   VkMemoryRequirements needs{};
   vkGetImageMemoryRequirements(device_, image_, &needs);
   memory_ = allocate(gpu, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
   check_vk(vkBindImageMemory(device_, image_, memory_, 0), "vkBindImageMemory");
-  VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
-  view.image = image_;
-  view.viewType = VK_IMAGE_VIEW_TYPE_2D;
-  view.format = desc.format;
-  view.subresourceRange = {aspect(), 0, 1, 0, 1};
+  const VkImageViewCreateInfo view{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                   .image = image_,
+                                   .viewType = VK_IMAGE_VIEW_TYPE_2D,
+                                   .format = desc.format,
+                                   .subresourceRange = {aspect(), 0, 1, 0, 1}};
   check_vk(vkCreateImageView(device_, &view, nullptr, &view_), "vkCreateImageView");
 }
 
@@ -364,60 +351,86 @@ VkImageAspectFlags Image::aspect() const {
   return depth ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 }
 
+VkImageLayout Image::attachment_layout() const {
+  return aspect() == VK_IMAGE_ASPECT_COLOR_BIT ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL
+                                               : VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+}
+
 void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, VkImageLayout to) {
-  VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
-  barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
-  barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
-  barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
-  barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-  barrier.oldLayout = from;
-  barrier.newLayout = to;
-  barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = image.handle();
-  barrier.subresourceRange = {image.aspect(), 0, 1, 0, 1};
-  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-  info.imageMemoryBarrierCount = 1;
-  info.pImageMemoryBarriers = &barrier;
+  const VkImageMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+                                      .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                      .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+                                      .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                      .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
+                                      .oldLayout = from,
+                                      .newLayout = to,
+                                      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                      .image = image.handle(),
+                                      .subresourceRange = {image.aspect(), 0, 1, 0, 1}};
+  const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
   vkCmdPipelineBarrier2(cmd, &info);
 }
 
-Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+void begin_rendering(VkCommandBuffer cmd, const Attachments& attachments) {
+  const auto attach = [&](const Image& image, VkImageLayout from, const VkClearValue& clear) {
+    change_layout(cmd, image, from, image.attachment_layout());
+    return VkRenderingAttachmentInfo{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                     .imageView = image.view(),
+                                     .imageLayout = image.attachment_layout(),
+                                     .loadOp = from == VK_IMAGE_LAYOUT_UNDEFINED ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD,
+                                     .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                     .clearValue = clear};
+  };
+  std::vector<VkRenderingAttachmentInfo> colors;
+  for (const Image* color : attachments.colors)
+    colors.push_back(attach(*color, attachments.colors_from, {.color = attachments.background}));
+  const Image& image = *attachments.depth;
+  const VkRenderingAttachmentInfo depth = attach(image, attachments.depth_from, {.depthStencil = attachments.farthest});
+  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                  .renderArea = {{0, 0}, {image.desc().width_px, image.desc().height_px}},
+                                  .layerCount = 1,
+                                  .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
+                                  .pColorAttachments = colors.data(),
+                                  .pDepthAttachment = &depth,
+                                  .pStencilAttachment = (image.aspect() & VK_IMAGE_ASPECT_STENCIL_BIT) != 0 ? &depth : nullptr};
+  vkCmdBeginRendering(cmd, &rendering);
+}
+
+std::vector<std::uint8_t> read_bytes(const VulkanDevice& gpu, const Image& image, std::size_t pixel_bytes,
+                                     std::optional<VkImageLayout> layout, VkImageAspectFlags aspect) {
+  const ImageDesc& desc = image.desc();
+  const Buffer copy(gpu, VkDeviceSize{desc.width_px} * desc.height_px * pixel_bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  submit(gpu, [&](VkCommandBuffer cmd) {
+    change_layout(cmd, image, layout.value_or(image.attachment_layout()), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    const VkBufferImageCopy region{.imageSubresource = {aspect != 0 ? aspect : image.aspect(), 0, 0, 1},
+                                   .imageExtent = {desc.width_px, desc.height_px, 1}};
+    vkCmdCopyImageToBuffer(cmd, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, copy.handle(), 1, &region);
+    full_barrier(cmd);
+  });
+  const auto* bytes = static_cast<const std::uint8_t*>(copy.mapped());
+  return {bytes, bytes + copy.bytes()};
+}
+
+Picture read_picture(const VulkanDevice& gpu, const Image& image, std::optional<VkImageLayout> layout) {
   const ImageDesc& desc = image.desc();
   const bool bgra = desc.format == VK_FORMAT_B8G8R8A8_UNORM || desc.format == VK_FORMAT_B8G8R8A8_SRGB;
   const bool rgba = desc.format == VK_FORMAT_R8G8B8A8_UNORM || desc.format == VK_FORMAT_R8G8B8A8_SRGB;
   if (!bgra && !rgba) throw std::runtime_error("read_picture: VkFormat " + std::to_string(desc.format) + " is not 8-bit RGBA or BGRA");
-  const Buffer buffer = copy_back(gpu, image, layout, image.aspect());
-  const auto* bytes = static_cast<const std::uint8_t*>(buffer.mapped());
-  Picture picture{desc.width_px, desc.height_px, {bytes, bytes + buffer.bytes()}};
+  Picture picture{desc.width_px, desc.height_px, read_bytes(gpu, image, 4, layout)};
   if (bgra) {
     for (std::size_t i = 0; i < picture.rgba.size(); i += 4) std::swap(picture.rgba[i], picture.rgba[i + 2]);
   }
   return picture;
 }
 
-std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
+std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, std::optional<VkImageLayout> layout) {
   if (image.desc().format != VK_FORMAT_D32_SFLOAT && image.desc().format != VK_FORMAT_R32_SFLOAT)
     throw std::runtime_error("read_floats: the format is neither D32_SFLOAT nor R32_SFLOAT");
-  const Buffer buffer = copy_back(gpu, image, layout, image.aspect());
-  std::vector<float> depth(static_cast<std::size_t>(buffer.bytes() / sizeof(float)));
-  std::memcpy(depth.data(), buffer.mapped(), depth.size() * sizeof(float));
-  return depth;
-}
-
-std::vector<std::uint8_t> read_stencil(const VulkanDevice& gpu, const Image& image, VkImageLayout layout) {
-  const Buffer buffer = copy_back(gpu, image, layout, VK_IMAGE_ASPECT_STENCIL_BIT);
-  const auto* bytes = static_cast<const std::uint8_t*>(buffer.mapped());
-  return {bytes, bytes + std::size_t{image.desc().width_px} * image.desc().height_px};
-}
-
-VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes) {
-  VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-  info.codeSize = bytes;
-  info.pCode = words;
-  VkShaderModule module = VK_NULL_HANDLE;
-  check_vk(vkCreateShaderModule(gpu.device, &info, nullptr, &module), "vkCreateShaderModule");
-  return module;
+  const std::vector<std::uint8_t> bytes = read_bytes(gpu, image, sizeof(float), layout);
+  std::vector<float> floats(bytes.size() / sizeof(float));
+  std::memcpy(floats.data(), bytes.data(), bytes.size());
+  return floats;
 }
 
 }  // namespace coppice::test

@@ -13,8 +13,9 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
+#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -43,6 +44,13 @@ struct VulkanDevice {
   VkCommandPool command_pool = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;  ///< what a test creates is compiled once a process
   VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+
+  /// The first of the types with a bit in type_bits that has the wanted properties.
+  [[nodiscard]] std::uint32_t memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted) const {
+    for (std::uint32_t type = 0; type < memory.memoryTypeCount; ++type)
+      if ((type_bits >> type & 1u) != 0 && (memory.memoryTypes[type].propertyFlags & wanted) == wanted) return type;
+    throw std::runtime_error("no memory type with the wanted properties");
+  }
 };
 
 enum class Validation { on, off };
@@ -71,6 +79,10 @@ void check_vk(VkResult result, const char* call);
 /// Records one command buffer, submits it and waits until the GPU has finished.
 void submit(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record);
 
+/// The same step by step. A command buffer of the pool, recorded; a fence of its submission. The caller waits, and gives both back.
+VkCommandBuffer record(const VulkanDevice& gpu, const std::function<void(VkCommandBuffer)>& record);
+VkFence submit(const VulkanDevice& gpu, VkCommandBuffer cmd);
+
 /// A memory barrier between everything before and everything after. For tests of something else than barriers.
 void full_barrier(VkCommandBuffer cmd);
 
@@ -81,26 +93,13 @@ class Buffer {
   ~Buffer();
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
-  Buffer(Buffer&& other) noexcept { swap(other); }
-  Buffer& operator=(Buffer&& other) noexcept {
-    swap(other);
-    return *this;
-  }
 
   [[nodiscard]] VkBuffer handle() const { return buffer_; }
   [[nodiscard]] VkDeviceSize bytes() const { return bytes_; }
   [[nodiscard]] void* mapped() const { return mapped_; }
 
  private:
-  void swap(Buffer& other) noexcept {
-    std::swap(device_, other.device_);
-    std::swap(buffer_, other.buffer_);
-    std::swap(memory_, other.memory_);
-    std::swap(mapped_, other.mapped_);
-    std::swap(bytes_, other.bytes_);
-  }
-
-  VkDevice device_ = VK_NULL_HANDLE;
+  VkDevice device_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
   void* mapped_ = nullptr;
@@ -112,8 +111,11 @@ struct ImageDesc {
   std::uint32_t height_px = 0;
   VkFormat format = VK_FORMAT_R8G8B8A8_UNORM;  ///< depth formats get a depth view
   VkImageUsageFlags usage = 0;                 ///< more than transfers: the image gets a view
-  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
 };
+
+/// Attachments that can be sampled and read back.
+ImageDesc color_attachment(std::uint32_t width_px, std::uint32_t height_px, VkFormat format = VK_FORMAT_R8G8B8A8_SRGB);
+ImageDesc depth_attachment(std::uint32_t width_px, std::uint32_t height_px, VkFormat format = VK_FORMAT_D32_SFLOAT);
 
 /// A 2D image of one level and layer in device memory, with a view of it. Starts in VK_IMAGE_LAYOUT_UNDEFINED.
 class Image {
@@ -127,6 +129,8 @@ class Image {
   [[nodiscard]] VkImageView view() const { return view_; }
   [[nodiscard]] const ImageDesc& desc() const { return desc_; }
   [[nodiscard]] VkImageAspectFlags aspect() const;
+  /// COLOR_ATTACHMENT_OPTIMAL or DEPTH_STENCIL_ATTACHMENT_OPTIMAL.
+  [[nodiscard]] VkImageLayout attachment_layout() const;
 
  private:
   VkDevice device_;
@@ -139,17 +143,28 @@ class Image {
 /// Records a layout change that waits for everything before it and makes everything after it wait.
 void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, VkImageLayout to);
 
-/// Copies a colour image back, changing its layout from `layout` to TRANSFER_SRC_OPTIMAL. Needs usage TRANSFER_SRC and a format of
-/// R8G8B8A8 or B8G8R8A8, UNORM or SRGB. BGRA is swapped to RGBA.
-Picture read_picture(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
+/// What is drawn to. Images that come from VK_IMAGE_LAYOUT_UNDEFINED are cleared; from another layout they keep what they show.
+struct Attachments {
+  std::vector<const Image*> colors = {};
+  const Image* depth = nullptr;  ///< with its stencil, if it has one
+  VkImageLayout colors_from = VK_IMAGE_LAYOUT_UNDEFINED, depth_from = VK_IMAGE_LAYOUT_UNDEFINED;
+  VkClearColorValue background{{1.0f, 1.0f, 1.0f, 1.0f}};
+  VkClearDepthStencilValue farthest{0.0f, 0};  ///< depth is reversed
+};
+
+/// Begins dynamic rendering to the whole of the images, which come to their attachment_layout().
+void begin_rendering(VkCommandBuffer cmd, const Attachments& attachments);
+
+/// The bytes of an image with usage TRANSFER_SRC, tightly packed. Changes its layout to TRANSFER_SRC_OPTIMAL.
+/// layout  that it has; none: its attachment_layout()
+/// aspect  of a depth format with stencil; 0: the image's only one
+std::vector<std::uint8_t> read_bytes(const VulkanDevice& gpu, const Image& image, std::size_t pixel_bytes,
+                                     std::optional<VkImageLayout> layout = {}, VkImageAspectFlags aspect = 0);
+
+/// The same for a format of R8G8B8A8 or B8G8R8A8, UNORM or SRGB. BGRA is swapped to RGBA.
+Picture read_picture(const VulkanDevice& gpu, const Image& image, std::optional<VkImageLayout> layout = {});
 
 /// The same for a D32_SFLOAT or R32_SFLOAT image: [height_px * width_px], rows top to bottom.
-std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
-
-/// The stencil of a D32_SFLOAT_S8_UINT image, likewise.
-std::vector<std::uint8_t> read_stencil(const VulkanDevice& gpu, const Image& image, VkImageLayout layout);
-
-/// SPIR-V words to a module; destroy it with vkDestroyShaderModule. words  [bytes / 4]
-VkShaderModule create_shader_module(const VulkanDevice& gpu, const std::uint32_t* words, std::size_t bytes);
+std::vector<float> read_floats(const VulkanDevice& gpu, const Image& image, std::optional<VkImageLayout> layout = {});
 
 }  // namespace coppice::test

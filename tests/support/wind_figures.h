@@ -13,7 +13,7 @@ namespace coppice::test {
 struct WindFigures {
   double radius_m = 0.0;
   double reach_m = 0.0;                                  ///< by the file's field nothing is moved further
-  double growth = 0.0;                                   ///< of the field, max_wind_growth
+  double growth = 0.0;                                   ///< the field's max_wind_growth
   double move_median_m = 0.0;                            ///< how far the median leaf is off its place, at most
   double move_max_m = 0.0;                               ///< how far the leaf that moves most is
   double gap_median = 0.0, gap_99 = 0.0, gap_max = 0.0;  ///< each leaf's largest; 0 without leaves or wood

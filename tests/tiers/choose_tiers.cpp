@@ -43,9 +43,7 @@ std::vector<Line> lines_of_places(const std::filesystem::path& places, std::unor
   if (!exists(answers)) {
     const std::string command = "tail -n +2 '" + places.string() + "' | llvm-symbolizer --obj='" + module +
                                 "' --functions=none --no-inlines | grep . >'" + answers.string() + "'";
-    if (std::system(command.c_str()) != 0) {
-      throw std::runtime_error("llvm-symbolizer: " + places.string());
-    }
+    if (std::system(command.c_str()) != 0) throw std::runtime_error("llvm-symbolizer: " + places.string());
   }
   std::vector<Line> lines;
   std::ifstream read(answers);
@@ -58,11 +56,8 @@ std::vector<Line> lines_of_places(const std::filesystem::path& places, std::unor
 
 void read_program(const std::filesystem::path& folder, std::unordered_map<std::string, Line>& numbers, std::vector<Case>& cases) {
   std::map<std::string, std::vector<Line>> modules;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".places") {
-      modules[entry.path().stem()] = lines_of_places(entry.path(), numbers);
-    }
-  }
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".places") modules[entry.path().stem()] = lines_of_places(entry.path(), numbers);
   std::ifstream in(folder / "cases");
   for (std::string text; std::getline(in, text);) {
     std::istringstream words(text);
@@ -86,15 +81,11 @@ void read_program(const std::filesystem::path& folder, std::unordered_map<std::s
 std::vector<std::pair<std::string, std::string>> read_keep(const char* path) {
   std::vector<std::pair<std::string, std::string>> keep;
   std::ifstream in(path);
-  if (!in) {
-    throw std::runtime_error(std::string("cannot read ") + path);
-  }
+  if (!in) throw std::runtime_error(std::string("cannot read ") + path);
   for (std::string text; std::getline(in, text);) {
     std::istringstream words(text);
     std::string program, pattern;
-    if (text.starts_with('#') || !(words >> program >> pattern)) {
-      continue;
-    }
+    if (text.starts_with('#') || !(words >> program >> pattern)) continue;
     keep.emplace_back(program, pattern);
   }
   return keep;
@@ -108,9 +99,7 @@ int run(char** arguments) {
   std::vector<Case> cases;
   std::set<std::string> measured;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (!exists(entry.path() / "cases")) {
-      continue;
-    }
+    if (!exists(entry.path() / "cases")) continue;
     measured.insert(entry.path().filename());
     read_program(entry.path(), numbers, cases);
   }
@@ -121,19 +110,13 @@ int run(char** arguments) {
   auto make_quick = [&](Case& one) {
     one.quick = true;
     quick_seconds += one.seconds;
-    for (const Line line : one.lines) {
-      covered[line] = true;
-    }
+    for (const Line line : one.lines) covered[line] = true;
   };
   for (Case& one : cases) {
-    for (const Line line : one.lines) {
-      ++times_covered[line];
-    }
+    for (const Line line : one.lines) ++times_covered[line];
     const bool kept = std::ranges::any_of(
         keep, [&](const auto& k) { return k.first == one.program && fnmatch(k.second.c_str(), one.name.c_str(), 0) == 0; });
-    if (kept || one.seconds <= kCheapSeconds) {
-      make_quick(one);
-    }
+    if (kept || one.seconds <= kCheapSeconds) make_quick(one);
   }
   const double given_seconds = quick_seconds;
 
@@ -143,19 +126,14 @@ int run(char** arguments) {
     return static_cast<double>(added) / std::max(one.seconds, 0.01);
   };
   std::priority_queue<std::pair<double, std::size_t>> queue;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (!cases[i].quick) {
-      queue.emplace(new_lines_a_second(cases[i]), i);
-    }
-  }
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    if (!cases[i].quick) queue.emplace(new_lines_a_second(cases[i]), i);
   while (!queue.empty()) {
     Case& one = cases[queue.top().second];
     const double now = new_lines_a_second(one);
     const std::size_t index = queue.top().second;
     queue.pop();
-    if (now == 0 || quick_seconds + one.seconds > max_seconds) {
-      continue;
-    }
+    if (now == 0 || quick_seconds + one.seconds > max_seconds) continue;
     if (!queue.empty() && now < queue.top().first) {
       queue.emplace(now, index);
     } else {
@@ -169,9 +147,7 @@ int run(char** arguments) {
     const auto alone = std::ranges::count_if(one.lines, [&](Line line) { return times_covered[line] == 1; });
     table << (one.quick ? "quick " : "deep ") << one.seconds << ' ' << one.lines.size() << ' ' << alone << ' ' << one.program << ' '
           << one.name << '\n';
-    if (!one.quick) {
-      deep_seconds += one.seconds;
-    }
+    if (!one.quick) deep_seconds += one.seconds;
   }
   const auto lines_covered = std::ranges::count(covered, true);
   const auto lines_of_all = std::ranges::count_if(times_covered, [](int times) { return times > 0; });
@@ -179,16 +155,10 @@ int run(char** arguments) {
             << deep_seconds << " s; the quick ones cover " << lines_covered << " of " << lines_of_all << " lines\n";
 
   std::ifstream before(arguments[2]);
-  for (std::string text; std::getline(before, text);) {
-    if (!measured.contains(text.substr(0, text.find(' ')))) {
-      std::cout << text << '\n';
-    }
-  }
-  for (const Case& one : cases) {
-    if (!one.quick) {
-      std::cout << one.program << ' ' << one.name << ' ' << std::max(1L, std::lround(one.seconds)) << '\n';
-    }
-  }
+  for (std::string text; std::getline(before, text);)
+    if (!measured.contains(text.substr(0, text.find(' ')))) std::cout << text << '\n';
+  for (const Case& one : cases)
+    if (!one.quick) std::cout << one.program << ' ' << one.name << ' ' << std::max(1L, std::lround(one.seconds)) << '\n';
   return 0;
 }
 

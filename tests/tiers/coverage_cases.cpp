@@ -13,11 +13,8 @@ namespace {
 std::string take_coverage_of_children() {
   std::string text;
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(coverage_folder())) {
-    if (entry.path().stem() == "process") {
-      files.push_back(entry.path());
-    }
-  }
+  for (const auto& entry : std::filesystem::directory_iterator(coverage_folder()))
+    if (entry.path().stem() == "process") files.push_back(entry.path());
   for (const std::filesystem::path& file : files) {
     std::string ran;
     std::getline(std::ifstream(file), ran);
@@ -29,9 +26,7 @@ std::string take_coverage_of_children() {
 
 class WriteCases : public testing::EmptyTestEventListener {
   void OnTestEnd(const testing::TestInfo& test) override {
-    if (coverage_folder().empty()) {
-      return;
-    }
+    if (coverage_folder().empty()) return;
     std::ofstream(coverage_folder() / "cases", std::ios::app)
         << test.test_suite_name() << '.' << test.name() << ' ' << static_cast<double>(test.result()->elapsed_time()) / 1000 << ' '
         << take_coverage() << take_coverage_of_children() << '\n';

@@ -40,11 +40,8 @@ Module& module_of(const void* address) {
   Dl_info info{};
   dladdr(address, &info);
   const auto base = reinterpret_cast<std::uintptr_t>(info.dli_fbase);
-  for (Module& module : modules()) {
-    if (module.base == base) {
-      return module;
-    }
-  }
+  for (Module& module : modules())
+    if (module.base == base) return module;
   return modules().emplace_back(Module{std::filesystem::canonical(info.dli_fname), base, {}, {}});
 }
 
@@ -52,13 +49,9 @@ Module& module_of(const void* address) {
 struct AtExit {
   ~AtExit() {
     const std::filesystem::path folder = coverage_folder();
-    if (folder.empty()) {
-      return;
-    }
+    if (folder.empty()) return;
     const std::string ran = take_coverage();
-    if (!ran.empty()) {
-      std::ofstream(folder / ("process." + std::to_string(getpid()))) << ran;
-    }
+    if (!ran.empty()) std::ofstream(folder / ("process." + std::to_string(getpid()))) << ran;
   }
 } at_exit;
 
@@ -78,14 +71,10 @@ std::string take_coverage() {
     if (!exists(places)) {
       std::ofstream out(places);
       out << module.path << '\n' << std::hex;
-      for (std::size_t i = 0; i < module.places.size(); i += 2) {
-        out << "0x" << module.places[i] - module.base << '\n';
-      }
+      for (std::size_t i = 0; i < module.places.size(); i += 2) out << "0x" << module.places[i] - module.base << '\n';
     }
     for (std::size_t i = 0; i < module.flags.size(); ++i) {
-      if (!module.flags[i]) {
-        continue;
-      }
+      if (!module.flags[i]) continue;
       module.flags[i] = false;
       text += name + ':' + std::to_string(i) + ' ';
     }

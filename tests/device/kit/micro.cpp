@@ -194,14 +194,13 @@ struct Compute {
 
 /// Binding 0 is `buffer`; with `texels` binding 1 is its words as texels. lanes: of a group, constant 1
 Compute make_compute(Words words, std::uint32_t push_bytes, std::uint32_t lanes, const Buffer& buffer, bool texels = false) {
-  const std::array bindings{VkDescriptorSetLayoutBinding{.binding = 0,
-                                                         .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                                         .descriptorCount = 1,
-                                                         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT},
-                            VkDescriptorSetLayoutBinding{.binding = 1,
-                                                         .descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
-                                                         .descriptorCount = 1,
-                                                         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT}};
+  constexpr std::array kTypes{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER};
+  std::array<VkDescriptorSetLayoutBinding, 2> bindings;
+  std::array<VkDescriptorPoolSize, 2> sizes;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    bindings[i] = {i, kTypes[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+    sizes[i] = {kTypes[i], 1};
+  }
   const VkDescriptorSetLayoutCreateInfo set_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = bindings.size(), .pBindings = bindings.data()};
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
@@ -219,8 +218,6 @@ Compute make_compute(Words words, std::uint32_t push_bytes, std::uint32_t lanes,
                                          .layout = made.layout};
   CHECK(vkCreateComputePipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &made.pipeline));
 
-  const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1},
-                         VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}};
   const VkDescriptorPoolCreateInfo pool_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = sizes.size(), .pPoolSizes = sizes.data()};
   VkDescriptorPool pool = VK_NULL_HANDLE;
@@ -235,18 +232,15 @@ Compute make_compute(Words words, std::uint32_t push_bytes, std::uint32_t lanes,
   VkBufferView view = VK_NULL_HANDLE;
   CHECK(vkCreateBufferView(gpu.device, &view_info, nullptr, &view));
   const VkDescriptorBufferInfo whole{buffer.buffer, 0, VK_WHOLE_SIZE};
-  const std::array writes{VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                               .dstSet = made.set,
-                                               .dstBinding = 0,
-                                               .descriptorCount = 1,
-                                               .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                               .pBufferInfo = &whole},
-                          VkWriteDescriptorSet{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                               .dstSet = made.set,
-                                               .dstBinding = 1,
-                                               .descriptorCount = 1,
-                                               .descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER,
-                                               .pTexelBufferView = &view}};
+  std::array<VkWriteDescriptorSet, 2> writes;
+  for (std::uint32_t i = 0; i < 2; ++i)
+    writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                 .dstSet = made.set,
+                 .dstBinding = i,
+                 .descriptorCount = 1,
+                 .descriptorType = kTypes[i],
+                 .pBufferInfo = &whole,
+                 .pTexelBufferView = &view};
   vkUpdateDescriptorSets(gpu.device, texels ? 2 : 1, writes.data(), 0, nullptr);
   return made;
 }
@@ -418,14 +412,11 @@ void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, 
 }
 
 VkPipeline make_draw(VkPipelineLayout layout) {
-  const std::array stages{VkPipelineShaderStageCreateInfo{.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                          .stage = VK_SHADER_STAGE_VERTEX_BIT,
-                                                          .module = make_module(full_vert),
-                                                          .pName = "main"},
-                          VkPipelineShaderStageCreateInfo{.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                          .stage = VK_SHADER_STAGE_FRAGMENT_BIT,
-                                                          .module = make_module(full_frag),
-                                                          .pName = "main"}};
+  const auto stage = [](VkShaderStageFlagBits bit, Words words) {
+    return VkPipelineShaderStageCreateInfo{
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = bit, .module = make_module(words), .pName = "main"};
+  };
+  const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, full_vert), stage(VK_SHADER_STAGE_FRAGMENT_BIT, full_frag)};
   const VkPipelineVertexInputStateCreateInfo input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
   const VkPipelineInputAssemblyStateCreateInfo assembly{.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
                                                         .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
@@ -584,19 +575,19 @@ const std::array kTests{
     Test{"draw_discard_depth", [] { return expect("green pixels", green_pixels(draw_triangle, true), kAll / 2); }},
     Test{"count_1_of_1",
          [] {
-           return draw_counted({1, 1, kAll});
+           return draw_counted(Counted{1, 1, kAll});
          }},
     Test{"count_0_of_256",
          [] {
-           return draw_counted({0, 256, 0});
+           return draw_counted(Counted{0, 256, 0});
          }},
     Test{"count_1_of_256",
          [] {
-           return draw_counted({1, 256, kAll});
+           return draw_counted(Counted{1, 256, kAll});
          }},
     Test{"count_0_then_direct",
          [] {
-           return draw_counted({0, 256, kAll, true});
+           return draw_counted(Counted{0, 256, kAll, true});
          }},
 };
 

@@ -9,9 +9,10 @@
 //   PROBE_SKIP=a,b         commands that are not recorded: dispatch dispatchIndirect draw drawIndexed drawIndexedIndirectCount fill update
 //                          copy copyImage; or the label of a pipeline: its dispatches and draws are left out (leaf_raster, resolve, ...)
 //   PROBE_LOG=1            says pipelines as they are built, submissions, waits of more than 0.5 s
-//   PROBE_GPU=1            the driver says that it is a discrete GPU: work is dealt out as on one, shadow maps and antialiasing are as
-//   there PROBE_NO_LABELS=1      labels and names of VK_EXT_debug_utils do not reach the driver PROBE_CPU=1            the other way round:
-//   work is dealt out as for a software driver PROBE_NO_INT64=1       no 64-bit atomics: the rasteriser's way in two passes
+//   PROBE_GPU=1            the driver says that it is a discrete GPU: work is dealt out as on one, shadow maps and antialiasing are there
+//   PROBE_CPU=1            the other way round: work is dealt out as for a software driver
+//   PROBE_NO_LABELS=1      labels and names of VK_EXT_debug_utils do not reach the driver
+//   PROBE_NO_INT64=1       no 64-bit atomics: the rasteriser's way in two passes
 //   PROBE_GRANULARITY=N    bufferImageGranularity
 //   PROBE_SPIRV=FOLDER     each shader module as a file
 //   PROBE_LIST=FILE        at the end: every command of the last submission, with the time it took and its arguments
@@ -20,6 +21,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cinttypes>
@@ -32,13 +34,16 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <type_traits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
-#define EXPORT extern "C" __attribute__((visibility("default")))
-
+// VKAPI_ATTR and VKAPI_CALL are left out: they are empty on Linux.
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -55,16 +60,14 @@ const char* const kList = std::getenv("PROBE_LIST");
 const std::set<std::string> kSkip = [] {
   std::set<std::string> skip;
   const char* value = std::getenv("PROBE_SKIP");
-  std::string all = value ? value : "";
-  for (std::size_t at = 0; at < all.size();) {
-    std::size_t end = std::min(all.find(',', at), all.size());
-    skip.insert(all.substr(at, end - at));
-    at = end + 1;
-  }
+  std::istringstream names(value ? value : "");
+  for (std::string name; std::getline(names, name, ',');) skip.insert(name);
   return skip;
 }();
-bool skipped(const std::string& what) {
-  return kSkip.count(what) != 0;
+/// pipeline: the label of what a dispatch or draw runs
+bool skipped(const char* command, const std::string& pipeline = "") {
+  return kSkip.contains(command) ||
+         std::ranges::any_of(kSkip, [&](const std::string& skip) { return pipeline.find(skip) != std::string::npos; });
 }
 
 void say(const char* format, ...) {
@@ -82,7 +85,6 @@ void* key_of(const void* handle) {
 }
 
 struct InstanceData {
-  VkInstance instance;
   PFN_vkGetInstanceProcAddr next;
   // Asked for once: later the loader would answer with the first layer's.
   std::map<std::string, PFN_vkVoidFunction> functions;
@@ -108,12 +110,12 @@ struct Recording {
   std::vector<Command> commands;
   std::string compute = "?", graphics = "?";
   bool rendering = false;
-  std::vector<std::function<void()>> held;  // of a rendering, until its end
+  std::vector<std::function<void()>> held;  // what a rendering runs at its end
   std::uint32_t mark_count = 0;
   std::uint64_t submission = 0;
 };
 
-/// Of the next layer, or the driver.
+/// What the layer calls of the next one, or of the driver.
 #define PROBE_FUNCTIONS(X)         \
   X(vkAllocateMemory)              \
   X(vkBeginCommandBuffer)          \
@@ -148,8 +150,10 @@ struct Recording {
   X(vkCreateShaderModule)          \
   X(vkDestroyBuffer)               \
   X(vkDestroyDevice)               \
+  X(vkDestroyQueryPool)            \
   X(vkDeviceWaitIdle)              \
   X(vkFreeCommandBuffers)          \
+  X(vkFreeMemory)                  \
   X(vkGetBufferDeviceAddress)      \
   X(vkGetBufferMemoryRequirements) \
   X(vkGetQueryPoolResults)         \
@@ -163,10 +167,7 @@ struct Recording {
 
 struct DeviceData {
   VkDevice device;
-  VkPhysicalDevice physical;
-  InstanceData* instance;
   PFN_vkGetDeviceProcAddr next;
-  PFN_vkSetDeviceLoaderData set_loader_data = nullptr;
   VkPhysicalDeviceMemoryProperties memory{};
   float tick_ns = 1;
   std::mutex mutex;
@@ -182,6 +183,16 @@ struct DeviceData {
 std::mutex& global_mutex = *new std::mutex;
 std::map<void*, std::unique_ptr<InstanceData>>& instances = *new std::map<void*, std::unique_ptr<InstanceData>>;
 std::map<void*, std::unique_ptr<DeviceData>>& devices = *new std::map<void*, std::unique_ptr<DeviceData>>;
+
+InstanceData& instance_of(const void* handle) {
+  const std::lock_guard lock(global_mutex);
+  return *instances.at(key_of(handle));
+}
+
+template <class Function>
+Function next_function(const void* handle, const char* name) {
+  return reinterpret_cast<Function>(instance_of(handle).functions.at(name));
+}
 
 DeviceData* device_of(const void* handle) {
   const std::lock_guard lock(global_mutex);
@@ -203,7 +214,7 @@ std::mutex& wait_mutex = *new std::mutex;
 std::map<std::uint64_t, Wait>& waits = *new std::map<std::uint64_t, Wait>;
 std::uint64_t wait_number = 0;
 
-std::string args_text(const Recording& r, const Command& c, bool* absurd = nullptr) {
+std::string args_text(const Recording& r, const Command& c) {
   std::string text;
   if (c.count_offset != ~0u) {
     std::uint32_t count;
@@ -216,36 +227,36 @@ std::string args_text(const Recording& r, const Command& c, bool* absurd = nullp
       std::uint32_t word;
       std::memcpy(&word, r.args_mapped + c.arg_offset + 4 * i, 4);
       text += (i ? "," : "") + std::to_string(word);
-      if (absurd && c.count_offset == ~0u && word > 65535) *absurd = true;
     }
     text += ")";
   }
   return text;
 }
 
+/// Time and availability of each mark.
+std::vector<std::uint64_t> results_of(DeviceData& d, const Recording& r) {
+  std::vector<std::uint64_t> results(2 * r.mark_count);
+  d.vkGetQueryPoolResults(d.device, r.pool, 0, r.mark_count, results.size() * 8, results.data(), 16,
+                          VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+  return results;
+}
+
 void dump(DeviceData& d) {
   std::unique_lock lock(d.mutex, std::try_to_lock);
   if (!kMarks) return say("no marks: PROBE_MARKS=1 says which command hangs");
   for (Recording* r : d.submitted) {
-    std::vector<std::uint64_t> results(2 * std::max(r->mark_count, 1u));
     if (r->mark_count == 0) continue;
-    d.vkGetQueryPoolResults(d.device, r->pool, 0, r->mark_count, results.size() * 8, results.data(), 16,
-                            VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    const std::vector<std::uint64_t> results = results_of(d, *r);
     std::uint32_t done = 0;
     for (std::uint32_t i = 0; i < r->mark_count; ++i) done += results[2 * i + 1] != 0;
     if (done == r->mark_count) continue;
     say("submission %llu: %u of %u commands have ended", static_cast<unsigned long long>(r->submission), done, r->mark_count);
-    std::size_t first = r->commands.size();
-    for (std::size_t i = 0; i < r->commands.size(); ++i)
-      if (r->commands[i].mark != ~0u && results[2 * r->commands[i].mark + 1] == 0) {
-        first = i;
-        break;
-      }
+    const auto has_ended = [&](const Command& c) { return c.mark == ~0u || results[2 * c.mark + 1] != 0; };
+    const auto first = static_cast<std::size_t>(std::ranges::find_if_not(r->commands, has_ended) - r->commands.begin());
     const std::size_t from = first > 12 ? first - 12 : 0, to = std::min(first + 9, r->commands.size());
     for (std::size_t i = from; i < to; ++i) {
       const Command& c = r->commands[i];
-      const bool ended = c.mark == ~0u || results[2 * c.mark + 1] != 0;
-      say("%s %4zu %s%s", i == first ? ">>>" : ended ? "   " : " ? ", i, c.label.c_str(), args_text(*r, c).c_str());
+      say("%s %4zu %s%s", i == first ? ">>>" : has_ended(c) ? "   " : " ? ", i, c.label.c_str(), args_text(*r, c).c_str());
     }
   }
 }
@@ -285,9 +296,9 @@ struct Waiting {
       const std::lock_guard lock(wait_mutex);
       waits.erase(number);
     }
-    const double s = std::chrono::duration<double>(Clock::now() - since).count();
-    if (kLog && s > 0.5) say("%s%s took %.2f s", call, about.c_str(), s);
+    if (kLog && seconds() > 0.5) say("%s%s took %.2f s", call, about.c_str(), seconds());
   }
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - since).count(); }
 };
 
 void list(DeviceData& d) {
@@ -296,9 +307,7 @@ void list(DeviceData& d) {
   if (!file) return;
   for (Recording* r : d.submitted) {
     if (r->mark_count == 0) continue;
-    std::vector<std::uint64_t> results(2 * r->mark_count);
-    d.vkGetQueryPoolResults(d.device, r->pool, 0, r->mark_count, results.size() * 8, results.data(), 16,
-                            VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    const std::vector<std::uint64_t> results = results_of(d, *r);
     std::uint64_t before = 0;
     std::fprintf(file, "submission %llu\n", static_cast<unsigned long long>(r->submission));
     for (std::size_t i = 0; i < r->commands.size(); ++i) {
@@ -326,6 +335,17 @@ Recording& recording(DeviceData& d, VkCommandBuffer cmd) {
   return *r;
 }
 
+void full_barrier(DeviceData& d, VkCommandBuffer cmd) {
+  const VkMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                 .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                 .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+                                 .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+                                 .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT};
+  const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
+  d.vkCmdPipelineBarrier2(cmd, &info);
+}
+
+/// The time when all commands before it have ended, as a mark of this one.
 void mark(DeviceData& d, Recording& r, Command command) {
   if (!kMarks) return;
   if (r.mark_count < kMaxMarks && r.pool) {
@@ -339,28 +359,7 @@ void mark(DeviceData& d, Recording& r, Command command) {
       write();
   }
   r.commands.push_back(std::move(command));
-  if (kSerial && !r.rendering) {
-    VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,   nullptr,
-                             VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT,
-                             VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT};
-    VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-    info.memoryBarrierCount = 1;
-    info.pMemoryBarriers = &barrier;
-    d.vkCmdPipelineBarrier2(r.cmd, &info);
-  }
-}
-
-void full_barrier(DeviceData& d, VkCommandBuffer cmd) {
-  VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                           nullptr,
-                           VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                           VK_ACCESS_2_MEMORY_WRITE_BIT,
-                           VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
-                           VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT};
-  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-  info.memoryBarrierCount = 1;
-  info.pMemoryBarriers = &barrier;
-  d.vkCmdPipelineBarrier2(cmd, &info);
+  if (kSerial && !r.rendering) full_barrier(d, r.cmd);
 }
 
 /// Where in r.args the words come to lie; ~0u: nowhere. Outside of rendering, or before one.
@@ -382,20 +381,17 @@ std::string buffer_name(DeviceData& d, VkBuffer buffer) {
 void begin(DeviceData& d, Recording& r) {
   if (!kMarks) return;
   if (!r.pool) {
-    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    info.queryCount = kMaxMarks;
+    const VkQueryPoolCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = kMaxMarks};
     if (d.vkCreateQueryPool(d.device, &info, nullptr, &r.pool) != VK_SUCCESS) say("no query pool");
   }
   if (kArgs && !r.args) {
-    VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
-    info.size = kMaxMarks * kArgBytes;
-    info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    const VkBufferCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = kMaxMarks * kArgBytes, .usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT};
     d.vkCreateBuffer(d.device, &info, nullptr, &r.args);
     VkMemoryRequirements needs;
     d.vkGetBufferMemoryRequirements(d.device, r.args, &needs);
-    VkMemoryAllocateInfo allocate{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
-    allocate.allocationSize = needs.size;
+    VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size};
     constexpr VkMemoryPropertyFlags kWanted = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     for (std::uint32_t i = 0; i < d.memory.memoryTypeCount; ++i)
       if ((needs.memoryTypeBits >> i & 1) && (d.memory.memoryTypes[i].propertyFlags & kWanted) == kWanted) {
@@ -463,20 +459,13 @@ constexpr Known kKnown[] = {{"smallest_of_picture", "leaf_tiles"},
 
 std::string label_of(const std::uint32_t* words, std::size_t bytes) {
   const std::string text(reinterpret_cast<const char*>(words), bytes);
-  std::string label;
   for (const Known& known : kKnown)
-    if (text.find(known.text) != std::string::npos) {
-      label = known.label;
-      break;
-    }
-  if (label.empty()) {
-    std::uint32_t hash = 2166136261u;
-    for (unsigned char c : text) hash = (hash ^ c) * 16777619u;
-    char name[40];
-    std::snprintf(name, sizeof name, "shader_%08x_%zu", hash, bytes);
-    label = name;
-  }
-  return label;
+    if (text.find(known.text) != std::string::npos) return known.label;
+  std::uint32_t hash = 2166136261u;
+  for (unsigned char c : text) hash = (hash ^ c) * 16777619u;
+  char name[40];
+  std::snprintf(name, sizeof name, "shader_%08x_%zu", hash, bytes);
+  return name;
 }
 
 std::string constants_text(const VkSpecializationInfo* info) {
@@ -490,16 +479,19 @@ std::string constants_text(const VkSpecializationInfo* info) {
   return text + "]";
 }
 
-}  // namespace
-
 // ---- entry points
 
+using Callbacks = const VkAllocationCallbacks*;
 #define D(handle) DeviceData& d = *device_of(handle)
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo* info,
-                                                           const VkAllocationCallbacks* a, VkDeviceMemory* memory) {
+template <class Handle>
+std::uint64_t number_of(Handle handle) {
+  return reinterpret_cast<std::uint64_t>(handle);
+}
+
+VkResult allocate_memory(VkDevice device, const VkMemoryAllocateInfo* info, Callbacks callbacks, VkDeviceMemory* memory) {
   D(device);
-  const VkResult result = d.vkAllocateMemory(device, info, a, memory);
+  const VkResult result = d.vkAllocateMemory(device, info, callbacks, memory);
   if (result != VK_SUCCESS || kFill < 0) return result;
   if (!(d.memory.memoryTypes[info->memoryTypeIndex].propertyFlags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return result;
   void* mapped = nullptr;
@@ -509,143 +501,127 @@ static VKAPI_ATTR VkResult VKAPI_CALL probe_AllocateMemory(VkDevice device, cons
   return result;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateBuffer(VkDevice device, const VkBufferCreateInfo* info, const VkAllocationCallbacks* a,
-                                                         VkBuffer* buffer) {
+VkResult create_buffer(VkDevice device, const VkBufferCreateInfo* info, Callbacks callbacks, VkBuffer* buffer) {
   D(device);
   VkBufferCreateInfo with = *info;
   if (kArgs && (info->usage & VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)) with.usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-  const VkResult result = d.vkCreateBuffer(device, &with, a, buffer);
-  if (result == VK_SUCCESS) {
-    const std::lock_guard lock(d.mutex);
-    d.buffers[reinterpret_cast<std::uint64_t>(*buffer)] = std::to_string(info->size) + "B";
-  }
+  const VkResult result = d.vkCreateBuffer(device, &with, callbacks, buffer);
+  const std::lock_guard lock(d.mutex);
+  if (result == VK_SUCCESS) d.buffers[number_of(*buffer)] = std::to_string(info->size) + "B";
   return result;
 }
 
-static VKAPI_ATTR VkDeviceAddress VKAPI_CALL probe_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo* info) {
+VkDeviceAddress get_buffer_device_address(VkDevice device, const VkBufferDeviceAddressInfo* info) {
   D(device);
   const VkDeviceAddress address = d.vkGetBufferDeviceAddress(device, info);
   if (kLog) say("address 0x%llx of buffer %s", static_cast<unsigned long long>(address), buffer_name(d, info->buffer).c_str());
   return address;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_SetDebugUtilsObjectNameEXT(VkDevice device, const VkDebugUtilsObjectNameInfoEXT* info) {
+VkResult set_object_name(VkDevice device, const VkDebugUtilsObjectNameInfoEXT* info) {
   D(device);
-  if (info->pObjectName) {
+  if (info->pObjectName && info->objectType == VK_OBJECT_TYPE_BUFFER) {
     const std::lock_guard lock(d.mutex);
-    if (info->objectType == VK_OBJECT_TYPE_BUFFER) d.buffers[info->objectHandle] = std::string(info->pObjectName);
+    d.buffers[info->objectHandle] = info->pObjectName;
   }
-  return d.vkSetDebugUtilsObjectNameEXT ? d.vkSetDebugUtilsObjectNameEXT(device, info) : VK_SUCCESS;
+  return d.vkSetDebugUtilsObjectNameEXT(device, info);
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateShaderModule(VkDevice device, const VkShaderModuleCreateInfo* info,
-                                                               const VkAllocationCallbacks* a, VkShaderModule* module) {
-  D(device);
-  const VkResult result = d.vkCreateShaderModule(device, info, a, module);
-  if (result == VK_SUCCESS) {
-    const std::lock_guard lock(d.mutex);
-    d.modules[reinterpret_cast<std::uint64_t>(*module)] = label_of(info->pCode, info->codeSize);
-    if (const char* folder = std::getenv("PROBE_SPIRV")) {
-      static std::atomic<int> number{0};
-      char path[300];
-      std::string label = d.modules[reinterpret_cast<std::uint64_t>(*module)];
-      for (char& c : label)
-        if (c == '/') c = '_';
-      std::snprintf(path, sizeof path, "%s/%03d_%s.spv", folder, number++, label.c_str());
-      if (std::FILE* file = std::fopen(path, "wb")) {
-        std::fwrite(info->pCode, 1, info->codeSize, file);
-        std::fclose(file);
-      }
-    }
+void write_spirv(const char* folder, std::string label, const VkShaderModuleCreateInfo& info) {
+  static std::atomic<int> number{0};
+  std::ranges::replace(label, '/', '_');
+  char path[300];
+  std::snprintf(path, sizeof path, "%s/%03d_%s.spv", folder, number++, label.c_str());
+  if (std::FILE* file = std::fopen(path, "wb")) {
+    std::fwrite(info.pCode, 1, info.codeSize, file);
+    std::fclose(file);
   }
-  return result;
 }
 
-static std::string stage_label(DeviceData& d, const VkPipelineShaderStageCreateInfo& stage) {
+VkResult create_shader_module(VkDevice device, const VkShaderModuleCreateInfo* info, Callbacks callbacks, VkShaderModule* module) {
+  D(device);
+  const VkResult result = d.vkCreateShaderModule(device, info, callbacks, module);
+  if (result != VK_SUCCESS) return result;
+  const std::string label = label_of(info->pCode, info->codeSize);
+  if (const char* folder = std::getenv("PROBE_SPIRV")) write_spirv(folder, label, *info);
   const std::lock_guard lock(d.mutex);
-  return d.modules[reinterpret_cast<std::uint64_t>(stage.module)] + constants_text(stage.pSpecializationInfo);
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateComputePipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count,
-                                                                   const VkComputePipelineCreateInfo* infos, const VkAllocationCallbacks* a,
-                                                                   VkPipeline* pipelines) {
-  D(device);
-  std::string label = " of " + stage_label(d, infos[0].stage);
-  VkResult result;
-  {
-    const Waiting waiting(&d, "vkCreateComputePipelines", kCompileTimeout_s, 87, label);
-    result = d.vkCreateComputePipelines(device, cache, count, infos, a, pipelines);
-    if (kLog)
-      say("compute pipeline%s: %d, %.2f s", label.c_str(), result, std::chrono::duration<double>(Clock::now() - waiting.since).count());
-  }
-  for (std::uint32_t i = 0; i < count && result == VK_SUCCESS; ++i) {
-    const std::string name = stage_label(d, infos[i].stage);
-    const std::lock_guard lock(d.mutex);
-    d.pipelines[reinterpret_cast<std::uint64_t>(pipelines[i])] = name;
-  }
+  d.modules[number_of(*module)] = label;
   return result;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateGraphicsPipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count,
-                                                                    const VkGraphicsPipelineCreateInfo* infos,
-                                                                    const VkAllocationCallbacks* a, VkPipeline* pipelines) {
-  D(device);
-  const auto label_of_pipeline = [&](const VkGraphicsPipelineCreateInfo& info) {
-    std::string label;
-    for (std::uint32_t i = 0; i < info.stageCount; ++i) label += (i ? "+" : "") + stage_label(d, info.pStages[i]);
-    return label;
-  };
+std::string stage_label(DeviceData& d, const VkPipelineShaderStageCreateInfo& stage) {
+  const std::lock_guard lock(d.mutex);
+  return d.modules[number_of(stage.module)] + constants_text(stage.pSpecializationInfo);
+}
+
+std::string pipeline_label(DeviceData& d, const VkComputePipelineCreateInfo& info) {
+  return stage_label(d, info.stage);
+}
+
+std::string pipeline_label(DeviceData& d, const VkGraphicsPipelineCreateInfo& info) {
+  std::string label;
+  for (std::uint32_t i = 0; i < info.stageCount; ++i) label += (i ? "+" : "") + stage_label(d, info.pStages[i]);
+  return label;
+}
+
+template <class Info, class Create>
+VkResult create_pipelines(DeviceData& d, Create create, VkPipelineCache cache, std::uint32_t count, const Info* infos, Callbacks callbacks,
+                          VkPipeline* pipelines) {
+  constexpr bool kIsCompute = std::is_same_v<Info, VkComputePipelineCreateInfo>;
+  const std::string first = " of " + pipeline_label(d, infos[0]);
   VkResult result;
   {
-    const std::string label = " of " + label_of_pipeline(infos[0]);
-    const Waiting waiting(&d, "vkCreateGraphicsPipelines", kCompileTimeout_s, 87, label);
-    result = d.vkCreateGraphicsPipelines(device, cache, count, infos, a, pipelines);
-    if (kLog)
-      say("graphics pipeline%s: %d, %.2f s", label.c_str(), result, std::chrono::duration<double>(Clock::now() - waiting.since).count());
+    const Waiting waiting(&d, kIsCompute ? "vkCreateComputePipelines" : "vkCreateGraphicsPipelines", kCompileTimeout_s, 87, first);
+    result = create(d.device, cache, count, infos, callbacks, pipelines);
+    if (kLog) say("%s pipeline%s: %d, %.2f s", kIsCompute ? "compute" : "graphics", first.c_str(), result, waiting.seconds());
   }
   for (std::uint32_t i = 0; i < count && result == VK_SUCCESS; ++i) {
-    const std::string name = label_of_pipeline(infos[i]);
+    const std::string label = pipeline_label(d, infos[i]);
     const std::lock_guard lock(d.mutex);
-    d.pipelines[reinterpret_cast<std::uint64_t>(pipelines[i])] = name;
+    d.pipelines[number_of(pipelines[i])] = label;
   }
   return result;
 }
+VkResult create_compute_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const VkComputePipelineCreateInfo* infos,
+                                  Callbacks callbacks, VkPipeline* pipelines) {
+  D(device);
+  return create_pipelines(d, d.vkCreateComputePipelines, cache, count, infos, callbacks, pipelines);
+}
+VkResult create_graphics_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const VkGraphicsPipelineCreateInfo* infos,
+                                   Callbacks callbacks, VkPipeline* pipelines) {
+  D(device);
+  return create_pipelines(d, d.vkCreateGraphicsPipelines, cache, count, infos, callbacks, pipelines);
+}
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_BeginCommandBuffer(VkCommandBuffer cmd, const VkCommandBufferBeginInfo* info) {
+VkResult begin_command_buffer(VkCommandBuffer cmd, const VkCommandBufferBeginInfo* info) {
   D(cmd);
   const VkResult result = d.vkBeginCommandBuffer(cmd, info);
   if (result == VK_SUCCESS) begin(d, recording(d, cmd));
   return result;
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdBindPipeline(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipeline pipeline) {
+void bind_pipeline(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipeline pipeline) {
   D(cmd);
   Recording& r = recording(d, cmd);
   {
     const std::lock_guard lock(d.mutex);
-    (point == VK_PIPELINE_BIND_POINT_COMPUTE ? r.compute : r.graphics) = d.pipelines[reinterpret_cast<std::uint64_t>(pipeline)];
+    (point == VK_PIPELINE_BIND_POINT_COMPUTE ? r.compute : r.graphics) = d.pipelines[number_of(pipeline)];
   }
   record(r, [&d, cmd, point, pipeline] { d.vkCmdBindPipeline(cmd, point, pipeline); });
 }
 
-static bool skipped_pipeline(const std::string& label) {
-  for (const std::string& skip : kSkip)
-    if (label.find(skip) != std::string::npos) return true;
-  return false;
-}
-
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+void dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("dispatch") || skipped_pipeline(r.compute)) return;
+  if (skipped("dispatch", r.compute)) return;
   d.vkCmdDispatch(cmd, x, y, z);
   mark(d, r, {"dispatch " + r.compute + " " + std::to_string(x) + "x" + std::to_string(y) + "x" + std::to_string(z)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDispatchIndirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset) {
+void dispatch_indirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("dispatchIndirect") || skipped_pipeline(r.compute)) return;
+  if (skipped("dispatchIndirect", r.compute)) return;
   Command command{"dispatchIndirect " + r.compute + " @" + std::to_string(offset)};
   if (kArgs && kMarks) {
     full_barrier(d, cmd);
@@ -657,29 +633,28 @@ static VKAPI_ATTR void VKAPI_CALL probe_CmdDispatchIndirect(VkCommandBuffer cmd,
   mark(d, r, std::move(command));
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDraw(VkCommandBuffer cmd, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t e) {
+void draw(VkCommandBuffer cmd, std::uint32_t vertices, std::uint32_t instances, std::uint32_t first_vertex, std::uint32_t first_instance) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("draw") || skipped_pipeline(r.graphics)) return;
-  record(r, [&d, cmd, a, b, c, e] { d.vkCmdDraw(cmd, a, b, c, e); });
-  mark(d, r, {"draw " + r.graphics + " " + std::to_string(a) + " x " + std::to_string(b)});
+  if (skipped("draw", r.graphics)) return;
+  record(r, [=, &d] { d.vkCmdDraw(cmd, vertices, instances, first_vertex, first_instance); });
+  mark(d, r, {"draw " + r.graphics + " " + std::to_string(vertices) + " x " + std::to_string(instances)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDrawIndexed(VkCommandBuffer cmd, std::uint32_t a, std::uint32_t b, std::uint32_t c,
-                                                       std::int32_t e, std::uint32_t f) {
+void draw_indexed(VkCommandBuffer cmd, std::uint32_t indices, std::uint32_t instances, std::uint32_t first_index,
+                  std::int32_t vertex_offset, std::uint32_t first_instance) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("drawIndexed") || skipped_pipeline(r.graphics)) return;
-  record(r, [&d, cmd, a, b, c, e, f] { d.vkCmdDrawIndexed(cmd, a, b, c, e, f); });
-  mark(d, r, {"drawIndexed " + r.graphics + " " + std::to_string(a) + " x " + std::to_string(b)});
+  if (skipped("drawIndexed", r.graphics)) return;
+  record(r, [=, &d] { d.vkCmdDrawIndexed(cmd, indices, instances, first_index, vertex_offset, first_instance); });
+  mark(d, r, {"drawIndexed " + r.graphics + " " + std::to_string(indices) + " x " + std::to_string(instances)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDrawIndexedIndirectCount(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset,
-                                                                    VkBuffer count_buffer, VkDeviceSize count_offset,
-                                                                    std::uint32_t max_count, std::uint32_t stride) {
+void draw_indexed_indirect_count(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkBuffer count_buffer,
+                                 VkDeviceSize count_offset, std::uint32_t max_count, std::uint32_t stride) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("drawIndexedIndirectCount") || skipped_pipeline(r.graphics)) return;
+  if (skipped("drawIndexedIndirectCount", r.graphics)) return;
   Command command{"drawIndexedIndirectCount " + r.graphics + " @" + std::to_string(offset) + " count@" + std::to_string(count_offset)};
   command.max_count = max_count;
   if (kArgs && kMarks) {
@@ -687,86 +662,72 @@ static VKAPI_ATTR void VKAPI_CALL probe_CmdDrawIndexedIndirectCount(VkCommandBuf
     command.arg_offset = copy_args(d, r, buffer, offset, 20);
     command.arg_words = 5;
   }
-  record(r, [&d, cmd, buffer, offset, count_buffer, count_offset, max_count, stride] {
-    d.vkCmdDrawIndexedIndirectCount(cmd, buffer, offset, count_buffer, count_offset, max_count, stride);
-  });
+  record(r, [=, &d] { d.vkCmdDrawIndexedIndirectCount(cmd, buffer, offset, count_buffer, count_offset, max_count, stride); });
   mark(d, r, std::move(command));
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdDrawIndexedIndirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset,
-                                                               std::uint32_t count, std::uint32_t stride) {
+void draw_indexed_indirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, std::uint32_t count, std::uint32_t stride) {
   D(cmd);
   Recording& r = recording(d, cmd);
-  if (skipped("drawIndexedIndirect") || skipped_pipeline(r.graphics)) return;
+  if (skipped("drawIndexedIndirect", r.graphics)) return;
   Command command{"drawIndexedIndirect " + r.graphics + " " + std::to_string(count)};
   if (kArgs && kMarks) {
     command.arg_offset = copy_args(d, r, buffer, offset, 20);
     command.arg_words = 5;
   }
-  record(r, [&d, cmd, buffer, offset, count, stride] { d.vkCmdDrawIndexedIndirect(cmd, buffer, offset, count, stride); });
+  record(r, [=, &d] { d.vkCmdDrawIndexedIndirect(cmd, buffer, offset, count, stride); });
   mark(d, r, std::move(command));
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdFillBuffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
-                                                      std::uint32_t data) {
+void fill_buffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size, std::uint32_t data) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   if (skipped("fill")) return;
   d.vkCmdFillBuffer(cmd, buffer, offset, size, data);
-  mark(d, r, {"fill " + buffer_name(d, buffer) + " " + std::to_string(size)});
+  mark(d, recording(d, cmd), {"fill " + buffer_name(d, buffer) + " " + std::to_string(size)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdUpdateBuffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
-                                                        const void* data) {
+void update_buffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size, const void* data) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   if (skipped("update")) return;
   d.vkCmdUpdateBuffer(cmd, buffer, offset, size, data);
-  mark(d, r, {"update " + buffer_name(d, buffer) + " " + std::to_string(size)});
+  mark(d, recording(d, cmd), {"update " + buffer_name(d, buffer) + " " + std::to_string(size)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdCopyBuffer(VkCommandBuffer cmd, VkBuffer from, VkBuffer to, std::uint32_t count,
-                                                      const VkBufferCopy* regions) {
+void copy_buffer(VkCommandBuffer cmd, VkBuffer from, VkBuffer to, std::uint32_t count, const VkBufferCopy* regions) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   if (skipped("copy")) return;
   d.vkCmdCopyBuffer(cmd, from, to, count, regions);
   std::uint64_t bytes = 0;
   for (std::uint32_t i = 0; i < count; ++i) bytes += regions[i].size;
-  mark(d, r, {"copy " + buffer_name(d, from) + " to " + buffer_name(d, to) + " " + std::to_string(bytes)});
+  mark(d, recording(d, cmd), {"copy " + buffer_name(d, from) + " to " + buffer_name(d, to) + " " + std::to_string(bytes)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdCopyBufferToImage(VkCommandBuffer cmd, VkBuffer from, VkImage to, VkImageLayout layout,
-                                                             std::uint32_t count, const VkBufferImageCopy* regions) {
+void copy_buffer_to_image(VkCommandBuffer cmd, VkBuffer from, VkImage to, VkImageLayout layout, std::uint32_t count,
+                          const VkBufferImageCopy* regions) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   if (skipped("copyImage")) return;
   d.vkCmdCopyBufferToImage(cmd, from, to, layout, count, regions);
-  mark(d, r, {"copyBufferToImage " + std::to_string(regions[0].imageExtent.width) + "x" + std::to_string(regions[0].imageExtent.height)});
+  const VkExtent3D& size = regions[0].imageExtent;
+  mark(d, recording(d, cmd), {"copyBufferToImage " + std::to_string(size.width) + "x" + std::to_string(size.height)});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdCopyImageToBuffer(VkCommandBuffer cmd, VkImage from, VkImageLayout layout, VkBuffer to,
-                                                             std::uint32_t count, const VkBufferImageCopy* regions) {
+void copy_image_to_buffer(VkCommandBuffer cmd, VkImage from, VkImageLayout layout, VkBuffer to, std::uint32_t count,
+                          const VkBufferImageCopy* regions) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   d.vkCmdCopyImageToBuffer(cmd, from, layout, to, count, regions);
-  mark(d, r, {"copyImageToBuffer"});
+  mark(d, recording(d, cmd), {"copyImageToBuffer"});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdPipelineBarrier2(VkCommandBuffer cmd, const VkDependencyInfo* info) {
+void pipeline_barrier(VkCommandBuffer cmd, const VkDependencyInfo* info) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   d.vkCmdPipelineBarrier2(cmd, info);
-  mark(d, r, {"barrier" + std::string(info->imageMemoryBarrierCount ? " of an image" : "")});
+  mark(d, recording(d, cmd), {info->imageMemoryBarrierCount ? "barrier of an image" : "barrier"});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdBeginRendering(VkCommandBuffer cmd, const VkRenderingInfo* info) {
+void begin_rendering(VkCommandBuffer cmd, const VkRenderingInfo* info) {
   D(cmd);
-  Recording& r = recording(d, cmd);
-  std::string label = "beginRendering " + std::to_string(info->renderArea.extent.width) + "x" +
-                      std::to_string(info->renderArea.extent.height) + " colours " + std::to_string(info->colorAttachmentCount) +
-                      (info->pDepthAttachment ? " depth" : "");
   if (!kMarks) return d.vkCmdBeginRendering(cmd, info);
+  Recording& r = recording(d, cmd);
   // Deep copy: it begins when it ends, so that arguments are copied before.
   struct Copy {
     VkRenderingInfo info;
@@ -782,13 +743,16 @@ static VKAPI_ATTR void VKAPI_CALL probe_CmdBeginRendering(VkCommandBuffer cmd, c
   if (kArgs) full_barrier(d, cmd);
   r.rendering = true;
   r.held.push_back([&d, cmd, copy] { d.vkCmdBeginRendering(cmd, &copy->info); });
-  mark(d, r, {label});
+  const VkExtent2D& size = info->renderArea.extent;
+  mark(d, r,
+       {"beginRendering " + std::to_string(size.width) + "x" + std::to_string(size.height) + " colours " +
+        std::to_string(info->colorAttachmentCount) + (info->pDepthAttachment ? " depth" : "")});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdEndRendering(VkCommandBuffer cmd) {
+void end_rendering(VkCommandBuffer cmd) {
   D(cmd);
-  Recording& r = recording(d, cmd);
   if (!kMarks) return d.vkCmdEndRendering(cmd);
+  Recording& r = recording(d, cmd);
   if (kArgs) full_barrier(d, cmd);
   for (const auto& call : r.held) call();
   r.held.clear();
@@ -797,67 +761,47 @@ static VKAPI_ATTR void VKAPI_CALL probe_CmdEndRendering(VkCommandBuffer cmd) {
   mark(d, r, {"endRendering"});
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdBindDescriptorSets(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipelineLayout layout,
-                                                              std::uint32_t first, std::uint32_t count, const VkDescriptorSet* sets,
-                                                              std::uint32_t dynamic_count, const std::uint32_t* dynamic) {
+/// For commands that are held: what they point to.
+template <class T>
+std::vector<T> copied(const T* first, std::uint32_t count) {
+  return {first, first + count};
+}
+
+void bind_descriptor_sets(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipelineLayout layout, std::uint32_t first, std::uint32_t count,
+                          const VkDescriptorSet* sets, std::uint32_t dynamic_count, const std::uint32_t* dynamic) {
   D(cmd);
-  Recording& r = recording(d, cmd);
-  std::vector<VkDescriptorSet> copy(sets, sets + count);
-  std::vector<std::uint32_t> offsets(dynamic, dynamic + dynamic_count);
-  record(r, [&d, cmd, point, layout, first, copy, offsets] {
-    d.vkCmdBindDescriptorSets(cmd, point, layout, first, static_cast<std::uint32_t>(copy.size()), copy.data(),
-                              static_cast<std::uint32_t>(offsets.size()), offsets.data());
+  record(recording(d, cmd), [=, &d, sets = copied(sets, count), dynamic = copied(dynamic, dynamic_count)] {
+    d.vkCmdBindDescriptorSets(cmd, point, layout, first, count, sets.data(), dynamic_count, dynamic.data());
   });
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdPushConstants(VkCommandBuffer cmd, VkPipelineLayout layout, VkShaderStageFlags stages,
-                                                         std::uint32_t offset, std::uint32_t size, const void* values) {
+void push_constants(VkCommandBuffer cmd, VkPipelineLayout layout, VkShaderStageFlags stages, std::uint32_t offset, std::uint32_t size,
+                    const void* values) {
   D(cmd);
-  Recording& r = recording(d, cmd);
-  std::vector<std::uint8_t> copy(static_cast<const std::uint8_t*>(values), static_cast<const std::uint8_t*>(values) + size);
-  record(r, [&d, cmd, layout, stages, offset, copy] {
-    d.vkCmdPushConstants(cmd, layout, stages, offset, static_cast<std::uint32_t>(copy.size()), copy.data());
+  record(recording(d, cmd), [=, &d, values = copied(static_cast<const std::uint8_t*>(values), size)] {
+    d.vkCmdPushConstants(cmd, layout, stages, offset, size, values.data());
   });
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdSetViewport(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count,
-                                                       const VkViewport* viewports) {
+void set_viewport(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkViewport* viewports) {
   D(cmd);
-  std::vector<VkViewport> copy(viewports, viewports + count);
-  record(recording(d, cmd),
-         [&d, cmd, first, copy] { d.vkCmdSetViewport(cmd, first, static_cast<std::uint32_t>(copy.size()), copy.data()); });
+  record(recording(d, cmd), [=, &d, viewports = copied(viewports, count)] { d.vkCmdSetViewport(cmd, first, count, viewports.data()); });
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdSetScissor(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count,
-                                                      const VkRect2D* scissors) {
+void set_scissor(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkRect2D* scissors) {
   D(cmd);
-  std::vector<VkRect2D> copy(scissors, scissors + count);
-  record(recording(d, cmd),
-         [&d, cmd, first, copy] { d.vkCmdSetScissor(cmd, first, static_cast<std::uint32_t>(copy.size()), copy.data()); });
+  record(recording(d, cmd), [=, &d, scissors = copied(scissors, count)] { d.vkCmdSetScissor(cmd, first, count, scissors.data()); });
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdBindIndexBuffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkIndexType type) {
+void bind_vertex_buffers(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkBuffer* buffers,
+                         const VkDeviceSize* offsets) {
   D(cmd);
-  record(recording(d, cmd), [&d, cmd, buffer, offset, type] { d.vkCmdBindIndexBuffer(cmd, buffer, offset, type); });
-}
-
-static VKAPI_ATTR void VKAPI_CALL probe_CmdBindVertexBuffers(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count,
-                                                             const VkBuffer* buffers, const VkDeviceSize* offsets) {
-  D(cmd);
-  std::vector<VkBuffer> copy(buffers, buffers + count);
-  std::vector<VkDeviceSize> at(offsets, offsets + count);
-  record(recording(d, cmd), [&d, cmd, first, copy, at] {
-    d.vkCmdBindVertexBuffers(cmd, first, static_cast<std::uint32_t>(copy.size()), copy.data(), at.data());
+  record(recording(d, cmd), [=, &d, buffers = copied(buffers, count), offsets = copied(offsets, count)] {
+    d.vkCmdBindVertexBuffers(cmd, first, count, buffers.data(), offsets.data());
   });
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_CmdWriteTimestamp2(VkCommandBuffer cmd, VkPipelineStageFlags2 stage, VkQueryPool pool,
-                                                           std::uint32_t query) {
-  D(cmd);
-  record(recording(d, cmd), [&d, cmd, stage, pool, query] { d.vkCmdWriteTimestamp2(cmd, stage, pool, query); });
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL probe_QueueSubmit2(VkQueue queue, std::uint32_t count, const VkSubmitInfo2* submits, VkFence fence) {
+VkResult queue_submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo2* submits, VkFence fence) {
   D(queue);
   {
     const std::lock_guard lock(d.mutex);
@@ -875,48 +819,45 @@ static VKAPI_ATTR VkResult VKAPI_CALL probe_QueueSubmit2(VkQueue queue, std::uin
   return d.vkQueueSubmit2(queue, count, submits, fence);
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo* info, std::uint64_t timeout) {
-  D(device);
-  const Waiting waiting(&d, "vkWaitSemaphores", kTimeout_s, 86);
-  const VkResult result = d.vkWaitSemaphores(device, info, timeout);
-  if (result == VK_ERROR_DEVICE_LOST) say("DEVICE LOST in vkWaitSemaphores"), dump(d);
+template <class Call>
+VkResult watched(DeviceData& d, const char* name, const Call& call) {
+  const Waiting waiting(&d, name, kTimeout_s, 86);
+  const VkResult result = call();
+  if (result == VK_ERROR_DEVICE_LOST) {
+    say("DEVICE LOST in %s", name);
+    dump(d);
+  }
   return result;
 }
-static VKAPI_ATTR VkResult VKAPI_CALL probe_WaitForFences(VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all,
-                                                          std::uint64_t timeout) {
+
+VkResult wait_semaphores(VkDevice device, const VkSemaphoreWaitInfo* info, std::uint64_t timeout) {
   D(device);
-  const Waiting waiting(&d, "vkWaitForFences", kTimeout_s, 86);
-  const VkResult result = d.vkWaitForFences(device, count, fences, all, timeout);
-  if (result == VK_ERROR_DEVICE_LOST) say("DEVICE LOST in vkWaitForFences"), dump(d);
-  if (kList) list(d);
+  return watched(d, "vkWaitSemaphores", [&] { return d.vkWaitSemaphores(device, info, timeout); });
+}
+VkResult wait_for_fences(VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all, std::uint64_t timeout) {
+  D(device);
+  const VkResult result = watched(d, "vkWaitForFences", [&] { return d.vkWaitForFences(device, count, fences, all, timeout); });
+  list(d);
   return result;
 }
-static VKAPI_ATTR VkResult VKAPI_CALL probe_QueueWaitIdle(VkQueue queue) {
+VkResult queue_wait_idle(VkQueue queue) {
   D(queue);
-  const Waiting waiting(&d, "vkQueueWaitIdle", kTimeout_s, 86);
-  const VkResult result = d.vkQueueWaitIdle(queue);
-  if (result == VK_ERROR_DEVICE_LOST) say("DEVICE LOST in vkQueueWaitIdle"), dump(d);
-  return result;
+  return watched(d, "vkQueueWaitIdle", [&] { return d.vkQueueWaitIdle(queue); });
 }
-static VKAPI_ATTR VkResult VKAPI_CALL probe_DeviceWaitIdle(VkDevice device) {
+VkResult device_wait_idle(VkDevice device) {
   D(device);
-  const Waiting waiting(&d, "vkDeviceWaitIdle", kTimeout_s, 86);
-  const VkResult result = d.vkDeviceWaitIdle(device);
-  if (result == VK_ERROR_DEVICE_LOST) say("DEVICE LOST in vkDeviceWaitIdle"), dump(d);
+  const VkResult result = watched(d, "vkDeviceWaitIdle", [&] { return d.vkDeviceWaitIdle(device); });
   list(d);
   return result;
 }
 
-static void free_recording(DeviceData& d, Recording& r) {
-  const auto destroy_pool = reinterpret_cast<PFN_vkDestroyQueryPool>(d.next(d.device, "vkDestroyQueryPool"));
-  const auto free_memory = reinterpret_cast<PFN_vkFreeMemory>(d.next(d.device, "vkFreeMemory"));
-  if (r.pool) destroy_pool(d.device, r.pool, nullptr);
+void free_recording(DeviceData& d, Recording& r) {
+  if (r.pool) d.vkDestroyQueryPool(d.device, r.pool, nullptr);
   if (r.args) d.vkDestroyBuffer(d.device, r.args, nullptr);
-  if (r.args_memory) free_memory(d.device, r.args_memory, nullptr);
+  if (r.args_memory) d.vkFreeMemory(d.device, r.args_memory, nullptr);
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_FreeCommandBuffers(VkDevice device, VkCommandPool pool, std::uint32_t count,
-                                                           const VkCommandBuffer* buffers) {
+void free_command_buffers(VkDevice device, VkCommandPool pool, std::uint32_t count, const VkCommandBuffer* buffers) {
   D(device);
   {
     const std::lock_guard lock(d.mutex);
@@ -931,215 +872,206 @@ static VKAPI_ATTR void VKAPI_CALL probe_FreeCommandBuffers(VkDevice device, VkCo
   d.vkFreeCommandBuffers(device, pool, count, buffers);
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_DestroyDevice(VkDevice device, const VkAllocationCallbacks* a) {
+void destroy_device(VkDevice device, Callbacks callbacks) {
   D(device);
-  const auto destroy = d.vkDestroyDevice;
-  // Query pools and arguments go with it.
   for (auto& [cmd, r] : d.recordings) free_recording(d, *r);
-  void* key = key_of(device);
-  destroy(device, a);
+  void* const key = key_of(device);
+  d.vkDestroyDevice(device, callbacks);
   const std::lock_guard lock(global_mutex);
   devices.erase(key);
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateDevice(VkPhysicalDevice physical, const VkDeviceCreateInfo* info,
-                                                         const VkAllocationCallbacks* a, VkDevice* device) {
-  auto* chain = reinterpret_cast<VkLayerDeviceCreateInfo*>(const_cast<void*>(info->pNext));
-  while (chain && !(chain->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO && chain->function == VK_LAYER_LINK_INFO))
-    chain = reinterpret_cast<VkLayerDeviceCreateInfo*>(const_cast<void*>(chain->pNext));
-  if (!chain) return VK_ERROR_INITIALIZATION_FAILED;
-  const auto next_device = chain->u.pLayerInfo->pfnNextGetDeviceProcAddr;
-  chain->u.pLayerInfo = chain->u.pLayerInfo->pNext;
-  InstanceData* instance;
-  {
-    const std::lock_guard lock(global_mutex);
-    instance = instances[key_of(physical)].get();
-  }
-  const auto create = reinterpret_cast<PFN_vkCreateDevice>(instance->functions["vkCreateDevice"]);
-  const VkResult result = create(physical, info, a, device);
+/// The loader's link to the next layer, taken off the chain; null: there is none.
+template <class Link, class Info>
+decltype(Link::u.pLayerInfo) take_link(const Info& info, VkStructureType type) {
+  auto* link = static_cast<Link*>(const_cast<void*>(info.pNext));
+  while (link && !(link->sType == type && link->function == VK_LAYER_LINK_INFO)) link = static_cast<Link*>(const_cast<void*>(link->pNext));
+  if (!link) return nullptr;
+  return std::exchange(link->u.pLayerInfo, link->u.pLayerInfo->pNext);
+}
+
+void say_device(const DeviceData& d, const VkPhysicalDeviceProperties& properties) {
+  say("vkCmdBeginDebugUtilsLabelEXT of the next: %p, vkSetDebugUtilsObjectNameEXT: %p",
+      reinterpret_cast<void*>(d.next(d.device, "vkCmdBeginDebugUtilsLabelEXT")), reinterpret_cast<void*>(d.vkSetDebugUtilsObjectNameEXT));
+  say("device %s, driver %u.%u.%u (0x%x), granularity %llu, texel elements %u, memory types %u", properties.deviceName,
+      properties.driverVersion >> 22, properties.driverVersion >> 14 & 255, properties.driverVersion >> 6 & 255, properties.driverVersion,
+      static_cast<unsigned long long>(properties.limits.bufferImageGranularity), properties.limits.maxTexelBufferElements,
+      d.memory.memoryTypeCount);
+  for (std::uint32_t i = 0; i < d.memory.memoryTypeCount; ++i)
+    say("memory type %u: flags %u, heap %u of %llu MiB", i, d.memory.memoryTypes[i].propertyFlags, d.memory.memoryTypes[i].heapIndex,
+        static_cast<unsigned long long>(d.memory.memoryHeaps[d.memory.memoryTypes[i].heapIndex].size >> 20));
+}
+
+VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* device) {
+  const auto* link = take_link<VkLayerDeviceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
+  if (!link) return VK_ERROR_INITIALIZATION_FAILED;
+  const PFN_vkGetDeviceProcAddr next = link->pfnNextGetDeviceProcAddr;
+  const VkResult result = next_function<PFN_vkCreateDevice>(physical, "vkCreateDevice")(physical, info, callbacks, device);
   if (result != VK_SUCCESS) return result;
   auto made = std::make_unique<DeviceData>();
   DeviceData& d = *made;
   d.device = *device;
-  d.physical = physical;
-  d.instance = instance;
-  d.next = next_device;
-  reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties>(instance->functions["vkGetPhysicalDeviceMemoryProperties"])(physical,
-                                                                                                                        &d.memory);
+  d.next = next;
+  next_function<PFN_vkGetPhysicalDeviceMemoryProperties>(physical, "vkGetPhysicalDeviceMemoryProperties")(physical, &d.memory);
   VkPhysicalDeviceProperties properties;
-  reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(instance->functions["vkGetPhysicalDeviceProperties"])(physical, &properties);
+  next_function<PFN_vkGetPhysicalDeviceProperties>(physical, "vkGetPhysicalDeviceProperties")(physical, &properties);
   d.tick_ns = properties.limits.timestampPeriod;
-#define LOAD(name) d.name = reinterpret_cast<PFN_##name>(next_device(*device, #name));
+#define LOAD(name) d.name = reinterpret_cast<PFN_##name>(next(*device, #name));
   PROBE_FUNCTIONS(LOAD)
 #undef LOAD
-  if (kLog) {
-    say("vkCmdBeginDebugUtilsLabelEXT of the next: %p, vkSetDebugUtilsObjectNameEXT: %p",
-        reinterpret_cast<void*>(next_device(*device, "vkCmdBeginDebugUtilsLabelEXT")),
-        reinterpret_cast<void*>(d.vkSetDebugUtilsObjectNameEXT));
-    say("device %s, driver %u.%u.%u (0x%x), granularity %llu, texel elements %u, memory types %u", properties.deviceName,
-        properties.driverVersion >> 22, properties.driverVersion >> 14 & 255, properties.driverVersion >> 6 & 255, properties.driverVersion,
-        static_cast<unsigned long long>(properties.limits.bufferImageGranularity), properties.limits.maxTexelBufferElements,
-        d.memory.memoryTypeCount);
-    for (std::uint32_t i = 0; i < d.memory.memoryTypeCount; ++i)
-      say("memory type %u: flags %u, heap %u of %llu MiB", i, d.memory.memoryTypes[i].propertyFlags, d.memory.memoryTypes[i].heapIndex,
-          static_cast<unsigned long long>(d.memory.memoryHeaps[d.memory.memoryTypes[i].heapIndex].size >> 20));
-  }
+  if (kLog) say_device(d, properties);
   const std::lock_guard lock(global_mutex);
   devices[key_of(*device)] = std::move(made);
   return result;
 }
 
-static PFN_vkVoidFunction next_function(VkPhysicalDevice physical, const char* name) {
-  InstanceData* instance;
-  {
-    const std::lock_guard lock(global_mutex);
-    instance = instances[key_of(physical)].get();
-  }
-  return instance->functions[name];
+void get_physical_device_features2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
+  next_function<PFN_vkGetPhysicalDeviceFeatures2>(physical, "vkGetPhysicalDeviceFeatures2")(physical, features);
+  if (!env_int("PROBE_NO_INT64", 0)) return;
+  features->features.shaderInt64 = VK_FALSE;
+  for (auto* next = static_cast<VkBaseOutStructure*>(features->pNext); next; next = next->pNext)
+    if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES)
+      reinterpret_cast<VkPhysicalDeviceVulkan12Features*>(next)->shaderBufferInt64Atomics = VK_FALSE;
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_GetPhysicalDeviceFeatures2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
-  reinterpret_cast<PFN_vkGetPhysicalDeviceFeatures2>(next_function(physical, "vkGetPhysicalDeviceFeatures2"))(physical, features);
-  const bool no_int64 = env_int("PROBE_NO_INT64", 0) != 0;
-  if (no_int64) features->features.shaderInt64 = VK_FALSE;
-  for (auto* next = static_cast<VkBaseOutStructure*>(features->pNext); next; next = next->pNext) {
-    if (next->sType != VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES) continue;
-    if (no_int64) reinterpret_cast<VkPhysicalDeviceVulkan12Features*>(next)->shaderBufferInt64Atomics = VK_FALSE;
-  }
-}
-static VKAPI_ATTR void VKAPI_CALL probe_GetPhysicalDeviceProperties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
-  reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(next_function(physical, "vkGetPhysicalDeviceProperties"))(physical, properties);
-  if (env_int("PROBE_GPU", 0)) properties->deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
-  if (env_int("PROBE_CPU", 0)) properties->deviceType = VK_PHYSICAL_DEVICE_TYPE_CPU;
+void change_answers(VkPhysicalDeviceProperties& properties) {
+  if (env_int("PROBE_GPU", 0)) properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+  if (env_int("PROBE_CPU", 0)) properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_CPU;
   if (const int granularity = env_int("PROBE_GRANULARITY", 0))
-    properties->limits.bufferImageGranularity = static_cast<VkDeviceSize>(granularity);
-}
-static VKAPI_ATTR void VKAPI_CALL probe_GetPhysicalDeviceProperties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
-  reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(next_function(physical, "vkGetPhysicalDeviceProperties2"))(physical, properties);
-  if (env_int("PROBE_GPU", 0)) properties->properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
-  if (env_int("PROBE_CPU", 0)) properties->properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_CPU;
-  if (const int granularity = env_int("PROBE_GRANULARITY", 0))
-    properties->properties.limits.bufferImageGranularity = static_cast<VkDeviceSize>(granularity);
+    properties.limits.bufferImageGranularity = static_cast<VkDeviceSize>(granularity);
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL probe_CreateInstance(const VkInstanceCreateInfo* info, const VkAllocationCallbacks* a,
-                                                           VkInstance* instance) {
-  auto* chain = reinterpret_cast<VkLayerInstanceCreateInfo*>(const_cast<void*>(info->pNext));
-  while (chain && !(chain->sType == VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO && chain->function == VK_LAYER_LINK_INFO))
-    chain = reinterpret_cast<VkLayerInstanceCreateInfo*>(const_cast<void*>(chain->pNext));
-  if (!chain) return VK_ERROR_INITIALIZATION_FAILED;
-  const auto next = chain->u.pLayerInfo->pfnNextGetInstanceProcAddr;
-  chain->u.pLayerInfo = chain->u.pLayerInfo->pNext;
+void get_physical_device_properties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
+  next_function<PFN_vkGetPhysicalDeviceProperties>(physical, "vkGetPhysicalDeviceProperties")(physical, properties);
+  change_answers(*properties);
+}
+void get_physical_device_properties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
+  next_function<PFN_vkGetPhysicalDeviceProperties2>(physical, "vkGetPhysicalDeviceProperties2")(physical, properties);
+  change_answers(properties->properties);
+}
+
+VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* instance) {
+  const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
+  if (!link) return VK_ERROR_INITIALIZATION_FAILED;
+  const PFN_vkGetInstanceProcAddr next = link->pfnNextGetInstanceProcAddr;
   const auto create = reinterpret_cast<PFN_vkCreateInstance>(next(VK_NULL_HANDLE, "vkCreateInstance"));
-  const VkResult result = create(info, a, instance);
+  const VkResult result = create(info, callbacks, instance);
   if (result != VK_SUCCESS) return result;
-  const std::lock_guard lock(global_mutex);
-  auto made = std::make_unique<InstanceData>(InstanceData{*instance, next, {}});
+  auto made = std::make_unique<InstanceData>(InstanceData{next, {}});
   for (const char* name : {"vkDestroyInstance", "vkCreateDevice", "vkGetPhysicalDeviceFeatures2", "vkGetPhysicalDeviceProperties",
                            "vkGetPhysicalDeviceProperties2", "vkGetPhysicalDeviceMemoryProperties"})
     made->functions[name] = next(*instance, name);
+  const std::lock_guard lock(global_mutex);
   instances[key_of(*instance)] = std::move(made);
   return result;
 }
 
-static VKAPI_ATTR void VKAPI_CALL probe_DestroyInstance(VkInstance instance, const VkAllocationCallbacks* a) {
-  PFN_vkDestroyInstance destroy;
-  void* key = key_of(instance);
+void destroy_instance(VkInstance instance, Callbacks callbacks) {
+  const auto destroy = next_function<PFN_vkDestroyInstance>(instance, "vkDestroyInstance");
   {
     const std::lock_guard lock(global_mutex);
-    destroy = reinterpret_cast<PFN_vkDestroyInstance>(instances[key]->functions["vkDestroyInstance"]);
-    instances.erase(key);
+    instances.erase(key_of(instance));
   }
-  destroy(instance, a);
+  destroy(instance, callbacks);
 }
 
-EXPORT VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL probe_GetDeviceProcAddr(VkDevice device, const char* name);
-EXPORT VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL probe_GetInstanceProcAddr(VkInstance instance, const char* name);
+// ---- names
 
-static VKAPI_ATTR void VKAPI_CALL nothing_begins(VkCommandBuffer, const VkDebugUtilsLabelEXT*) {}
-static VKAPI_ATTR void VKAPI_CALL nothing_ends(VkCommandBuffer) {}
-static VKAPI_ATTR VkResult VKAPI_CALL nothing_is_named(VkDevice, const VkDebugUtilsObjectNameInfoEXT*) {
-  return VK_SUCCESS;
+using Functions = std::map<std::string_view, PFN_vkVoidFunction>;
+
+/// Null: none of that name.
+PFN_vkVoidFunction find(const Functions& functions, const char* name) {
+  const auto found = functions.find(name);
+  return found == functions.end() ? nullptr : found->second;
 }
 
-static PFN_vkVoidFunction device_function(const char* name) {
+#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
+
+// A command that points to nothing.
+#define HELD(call)                                                         \
+  OURS(call, [](VkCommandBuffer cmd, auto... arguments) {                  \
+    D(cmd);                                                                \
+    record(recording(d, cmd), [=, &d] { d.vk##call(cmd, arguments...); }); \
+  })
+
+PFN_vkVoidFunction get_device_proc_addr(VkDevice device, const char* name);
+
+PFN_vkVoidFunction device_function(const char* name) {
   // Not null: the loader would put a function of its own there, which calls the driver's. It asks vkGetInstanceProcAddr for these.
-  static const bool no_labels = env_int("PROBE_NO_LABELS", 0) != 0;
-  if (no_labels && !std::strcmp(name, "vkCmdBeginDebugUtilsLabelEXT")) return reinterpret_cast<PFN_vkVoidFunction>(nothing_begins);
-  if (no_labels && !std::strcmp(name, "vkCmdEndDebugUtilsLabelEXT")) return reinterpret_cast<PFN_vkVoidFunction>(nothing_ends);
-  if (no_labels && !std::strcmp(name, "vkSetDebugUtilsObjectNameEXT")) return reinterpret_cast<PFN_vkVoidFunction>(nothing_is_named);
-#define OURS(function) \
-  if (!std::strcmp(name, "vk" #function)) return reinterpret_cast<PFN_vkVoidFunction>(probe_##function)
-  OURS(AllocateMemory);
-  OURS(CreateBuffer);
-  OURS(CreateShaderModule);
-  OURS(CreateComputePipelines);
-  OURS(CreateGraphicsPipelines);
-  OURS(BeginCommandBuffer);
-  OURS(CmdBindPipeline);
-  OURS(CmdDispatch);
-  OURS(CmdDispatchIndirect);
-  OURS(CmdDraw);
-  OURS(CmdDrawIndexed);
-  OURS(CmdDrawIndexedIndirectCount);
-  OURS(CmdDrawIndexedIndirect);
-  OURS(CmdFillBuffer);
-  OURS(CmdUpdateBuffer);
-  OURS(CmdCopyBuffer);
-  OURS(CmdCopyBufferToImage);
-  OURS(CmdCopyImageToBuffer);
-  OURS(CmdPipelineBarrier2);
-  OURS(CmdBeginRendering);
-  OURS(CmdEndRendering);
-  OURS(CmdBindDescriptorSets);
-  OURS(CmdPushConstants);
-  OURS(CmdSetViewport);
-  OURS(CmdSetScissor);
-  OURS(CmdBindIndexBuffer);
-  OURS(CmdBindVertexBuffers);
-  OURS(CmdWriteTimestamp2);
-  OURS(QueueSubmit2);
-  OURS(WaitSemaphores);
-  OURS(WaitForFences);
-  OURS(QueueWaitIdle);
-  OURS(DeviceWaitIdle);
-  OURS(DestroyDevice);
-  OURS(FreeCommandBuffers);
-  OURS(GetBufferDeviceAddress);
-  if (!std::strcmp(name, "vkGetDeviceProcAddr")) return reinterpret_cast<PFN_vkVoidFunction>(probe_GetDeviceProcAddr);
-  return nullptr;
+  static const Functions no_labels{
+      OURS(CmdBeginDebugUtilsLabelEXT, [](VkCommandBuffer, const VkDebugUtilsLabelEXT*) {}),
+      OURS(CmdEndDebugUtilsLabelEXT, [](VkCommandBuffer) {}),
+      OURS(SetDebugUtilsObjectNameEXT, [](VkDevice, const VkDebugUtilsObjectNameInfoEXT*) { return VK_SUCCESS; })};
+  static const Functions ours{OURS(AllocateMemory, allocate_memory),
+                              OURS(CreateBuffer, create_buffer),
+                              OURS(CreateShaderModule, create_shader_module),
+                              OURS(CreateComputePipelines, create_compute_pipelines),
+                              OURS(CreateGraphicsPipelines, create_graphics_pipelines),
+                              OURS(BeginCommandBuffer, begin_command_buffer),
+                              OURS(CmdBindPipeline, bind_pipeline),
+                              OURS(CmdDispatch, dispatch),
+                              OURS(CmdDispatchIndirect, dispatch_indirect),
+                              OURS(CmdDraw, draw),
+                              OURS(CmdDrawIndexed, draw_indexed),
+                              OURS(CmdDrawIndexedIndirectCount, draw_indexed_indirect_count),
+                              OURS(CmdDrawIndexedIndirect, draw_indexed_indirect),
+                              OURS(CmdFillBuffer, fill_buffer),
+                              OURS(CmdUpdateBuffer, update_buffer),
+                              OURS(CmdCopyBuffer, copy_buffer),
+                              OURS(CmdCopyBufferToImage, copy_buffer_to_image),
+                              OURS(CmdCopyImageToBuffer, copy_image_to_buffer),
+                              OURS(CmdPipelineBarrier2, pipeline_barrier),
+                              OURS(CmdBeginRendering, begin_rendering),
+                              OURS(CmdEndRendering, end_rendering),
+                              OURS(CmdBindDescriptorSets, bind_descriptor_sets),
+                              OURS(CmdPushConstants, push_constants),
+                              OURS(CmdSetViewport, set_viewport),
+                              OURS(CmdSetScissor, set_scissor),
+                              HELD(CmdBindIndexBuffer),
+                              OURS(CmdBindVertexBuffers, bind_vertex_buffers),
+                              HELD(CmdWriteTimestamp2),
+                              OURS(QueueSubmit2, queue_submit),
+                              OURS(WaitSemaphores, wait_semaphores),
+                              OURS(WaitForFences, wait_for_fences),
+                              OURS(QueueWaitIdle, queue_wait_idle),
+                              OURS(DeviceWaitIdle, device_wait_idle),
+                              OURS(DestroyDevice, destroy_device),
+                              OURS(FreeCommandBuffers, free_command_buffers),
+                              OURS(GetBufferDeviceAddress, get_buffer_device_address),
+                              OURS(GetDeviceProcAddr, get_device_proc_addr)};
+  if (env_int("PROBE_NO_LABELS", 0))
+    if (const PFN_vkVoidFunction nothing = find(no_labels, name)) return nothing;
+  return find(ours, name);
 }
 
-EXPORT VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL probe_GetDeviceProcAddr(VkDevice device, const char* name) {
-  if (PFN_vkVoidFunction ours = device_function(name)) return ours;
-  DeviceData* d = device_of(device);
-  if (d && d->vkSetDebugUtilsObjectNameEXT && !std::strcmp(name, "vkSetDebugUtilsObjectNameEXT"))
-    return reinterpret_cast<PFN_vkVoidFunction>(probe_SetDebugUtilsObjectNameEXT);
-  return d ? d->next(device, name) : nullptr;
+PFN_vkVoidFunction get_device_proc_addr(VkDevice device, const char* name) {
+  if (const PFN_vkVoidFunction ours = device_function(name)) return ours;
+  const DeviceData* d = device_of(device);
+  if (!d) return nullptr;
+  if (d->vkSetDebugUtilsObjectNameEXT && std::string_view(name) == "vkSetDebugUtilsObjectNameEXT")
+    return reinterpret_cast<PFN_vkVoidFunction>(set_object_name);
+  return d->next(device, name);
 }
 
-EXPORT VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL probe_GetInstanceProcAddr(VkInstance instance, const char* name) {
-  OURS(CreateInstance);
-  OURS(DestroyInstance);
-  OURS(CreateDevice);
-  OURS(GetPhysicalDeviceFeatures2);
-  OURS(GetPhysicalDeviceProperties);
-  OURS(GetPhysicalDeviceProperties2);
-  if (!std::strcmp(name, "vkGetInstanceProcAddr")) return reinterpret_cast<PFN_vkVoidFunction>(probe_GetInstanceProcAddr);
-  if (PFN_vkVoidFunction ours = device_function(name)) return ours;
-  if (!instance) return nullptr;
-  PFN_vkGetInstanceProcAddr next;
-  {
-    const std::lock_guard lock(global_mutex);
-    next = instances[key_of(instance)]->next;
-  }
-  return next(instance, name);
+PFN_vkVoidFunction get_instance_proc_addr(VkInstance instance, const char* name) {
+  static const Functions ours{OURS(CreateInstance, create_instance),
+                              OURS(DestroyInstance, destroy_instance),
+                              OURS(CreateDevice, create_device),
+                              OURS(GetPhysicalDeviceFeatures2, get_physical_device_features2),
+                              OURS(GetPhysicalDeviceProperties, get_physical_device_properties),
+                              OURS(GetPhysicalDeviceProperties2, get_physical_device_properties2),
+                              OURS(GetInstanceProcAddr, get_instance_proc_addr)};
+  if (const PFN_vkVoidFunction function = find(ours, name)) return function;
+  if (const PFN_vkVoidFunction function = device_function(name)) return function;
+  return instance ? instance_of(instance).next(instance, name) : nullptr;
 }
 
-EXPORT VKAPI_ATTR VkResult VKAPI_CALL vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
-  if (version->loaderLayerInterfaceVersion > 2) version->loaderLayerInterfaceVersion = 2;
-  version->pfnGetInstanceProcAddr = probe_GetInstanceProcAddr;
-  version->pfnGetDeviceProcAddr = probe_GetDeviceProcAddr;
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) VkResult vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
+  version->loaderLayerInterfaceVersion = std::min(version->loaderLayerInterfaceVersion, 2u);
+  version->pfnGetInstanceProcAddr = get_instance_proc_addr;
+  version->pfnGetDeviceProcAddr = get_device_proc_addr;
   version->pfnGetPhysicalDeviceProcAddr = nullptr;
   return VK_SUCCESS;
 }

@@ -71,7 +71,10 @@ struct Choices {
   void remove_if(Predicate&& predicate) {
     count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
   }
-  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
+  void sort() {
+    for (std::uint32_t i = 1; i < count; ++i)
+      for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
+  }
   void offer(const WeighedPair& pair) {
     if (count == kMax && !is_better(pair, pairs.back())) return;
     count = std::min<std::uint32_t>(count + 1, kMax);

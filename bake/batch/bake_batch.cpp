@@ -148,7 +148,6 @@ void look_up(BatchRun& run, std::vector<std::uint32_t>& order) {
     }
     return json_text(results);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     std::vector<BatchResult> results(plants_of(job).size());  // of a job that failed: whoever bakes the plants finds out why
     if (end.failure.empty()) results = nlohmann::json::parse(end.result).get<std::vector<BatchResult>>();
@@ -268,7 +267,6 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
       for (const SourceContents::Variant& variant : read->variants) names.push_back(variant.name);
     return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     failures[jobs[job]] = end.failure;
     if (!end.failure.empty()) return;

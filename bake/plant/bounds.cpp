@@ -7,22 +7,6 @@
 
 namespace coppice::bake {
 
-Sphere bounding_sphere(const Foliage& foliage) {
-  if (foliage.quads.empty()) return {};
-  glm::vec3 low = foliage.quads[0][0];
-  glm::vec3 high = low;
-  for (const Quad& quad : foliage.quads) {
-    for (const glm::vec3& corner : quad) {
-      low = glm::min(low, corner);
-      high = glm::max(high, corner);
-    }
-  }
-  Sphere sphere{(low + high) * 0.5f, 0.0f};
-  for (const Quad& quad : foliage.quads)
-    for (const glm::vec3& corner : quad) sphere.radius = std::max(sphere.radius, glm::distance(sphere.center, corner));
-  return sphere;
-}
-
 Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes) {
   glm::vec3 low = foliage.quads.front()[0], high = low;
   const auto include = [&](const glm::vec3& point) { low = glm::min(low, point), high = glm::max(high, point); };
@@ -35,6 +19,10 @@ Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& 
   std::ranges::for_each(wood.positions, reach);
   for (const LeafMeshPart& part : leaf_meshes.parts) std::ranges::for_each(part.mesh.positions, reach);
   return sphere;
+}
+
+Sphere bounding_sphere(const Foliage& foliage) {
+  return foliage.quads.empty() ? Sphere{} : plant_sphere(foliage, {});
 }
 
 }  // namespace coppice::bake

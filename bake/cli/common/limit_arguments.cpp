@@ -33,7 +33,6 @@ int run_limited(const LimitArguments& arguments, const std::filesystem::path& fi
     // The job leaves without the exit handlers that would do so.
     return std::to_string(std::fflush(nullptr) == 0 ? code : 1);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t, const JobEnd& end) {
     exit_code = end.failure.empty() ? std::stoi(end.result)
                                     : report_failure(file, Error{Status::internal, "given up", Error::kNoOffset, end.failure});

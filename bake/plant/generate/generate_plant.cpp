@@ -6,7 +6,7 @@
 #include "leaf_image.h"
 #include "leaf_mesh.h"
 #include "leaf_placement.h"
-#include "plant_random.h"
+#include "seeded_random.h"
 #include "skeleton.h"
 #include "species.h"
 #include "tube_mesh.h"
@@ -32,8 +32,8 @@ std::vector<Material> plant_materials(const Species& species) {
 }
 
 Plant grow(const Species& species, std::uint64_t seed) {
-  PlantRandom random(seed);
-  PlantRandom stem_random = random.fork(), leaf_random = random.fork();
+  SeededRandom random(seed);
+  SeededRandom stem_random = random.fork(), leaf_random = random.fork();
   const std::vector<Stem> stems = grow_skeleton(species, stem_random);
   const LeafTemplate leaf = build_leaf(species.outline);
   const std::vector<PlacedLeaf> places = place_leaves(species, stems, leaf, leaf_random);

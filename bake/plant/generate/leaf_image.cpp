@@ -5,6 +5,8 @@
 
 #include <glm/common.hpp>
 
+#include "srgb.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -38,8 +40,7 @@ std::uint8_t byte_of(float value) {
 }
 
 std::uint8_t srgb_byte(float linear) {
-  const float value = std::clamp(linear, 0.0f, 1.0f);
-  return byte_of(value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f);
+  return byte_of(srgb_from_linear(std::clamp(linear, 0.0f, 1.0f)));
 }
 
 }  // namespace

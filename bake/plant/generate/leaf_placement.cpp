@@ -89,7 +89,7 @@ float leaf_turn_deg(const LeafHabit& habit, std::uint32_t index) {
 }
 
 /// Turns the upper surface to the light as far as the leaf's direction allows.
-glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const glm::vec3& along, PlantRandom& random) {
+glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const glm::vec3& along, SeededRandom& random) {
   const LeafHabit& habit = species.habit;
   const glm::vec3 jitter{random.around(habit.jitter), random.around(habit.jitter), random.around(habit.jitter)};
   const glm::vec3 light = habit.up_weight * kUp + habit.out_weight * out_of_crown(species, position) + jitter;
@@ -97,7 +97,7 @@ glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const g
   return glm::length(across) > 1e-3f ? glm::normalize(across) : cross_axes(along).first;
 }
 
-PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, float turn_deg, PlantRandom& random) {
+PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, float turn_deg, SeededRandom& random) {
   const LeafHabit& habit = species.habit;
   const StemPoint at = point_on(stem, fraction);
   const CrossAxes axes = cross_axes(at.tangent);
@@ -121,7 +121,7 @@ bool stands_apart(const VertexGrid& grid, const LeafTemplate& leaf, const LeafPo
 }  // namespace
 
 std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const LeafTemplate& leaf,
-                                     PlantRandom& random) {
+                                     SeededRandom& random) {
   constexpr int kMaxAttempts = 64;
   const std::vector<std::uint32_t> quotas = leaf_quotas(species, stems);
   VertexGrid grid(kLeafGap * box_diagonal(stems));

@@ -1,12 +1,9 @@
 #include "bake_batch.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <cstring>
+#include <array>
 #include <fstream>
 #include <map>
-#include <numeric>
 #include <set>
 #include <span>
 #include <string_view>
@@ -18,7 +15,6 @@
 
 #include "atomic_file.h"
 #include "batch_caches.h"
-#include "batch_result_json.h"
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
@@ -26,6 +22,11 @@
 #include "temporary_file.h"
 
 namespace coppice::bake {
+
+// For a result on its way from the process that made it. Reports and journals have plant_record.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds, peak_rss_bytes,
+                                   warnings, folder_failure, server_failure, sent, because, lost)
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,18 +64,15 @@ double overall_fraction(std::string_view stage, double fraction) {
   return 0.05 + 0.88 * fraction;
 }
 
-/// A result on its way from the process that made it.
-template <class T>
-std::string json_text(const T& result) {
-  return nlohmann::json(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+std::string json_text(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 /// Where a batch is, as its jobs say.
 class BatchTracker {
  public:
   BatchTracker(const std::vector<BatchPlant>& plants, const std::function<void(const BatchStatus&)>& progress)
-      : plants_(plants), progress_(progress), fractions_(plants.size(), 0.0) {
-    for (const BatchPlant& plant : plants) weights_.push_back(1.0 + static_cast<double>(plant.cost.milliseconds));
+      : plants_(plants), costs_(costs_of(plants)), progress_(progress), fractions_(plants.size(), 0.0) {
     status_.count = plants.size();
     show();
   }
@@ -92,8 +90,7 @@ class BatchTracker {
 
  private:
   void show() {
-    const double all = std::accumulate(weights_.begin(), weights_.end(), 0.0);
-    status_.fraction = all > 0.0 ? std::inner_product(weights_.begin(), weights_.end(), fractions_.begin(), 0.0) / all : 1.0;
+    status_.fraction = done_fraction(costs_, fractions_);
     status_.running.clear();
     for (const std::size_t plant : running_)
       status_.running += (status_.running.empty() ? "" : ", ") + plants_[plant].input.stem().string();
@@ -101,8 +98,9 @@ class BatchTracker {
   }
 
   const std::vector<BatchPlant>& plants_;
+  std::vector<PlantCost> costs_;
   const std::function<void(const BatchStatus&)>& progress_;
-  std::vector<double> fractions_, weights_;
+  std::vector<double> fractions_;
   std::set<std::size_t> running_;
   BatchStatus status_;
 };
@@ -202,15 +200,8 @@ void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& c
 }  // namespace
 
 const char* outcome_name(BatchOutcome outcome) {
-  switch (outcome) {
-    case BatchOutcome::baked:
-      return "baked";
-    case BatchOutcome::cached:
-      return "cached";
-    case BatchOutcome::failed:
-      break;
-  }
-  return "failed";
+  constexpr std::array kNames{"baked", "cached", "failed"};
+  return kNames.at(static_cast<std::size_t>(outcome));
 }
 
 void estimate_costs(std::vector<BatchPlant>& plants) {
@@ -265,7 +256,7 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
     if (!read && read.error().status == Status::out_of_memory) throw std::bad_alloc();
     if (read)
       for (const SourceContents::Variant& variant : read->variants) names.push_back(variant.name);
-    return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return json_text(names);
   };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     failures[jobs[job]] = end.failure;
@@ -311,11 +302,10 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants) {
 }
 
 BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  std::error_code error;
-  fs::create_directories(cache, error);
-  if (!error) return bake_one(plant, {.folder = cache}, progress);
+  const auto made = make_cache(cache);
+  if (made) return bake_one(plant, {.folder = cache}, progress);
   BatchResult result;
-  result.error = system_error("cannot make the cache", cache, error.value()).message();
+  result.error = made.error().message();
   return result;
 }
 

@@ -6,25 +6,15 @@
 #include "atomic_file.h"
 
 namespace coppice::bake {
-namespace {
 
 namespace fs = std::filesystem;
-
-Result<void> make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return system_error("cannot make the cache", folder, error.value());
-  return {};
-}
-
-}  // namespace
 
 Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   const fs::path& shared = options.shared.location.folder;
   const bool is_read = options.shared.mode == CacheMode::read;
   report_.where = shared.empty() ? options.cache.string() : shared.string();
   if (!shared.empty() && !is_read) {
-    Result<void> usable = make_folder(shared);
+    Result<void> usable = make_cache(shared);
     if (usable) usable = try_writing(shared / "entry");
     if (usable) jobs_.folder = shared;
     if (usable) return {};
@@ -33,7 +23,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   if (!shared.empty() && is_read) jobs_.read_only = shared;
   std::error_code error;
   if (!jobs_.read_only.empty() && !fs::is_directory(shared, error)) report_.trouble = "there is no such folder";
-  COPPICE_CHECK(make_folder(options.cache));
+  COPPICE_CHECK(make_cache(options.cache));
   jobs_.folder = options.cache;
   const LockKind kind = options.other_batches ? LockKind::shared : LockKind::alone;
   COPPICE_TRY(lock, FileLock::take(options.cache / "lock", kind, "another bake-all is writing to this folder"));
@@ -62,24 +52,22 @@ Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
 }
 
 void BatchCaches::note_use(const BatchResult& result) {
-  const bool has_failed = !result.cache_failure.empty();
-  if (has_failed && report_.trouble.empty()) report_.trouble = result.cache_failure;
-  if (server_) {
-    server_->count(has_failed);
-    report_.gave_up = report_.gave_up || server_->is_off();
-    return;
-  }
-  failures_in_a_row_ = has_failed ? failures_in_a_row_ + 1 : 0;
-  if (failures_in_a_row_ >= kMaxServerFailures) jobs_.keeps = false;
+  if (report_.trouble.empty()) report_.trouble = result.server_failure;
+  if (report_.trouble.empty() && !result.folder_failure.empty())
+    report_.trouble = (server_ ? "nothing is kept beside the outputs: " : "") + result.folder_failure;
+  if (result.outcome == BatchOutcome::baked || !result.folder_failure.empty()) jobs_.folder_failures.count(!result.folder_failure.empty());
+  if (!server_) return;
+  server_->count(!result.server_failure.empty());
+  report_.gave_up = report_.gave_up || server_->is_off();
 }
 
 void BatchCaches::ended(const BatchResult& result) {
+  const bool is_baked = result.outcome == BatchOutcome::baked;
+  const std::string& failure = server_ ? result.server_failure : result.folder_failure;
   if (result.outcome == BatchOutcome::cached) ++report_.found;
-  if (result.outcome != BatchOutcome::baked) return;
-  if (!server_) ++report_.lacking;
-  const bool takes = !server_ || jobs_.server_mode == CacheMode::read_write;
-  if (takes) ++(result.cache_failure.empty() ? report_.sent : report_.unsent);
-  note_use(result);
+  if (is_baked && !server_) ++report_.lacking;
+  if (server_ ? result.sent || !failure.empty() : is_baked) ++(failure.empty() ? report_.sent : report_.unsent);
+  if (is_baked || !result.server_failure.empty() || !result.folder_failure.empty()) note_use(result);
 }
 
 void BatchCaches::missed(const BatchResult& result) {

@@ -27,7 +27,7 @@ class BatchCaches {
   [[nodiscard]] const std::filesystem::path& folder() const { return jobs_.folder; }
   /// Whether a server is asked before plants are baked.
   [[nodiscard]] bool has_server() const { return server_ != nullptr; }
-  /// Takes note of a plant's end. Jobs that start after some failures in a row leave the cache that failed alone.
+  /// Takes note of a plant's end. Jobs that start after some failures in a row of the folder, or of the server, leave that one alone.
   void ended(const BatchResult& result);
   /// Takes note of a look-up that found nothing.
   void missed(const BatchResult& result);
@@ -36,14 +36,13 @@ class BatchCaches {
  private:
   Result<void> open_folder(const BatchOptions& options);
 
-  /// Takes note of whether a cache was of use to a plant.
+  /// Takes note of whether the caches were of use to a plant.
   void note_use(const BatchResult& result);
 
   JobCache jobs_;
   std::optional<FileLock> lock_;
   std::unique_ptr<HttpCache> server_;             // where jobs_ points to
   std::unique_ptr<std::vector<KnownKey>> known_;  // likewise
-  std::uint32_t failures_in_a_row_ = 0;
   CacheReport report_;
 };
 

@@ -25,17 +25,24 @@ Result<void> prepare_output(const fs::path& output) {
 
 Result<void> keep(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.folder.empty()) return {};
-  const Result<void> stored =
-      cache.keeps ? store_cached(cache.folder, key, entry) : Error{Status::io, "the cache's folder took none of the results before"};
+  const Result<void> stored = cache.folder_failures.is_off() ? Error{Status::io, "the cache's folder took none of the results before"}
+                                                             : store_cached(cache.folder, key, entry);
   if (!stored && cache.needed) return stored.error();
-  if (!stored) result.cache_failure = stored.error().message();
+  if (!stored) result.folder_failure = stored.error().message();
   return {};
 }
 
-/// Sends what was baked to the server.
+/// Sends an entry to the server. One that the server does not take is marked in the folder, so that a later batch sends it.
 void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
-  if (const auto sent = cache.server->put(key, entry); !sent) result.cache_failure = sent.error().message();
+  const auto sent = cache.server->put(key, entry);
+  result.sent = static_cast<bool>(sent);
+  std::error_code ignored;
+  if (sent)
+    fs::remove(unsent_file(cache.folder, key), ignored);
+  else
+    result.server_failure = sent.error().message();
+  if (!sent && result.folder_failure.empty()) static_cast<void>(write_file_atomically(unsent_file(cache.folder, key), {}));
 }
 
 void warn_of_damage(const Error& error, BatchResult& result) {
@@ -61,7 +68,7 @@ Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const Job
   if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
   if (!entry) {
     warn_of_damage(entry.error(), result);
-    if (entry.error().status != Status::bad_file) result.cache_failure = entry.error().message();
+    if (entry.error().status != Status::bad_file) result.server_failure = entry.error().message();
     return std::optional<CachedBake>();
   }
   if (*entry) {
@@ -114,6 +121,8 @@ Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& r
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
   std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  std::error_code ignored;
+  if (entry && fs::exists(unsent_file(cache.folder, result.key), ignored)) send(cache, result.key, *entry, result);
   if (!entry && cache.server != nullptr) {
     COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
   }
@@ -141,6 +150,13 @@ BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(
 }
 
 }  // namespace
+
+Result<void> make_cache(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return system_error("cannot make the cache", folder, error.value());
+  return {};
+}
 
 Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
   std::error_code error;

@@ -19,11 +19,14 @@ struct JobCache {
   std::filesystem::path read_only = {};  ///< another folder, asked for what `folder` lacks; empty: none
   HttpCache* server = nullptr;           ///< load_one asks it, bake_one sends to it; null: none
   CacheMode server_mode = CacheMode::read_write;
-  bool keeps = true;   ///< false: the folder takes nothing any more
+  FailureCount folder_failures = {};
   bool needed = true;  ///< a result that the folder does not take is a failure of the plant
   /// The folders' entries as they were before the batch: what explanations compare with; null: nobody wants any
   const std::vector<KnownKey>* known = nullptr;
 };
+
+/// Makes the folder of a cache if it is missing. errors  io
+Result<void> make_cache(const std::filesystem::path& folder);
 
 /// The output, whose folder is there, is then `bytes`: written only if it is anything else. errors  io
 Result<void> publish_bake(const std::filesystem::path& output, const std::vector<std::uint8_t>& bytes);

@@ -73,8 +73,8 @@ std::string sbatch_hint(const std::vector<std::string>& words) {
 }
 
 void check_cluster_arguments(const ClusterArguments& arguments) {
-  if (const std::string_view word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
-    throw CLI::ValidationError(std::string(word), "not with bake-all, which submits, finds and waits for the tasks itself");
+  if (const std::string word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
+    throw CLI::ValidationError(word, "not with bake-all, which submits, finds and waits for the tasks itself");
   if (arguments.slurm) return;
   if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
   if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");

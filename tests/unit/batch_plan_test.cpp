@@ -13,8 +13,8 @@
 
 #include "bake_key.h"
 #include "batch_manifest.h"
-#include "batch_plan.h"
 #include "gltf_builder.h"
+#include "plant_cost.h"
 #include "plant_record.h"
 #include "process.h"
 #include "slurm.h"

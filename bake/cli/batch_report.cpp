@@ -7,8 +7,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "atomic_file.h"
+#include "batch_page.h"
 #include "cache_arguments.h"
+#include "html_page.h"
 #include "output.h"
+#include "plant_pictures.h"
 #include "plant_record.h"
 #include "printable.h"
 
@@ -57,6 +61,10 @@ std::string told_name(const std::filesystem::path& input, const BatchPlant& plan
 
 }  // namespace
 
+void show_batch(ProgressBar& bar, const BatchStatus& status) {
+  bar.show("bake-all", status.fraction, std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
+}
+
 std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
   return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
 }
@@ -81,6 +89,22 @@ nlohmann::ordered_json batch_record(const Batch& batch) {
 
 std::string batch_json(const Batch& batch) {
   return batch_record(batch).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string batch_html(const Batch& batch) {
+  nlohmann::ordered_json record = batch_record(batch);
+  record["folder"] = shown(batch.output_folder);
+  const std::filesystem::path pictures = picture_folder(batch.output_folder);
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    record["plants"][i]["name"] = plant_label(batch, i);
+    if (batch.results[i].outcome == BatchOutcome::failed) continue;
+    if (const auto picture = read_file(picture_path(pictures, batch.results[i].key)))
+      record["plants"][i]["picture"] = data_url("image/webp", *picture);
+  }
+  const std::string data = json_for_script(record.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  const std::pair<std::string_view, std::string_view> parts[] = {
+      {"{{style}}", batch_page::kStyle}, {"{{data}}", data}, {"{{script}}", batch_page::kScript}};
+  return filled_page(batch_page::kPage, parts);
 }
 
 void print_batch(const Batch& batch) {

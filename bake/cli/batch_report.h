@@ -1,6 +1,6 @@
 #pragma once
 
-// What bake-all says of a batch that has ended, wherever it was baked.
+// What bake-all says of a batch, wherever it is baked. The page for people is batch_page/, embedded at build time (core/embed_texts.cmake).
 
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "bake_batch.h"
+#include "progress_bar.h"
 
 namespace coppice::bake {
 
@@ -24,11 +25,17 @@ struct Batch {
   CacheReport cache;
 };
 
+/// Shows how far a batch is.
+void show_batch(ProgressBar& bar, const BatchStatus& status);
+
 std::size_t count_of(const Batch& batch, BatchOutcome outcome);
 
 /// What --report writes: bake/README.md has the keys.
 nlohmann::ordered_json batch_record(const Batch& batch);
 std::string batch_json(const Batch& batch);
+
+/// What --html writes: a page that opens without a network. Pictures are those in the batch's picture_folder.
+std::string batch_html(const Batch& batch);
 
 /// "oaks/large" of OUT/oaks/large.coppice
 std::string plant_label(const Batch& batch, std::size_t plant);

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "batch_manifest.h"
+#include "batch_report.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "slurm.h"
@@ -45,12 +46,6 @@ class LeaveOnInterrupt {
  private:
   struct sigaction before_ {};
 };
-
-std::string status_text(const ClusterStatus& status) {
-  std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + std::to_string(status.running) +
-                     (status.running == 1 ? " task runs, " : " tasks run, ") + std::to_string(status.pending) + " wait";
-  return status.running > 0 || status.reason.empty() ? text : text + ": " + status.reason;
-}
 
 }  // namespace
 
@@ -97,7 +92,7 @@ Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBat
 
 Result<std::optional<std::vector<BatchResult>>> follow_on_cluster(ClusterBatch& batch, bool quiet) {
   ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
-  batch.progress = [&bar](const ClusterStatus& status) { bar.show("bake-all", status.fraction, status_text(status)); };
+  batch.progress = [&bar](const BatchStatus& status) { show_batch(bar, status); };
   batch.warn = [&bar](const std::string& line) {
     bar.clear();
     std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -8,7 +7,6 @@
 #include "bake_arguments.h"
 #include "commands.h"
 #include "leaf_preview.h"
-#include "limit_arguments.h"
 #include "output.h"
 #include "parts_table.h"
 #include "plant_size.h"
@@ -71,23 +69,6 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
       {"evaluations", report.evaluations},
       {"foliage_mi", {{"source", report.source_information.bits}, {"levels", levels}}},
   };
-}
-
-/// Prints why an output cannot be written.
-bool outputs_possible(const BakeCommand& arguments) {
-  const std::array outputs{arguments.output, arguments.report, arguments.preview};
-  for (const std::filesystem::path& output : outputs) {
-    if (output.empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes};
-    for (const std::filesystem::path& other : outputs)
-      if (&other != &output) others.push_back(other);
-    const Content content = &output == &outputs[1] ? Content::text : Content::binary;
-    if (const auto possible = check_output(output, others, content); !possible) {
-      report_failure(output, possible.error());
-      return false;
-    }
-  }
-  return true;
 }
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
@@ -158,8 +139,11 @@ int run(const BakeCommand& arguments) {
     if (!all) return report_failure(arguments.input, all.error());
     commands = *std::move(all);
   }
-  for (const BakeCommand& command : commands)
-    if (!outputs_possible(command)) return 1;
+  for (const BakeCommand& each : commands)
+    if (const auto possible = check_outputs({{each.output, Content::binary}, {each.report, Content::text}, {each.preview, Content::binary}},
+                                            {each.input, each.bake.classes});
+        !possible)
+      return report_failure({}, possible.error());
   int exit_code = 0;
   for (const BakeCommand& command : commands) exit_code = std::max(exit_code, run_one(command));
   return exit_code;

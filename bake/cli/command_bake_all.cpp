@@ -10,13 +10,11 @@
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
-#include "batch_html.h"
 #include "batch_manifest.h"
 #include "batch_report.h"
 #include "cache_arguments.h"
 #include "cluster_arguments.h"
 #include "commands.h"
-#include "limit_arguments.h"
 #include "output.h"
 #include "plant_cost.h"
 #include "plant_pictures.h"
@@ -60,20 +58,9 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
 }
 
 Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
-  if (arguments.report.empty() && arguments.html.empty()) return {};
-  std::vector<std::filesystem::path> others{arguments.input};
-  for (const BatchPlant& plant : plants) {
-    others.push_back(plant.input);
-    others.push_back(plant.output);
-  }
-  if (!arguments.report.empty()) {
-    COPPICE_CHECK(check_output(arguments.report, others, Content::text));
-    others.push_back(arguments.report);
-  }
-  if (!arguments.html.empty()) {
-    COPPICE_CHECK(check_output(arguments.html, others, Content::text));
-  }
-  return {};
+  std::vector<std::filesystem::path> files{arguments.input};
+  for (const BatchPlant& plant : plants) files.insert(files.end(), {plant.input, plant.output});
+  return check_outputs({{arguments.report, Content::text}, {arguments.html, Content::text}}, files);
 }
 
 Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) {
@@ -134,10 +121,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
       if (auto added = journal->add(plant, result); !added && journaled) journaled = std::move(added);
     };
   }
-  COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) {
-                bar.show("bake-all", status.fraction,
-                         std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
-              }));
+  COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) { show_batch(bar, status); }));
   if (!journaled) return journaled.error();
   batch.results = std::move(results);
   batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -198,6 +182,8 @@ Result<ClusterBatch> cluster_batch_of(const BakeAllCommand& arguments) {
   batch.output_folder = arguments.output;
   COPPICE_CHECK(move_into(batch.plants, checked_plants(arguments)));
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, batch.options));
+  batch.options.look_up_only = batch.options.other_batches = true;
+  batch.options.explain = false;
   batch.task_options = task_options(arguments);
   COPPICE_CHECK(prepare_cluster_batch(arguments.cluster, batch));
   return batch;

@@ -12,7 +12,6 @@
 #include "commands.h"
 #include "io_result.h"
 #include "level_import.h"
-#include "limit_arguments.h"
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"

@@ -58,6 +58,18 @@ Result<void> check_output(const std::filesystem::path& output, const std::vector
   return {};
 }
 
+Result<void> check_outputs(const std::vector<std::pair<std::filesystem::path, Content>>& outputs,
+                           const std::vector<std::filesystem::path>& inputs) {
+  for (const auto& output : outputs) {
+    if (output.first.empty()) continue;
+    std::vector<std::filesystem::path> others = inputs;
+    for (const auto& other : outputs)
+      if (&other != &output) others.push_back(other.first);
+    COPPICE_CHECK(check_output(output.first, others, output.second));
+  }
+  return {};
+}
+
 Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why) {
   if (is_standard_output(output)) return Error{Status::invalid_argument, "not to the standard output", Error::kNoOffset, why};
   return {};

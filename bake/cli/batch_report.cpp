@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "batch_arguments.h"
 #include "batch_page.h"
-#include "cache_arguments.h"
 #include "html_page.h"
 #include "output.h"
 #include "plant_pictures.h"

@@ -10,10 +10,9 @@
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
+#include "batch_arguments.h"
 #include "batch_manifest.h"
 #include "batch_report.h"
-#include "cache_arguments.h"
-#include "cluster_arguments.h"
 #include "commands.h"
 #include "output.h"
 #include "plant_cost.h"

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "cluster_arguments.h"
+#include "batch_arguments.h"
 #include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"

@@ -1,9 +1,14 @@
 #include "key_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <new>
 
-#include "checksum.h"
+#include <xxhash.h>
+
 #include "text_bytes.h"
 #include "utf8.h"
 
@@ -22,11 +27,26 @@ bool is_utf8(std::string_view text) {
 
 }  // namespace
 
+std::string checksum_of(std::span<const std::string_view> texts) {
+  const auto free_state = [](XXH3_state_t* state) { static_cast<void>(XXH3_freeState(state)); };
+  const std::unique_ptr<XXH3_state_t, decltype(free_state)> state(XXH3_createState(), free_state);
+  if (!state || XXH3_128bits_reset(state.get()) != XXH_OK) throw std::bad_alloc();
+  for (const std::string_view text : texts) {
+    const std::uint64_t length = text.size();
+    static_cast<void>(XXH3_128bits_update(state.get(), &length, sizeof length));
+    static_cast<void>(XXH3_128bits_update(state.get(), text.data(), text.size()));
+  }
+  const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
+  std::array<char, 33> digits{};
+  static_cast<void>(std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                                  static_cast<unsigned long long>(hash.low64)));
+  return digits.data();
+}
+
 std::string key_of(std::span<const KeyPart> parts) {
-  Checksum checksum;
-  for (const KeyPart& part : parts)
-    for (const std::string& text : {part.kind, part.name, part.value}) checksum.add(text);
-  return checksum.text();
+  std::vector<std::string_view> texts;
+  for (const KeyPart& part : parts) texts.insert(texts.end(), {part.kind, part.name, part.value});
+  return checksum_of(texts);
 }
 
 bool is_key(std::string_view text) {

@@ -17,7 +17,10 @@ struct KeyPart {
   bool operator==(const KeyPart&) const = default;
 };
 
-/// XXH3-128 of the parts in 32 hexadecimal digits. Equal keys mean equal parts, and equal parts equal bytes of the bake.
+/// XXH3-128 of a sequence of texts in 32 hexadecimal digits; where one text ends and the next begins counts.
+std::string checksum_of(std::span<const std::string_view> texts);
+
+/// The parts' checksum. Equal keys mean equal parts, and equal parts equal bytes of the bake.
 std::string key_of(std::span<const KeyPart> parts);
 
 /// Whether a text can be a key: 32 hexadecimal digits, small letters.

@@ -114,14 +114,13 @@ PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, 
   return leaf;
 }
 
-bool stands_apart(const VertexGrid& grid, const LeafTemplate& leaf, const LeafPose& pose) {
-  return std::ranges::all_of(leaf.mesh.positions, [&](const glm::vec3& point) { return grid.is_free(posed(pose, point)); });
+bool stands_apart(const VertexGrid& grid, const Mesh& leaf, const LeafPose& pose) {
+  return std::ranges::all_of(leaf.positions, [&](const glm::vec3& point) { return grid.is_free(posed(pose, point)); });
 }
 
 }  // namespace
 
-std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const LeafTemplate& leaf,
-                                     SeededRandom& random) {
+std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const Mesh& leaf, SeededRandom& random) {
   constexpr int kMaxAttempts = 64;
   const std::vector<std::uint32_t> quotas = leaf_quotas(species, stems);
   VertexGrid grid(kLeafGap * box_diagonal(stems));
@@ -141,7 +140,7 @@ std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<S
         COPPICE_ASSERT(attempts++ < kMaxAttempts);
         placed = place_leaf(species, stems[s], fraction, phase_deg + leaf_turn_deg(species.habit, index) + random.around(6.0f), random);
       } while (!stands_apart(grid, leaf, placed.pose));
-      for (const glm::vec3& point : leaf.mesh.positions) grid.add(posed(placed.pose, point));
+      for (const glm::vec3& point : leaf.positions) grid.add(posed(placed.pose, point));
       leaves.push_back(placed);
     }
   }

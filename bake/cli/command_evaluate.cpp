@@ -3,8 +3,8 @@
 
 #include "commands.h"
 #include "completion.h"
+#include "evaluate_command.h"
 #include "output.h"
-#include "program.h"
 #include "sibling_program.h"
 
 namespace coppice::bake {

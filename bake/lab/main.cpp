@@ -3,6 +3,7 @@
 #include <string>
 
 #include "command_evaluate.h"
+#include "evaluate_command.h"
 #include "program.h"
 
 // Memory that runs out before the first command may end the program.

@@ -12,11 +12,6 @@ class App;
 
 namespace coppice::bake {
 
-/// `coppice evaluate` is done by another program. The help of both says this.
-inline constexpr const char* kLabProgram = "coppice-lab";
-inline constexpr const char* kEvaluateCommand = "evaluate";
-inline constexpr const char* kEvaluateAbout = "Measure what simplifying does to a plant, against other methods";
-
 struct Program {
   const char* name;   ///< in messages and in the help: "coppice"
   const char* about;  ///< the head of the help

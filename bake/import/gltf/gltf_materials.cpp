@@ -12,7 +12,7 @@
 #include "atomic_file.h"
 #include "gltf_accessor.h"
 #include "image_decode.h"
-#include "image_formats.h"
+#include "image_limits.h"
 #include "normal_map.h"
 
 namespace coppice::bake {

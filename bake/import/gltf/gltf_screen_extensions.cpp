@@ -10,7 +10,7 @@
 #include "gltf_codes.h"
 #include "gltf_draco.h"
 #include "gltf_json.h"
-#include "image_formats.h"
+#include "image_limits.h"
 
 namespace coppice::bake {
 namespace {

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "bounds.h"
 #include "check.h"
 
 namespace coppice::bake {
@@ -49,13 +50,9 @@ class VertexGrid {
 };
 
 float box_diagonal(const std::vector<Stem>& stems) {
-  glm::vec3 low = stems.front().points.front(), high = low;
-  for (const Stem& stem : stems)
-    for (const glm::vec3& point : stem.points) {
-      low = glm::min(low, point);
-      high = glm::max(high, point);
-    }
-  return glm::distance(low, high);
+  PointBox<glm::vec3> box;
+  for (const Stem& stem : stems) std::ranges::for_each(stem.points, [&box](const glm::vec3& point) { box.add(point); });
+  return glm::distance(box.low, box.high);
 }
 
 /// Leaves per stem: the running sum of length times density, rounded, so that the total is exact.

@@ -71,6 +71,11 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   };
 }
 
+Result<void> check_all_outputs(const BakeCommand& arguments) {
+  return check_outputs({{arguments.output, Content::binary}, {arguments.report, Content::text}, {arguments.preview, Content::binary}},
+                       {arguments.input, arguments.bake.classes});
+}
+
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
 int look(const BakeCommand& arguments, const ImportOptions& options) {
   const auto plant = import_gltf(arguments.input, options);
@@ -139,11 +144,8 @@ int run(const BakeCommand& arguments) {
     if (!all) return report_failure(arguments.input, all.error());
     commands = *std::move(all);
   }
-  for (const BakeCommand& each : commands)
-    if (const auto possible = check_outputs({{each.output, Content::binary}, {each.report, Content::text}, {each.preview, Content::binary}},
-                                            {each.input, each.bake.classes});
-        !possible)
-      return report_failure({}, possible.error());
+  for (const BakeCommand& command : commands)
+    if (const auto possible = check_all_outputs(command); !possible) return report_failure({}, possible.error());
   int exit_code = 0;
   for (const BakeCommand& command : commands) exit_code = std::max(exit_code, run_one(command));
   return exit_code;

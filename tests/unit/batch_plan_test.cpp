@@ -205,6 +205,16 @@ TEST(Slurm, OptionsThatWouldHideTheTasksAreRefused) {
   EXPECT_FALSE(chooses_memory({"--mem-bind=local", "--memo"}));
 }
 
+TEST(Slurm, ProcessorsOfATaskAreThoseOfTheLastOption) {
+  EXPECT_EQ(processors_of_task({}), 1u);
+  EXPECT_EQ(processors_of_task({"-p", "long", "--cores-per-socket=8", "-C", "9"}), 1u);
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"-c", "4"}, {"-c4"}, {"--cpus-per-task", "4"}, {"--cpus-per-task=4"}})
+    EXPECT_EQ(processors_of_task(options), 4u) << options.front();
+  EXPECT_EQ(processors_of_task({"-c2", "-c", "3", "--cpus-per-task=6"}), 6u);
+  EXPECT_EQ(processors_of_task({"-c", "0"}), 1u);
+}
+
 TEST(Slurm, WordsComeThroughAShellAsTheyWere) {
   const std::vector<std::string> words{"printf", "%s|", "cop'pice", "$HOME `x`", "", "100% of \"it\""};
   EXPECT_EQ(test::run_process("/bin/sh", {"-c", shell_command(words)}).out, "cop'pice|$HOME `x`||100% of \"it\"|");

@@ -40,20 +40,15 @@ struct BakeAllCommand {
 
 Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
-  if (std::filesystem::is_directory(arguments.input, error)) {
-    COPPICE_TRY(options, bake_options(arguments.bake));
-    COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
-    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.all_variants;
-    return plants;
+  const bool is_folder = std::filesystem::is_directory(arguments.input, error);
+  if (!is_folder && !is_plant_file(arguments.input)) return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
+  COPPICE_TRY(options, bake_options(arguments.bake));
+  std::vector<BatchPlant> plants{{arguments.input, arguments.output / (arguments.input.stem() += ".coppice"), options}};
+  if (is_folder) {
+    COPPICE_CHECK(move_into(plants, plants_of_folder(arguments.input, arguments.output, options)));
   }
-  if (is_plant_file(arguments.input)) {
-    COPPICE_TRY(options, bake_options(arguments.bake));
-    const std::filesystem::path name = arguments.input.stem() += ".coppice";
-    BatchPlant plant{arguments.input, arguments.output / name, std::move(options)};
-    plant.all_variants = arguments.bake.all_variants;
-    return std::vector{std::move(plant)};
-  }
-  return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
+  for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.all_variants;
+  return plants;
 }
 
 Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {

@@ -68,56 +68,37 @@ std::string json_text(const nlohmann::json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/// Where a batch is, as its jobs say.
-class BatchTracker {
- public:
-  BatchTracker(const std::vector<BatchPlant>& plants, const std::function<void(const BatchStatus&)>& progress)
-      : plants_(plants), costs_(costs_of(plants)), progress_(progress), fractions_(plants.size(), 0.0) {
-    status_.count = plants.size();
-    show();
-  }
-  void progressed(std::size_t plant, double fraction) {
-    running_.insert(plant);
-    fractions_[plant] = fraction;
-    show();
-  }
-  void ended(std::size_t plant) {
-    running_.erase(plant);
-    fractions_[plant] = 1.0;
-    ++status_.ended;
-    show();
-  }
-
- private:
-  void show() {
-    status_.fraction = done_fraction(costs_, fractions_);
-    status_.running.clear();
-    for (const std::size_t plant : running_)
-      status_.running += (status_.running.empty() ? "" : ", ") + plants_[plant].input.stem().string();
-    if (progress_) progress_(status_);
-  }
-
-  const std::vector<BatchPlant>& plants_;
-  std::vector<PlantCost> costs_;
-  const std::function<void(const BatchStatus&)>& progress_;
-  std::vector<double> fractions_;
-  std::set<std::size_t> running_;
-  BatchStatus status_;
-};
-
 /// A batch under way.
 struct BatchRun {
   const std::vector<BatchPlant>& plants;
   const BatchOptions& options;
   BatchCaches& caches;
-  BatchTracker tracker;
-  std::vector<BatchResult> results;
+  const std::function<void(const BatchStatus&)>& progress;
+  std::vector<PlantCost> costs = costs_of(plants);
+  std::vector<BatchResult> results = std::vector<BatchResult>(plants.size());
+  std::vector<double> fractions = std::vector<double>(plants.size(), 0.0);
+  std::set<std::size_t> running = {};
+  std::size_t ended_count = 0;
 
+  void progressed(std::size_t plant, double fraction) {
+    running.insert(plant);
+    fractions[plant] = fraction;
+    show();
+  }
   void end(std::size_t plant, BatchResult result) {
     caches.ended(result);
     if (options.ended) options.ended(plants[plant], result);
-    tracker.ended(plant);
     results[plant] = std::move(result);
+    running.erase(plant);
+    fractions[plant] = 1.0;
+    ++ended_count;
+    show();
+  }
+  void show() const {
+    if (!progress) return;
+    BatchStatus status{ended_count, plants.size(), done_fraction(costs, fractions), {}};
+    for (const std::size_t plant : running) status.running += (status.running.empty() ? "" : ", ") + plants[plant].input.stem().string();
+    progress(status);
   }
 };
 
@@ -176,7 +157,7 @@ void bake_missing(BatchRun& run, const std::vector<std::uint32_t>& order) {
     draw(plant, run.options, result);
     return json_text(result);
   };
-  callbacks.progressed = [&](std::size_t job, double fraction) { run.tracker.progressed(order[job], fraction); };
+  callbacks.progressed = [&](std::size_t job, double fraction) { run.progressed(order[job], fraction); };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     BatchResult result;
     if (end.failure.empty()) result = nlohmann::json::parse(end.result).get<BatchResult>();
@@ -325,8 +306,9 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
   COPPICE_CHECK(check_batch(plants));
   COPPICE_TRY(caches, BatchCaches::open(options));
   remove_temporaries(plants, caches.folder());
-  BatchRun run{plants, options, caches, BatchTracker(plants, progress), std::vector<BatchResult>(plants.size())};
-  std::vector<std::uint32_t> order = slowest_first(costs_of(plants));
+  BatchRun run{plants, options, caches, progress};
+  run.show();
+  std::vector<std::uint32_t> order = slowest_first(run.costs);
   if (caches.has_server() || options.look_up_only) look_up(run, order);
   if (!options.look_up_only) bake_missing(run, order);
   // A job that was killed may have been writing.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <fstream>
 #include <iomanip>
 #include <map>
 #include <numeric>
@@ -123,9 +124,7 @@ class ClusterRun {
 
   Result<std::optional<std::vector<BatchResult>>> bake() {
     COPPICE_CHECK(wait_for_earlier_tasks());
-    if (!has_left_) {
-      COPPICE_CHECK(look_up());
-    }
+    COPPICE_CHECK(look_up());
     std::vector<std::uint32_t> plants = missing();
     for (std::uint32_t attempt = 1; attempt <= kMaxAttempts && !plants.empty() && !has_left_ && !is_cancelled_; ++attempt) {
       for (const std::uint32_t plant : plants) results_[plant] = {};
@@ -162,6 +161,7 @@ class ClusterRun {
   }
 
   Result<void> look_up() {
+    if (has_left_) return {};
     COPPICE_TRY(found, bake_batch(batch_.plants, batch_.options, {}));
     for (std::size_t plant = 0; plant < found.size(); ++plant)
       if (found[plant].outcome == BatchOutcome::cached || !batch_.plants[plant].failure.empty()) results_[plant] = std::move(found[plant]);
@@ -228,8 +228,7 @@ class ClusterRun {
     std::error_code error;
     for (fs::directory_iterator file(folder, error), last; !error && file != last; file.increment(error)) {
       if (file->path().extension() != ".jsonl") continue;
-      const auto bytes = read_file(file->path());
-      std::istringstream lines(bytes ? std::string(as_text(*bytes)) : std::string());
+      std::ifstream lines(file->path());
       for (std::string line; std::getline(lines, line);) {
         auto entry = journal_entry(line);
         const auto plant = entry ? by_output_.find(entry->output) : by_output_.end();

@@ -200,7 +200,7 @@ class ClusterRun {
         job_ = *std::move(job);
         if (!job_.is_live()) return {};
       }
-      show(trouble);
+      show(trouble.empty() ? job_.reason : trouble);
       // Controllers are shared: long runs ask rarely.
       const auto next = Clock::now() + std::clamp<Clock::duration>((Clock::now() - start) / 30, 1s, 15s);
       while (Clock::now() < next) {
@@ -211,14 +211,13 @@ class ClusterRun {
     }
   }
 
-  /// trouble: why Slurm does not say how the tasks are; empty where it does
-  void show(const std::string& trouble) {
+  /// reason: why tasks wait, or why Slurm does not say how they are
+  void show(const std::string& reason) {
     std::vector<double> done;
     for (const BatchResult& result : results_) done.push_back(has_ended(result) ? 1.0 : 0.0);
     BatchStatus status{static_cast<std::size_t>(std::ranges::count(done, 1.0)), done.size(), done_fraction(costs_, done), {}};
     status.running =
         std::to_string(job_.running) + (job_.running == 1 ? " task runs, " : " tasks run, ") + std::to_string(job_.pending) + " wait";
-    const std::string& reason = trouble.empty() ? job_.reason : trouble;
     if (job_.running == 0 && !reason.empty()) status.running += ": " + reason;
     batch_.progress(status);
   }

@@ -13,7 +13,6 @@
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
 #include "batch_caches.h"
 #include "cached_bake.h"
 #include "gltf_document.h"

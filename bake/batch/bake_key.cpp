@@ -2,7 +2,6 @@
 
 #include <array>
 #include <optional>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 

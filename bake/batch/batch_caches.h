@@ -2,7 +2,6 @@
 
 // The caches that a batch uses, as the process that starts the jobs sees them.
 
-#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -1,7 +1,6 @@
 #include "plant_cost.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include <nlohmann/json.hpp>

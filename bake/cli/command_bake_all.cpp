@@ -18,7 +18,6 @@
 #include "plant_cost.h"
 #include "plant_pictures.h"
 #include "plant_record.h"
-#include "printable.h"
 #include "progress_bar.h"
 #include "temporary_file.h"
 #include "text_number.h"

@@ -1,10 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <map>
 #include <memory>
-#include <optional>
 
 #include "asset_path.h"
 #include "atomic_file.h"

@@ -1,6 +1,5 @@
 #include "option_table.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>

@@ -1,6 +1,5 @@
 #include "weld.h"
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <unordered_map>

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <string>
 
-#include "atomic_file.h"
 #include "output.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
 

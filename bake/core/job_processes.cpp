@@ -46,21 +46,6 @@ void send(int file, Message kind, std::span<const std::uint8_t> data) {
     ::_exit(1);  // nobody listens
 }
 
-/// Only steps that a bar would show: pipes are no place for millions of messages.
-class StepProgress {
- public:
-  explicit StepProgress(int file) : file_(file) {}
-  void operator()(double fraction) {
-    if (fraction < sent_ + 0.002) return;
-    sent_ = fraction;
-    send(file_, Message::progress, {reinterpret_cast<const std::uint8_t*>(&fraction), sizeof fraction});
-  }
-
- private:
-  int file_;
-  double sent_ = 0.0;
-};
-
 std::uint64_t memory_limit_bytes = 0;  // of the job's process
 
 std::string hint_of_limit(std::uint64_t bytes) {
@@ -95,7 +80,11 @@ std::string time_limit_text(double seconds) {
   if (::getppid() != parent) ::_exit(1);  // it died before that took effect
   std::string failure;
   try {
-    const std::string result = callbacks.run(job, StepProgress(file));
+    const std::string result = callbacks.run(job, [file, sent = 0.0](double fraction) mutable {
+      if (fraction < sent + 0.002) return;  // only steps that a bar would show: pipes are no place for millions of messages
+      sent = fraction;
+      send(file, Message::progress, {reinterpret_cast<const std::uint8_t*>(&fraction), sizeof fraction});
+    });
     send(file, Message::result, bytes_of(result));
     ::_exit(0);
   } catch (const std::bad_alloc&) {

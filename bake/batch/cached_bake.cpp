@@ -89,10 +89,20 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   return entry;
 }
 
+/// The output, whose folder is there, is then `bytes`: written only if it is anything else.
+Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(output, error)) {
+    const auto there = read_file(output);
+    if (there && *there == bytes) return {};
+  }
+  return write_file_atomically(output, bytes);
+}
+
 /// Publishes it, and says what is known of it.
 Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
   if (!plant.output.empty()) {
-    COPPICE_CHECK(publish_bake(plant.output, entry.bytes));
+    COPPICE_CHECK(publish(plant.output, entry.bytes));
   }
   result.source_leaves = entry.source_leaves;
   result.file_bytes = entry.bytes.size();
@@ -156,15 +166,6 @@ Result<void> make_cache(const fs::path& folder) {
   fs::create_directories(folder, error);
   if (error) return system_error("cannot make the cache", folder, error.value());
   return {};
-}
-
-Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
-  std::error_code error;
-  if (fs::is_regular_file(output, error)) {
-    const auto there = read_file(output);
-    if (there && *there == bytes) return {};
-  }
-  return write_file_atomically(output, bytes);
 }
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {

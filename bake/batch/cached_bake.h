@@ -28,9 +28,6 @@ struct JobCache {
 /// Makes the folder of a cache if it is missing. errors  io
 Result<void> make_cache(const std::filesystem::path& folder);
 
-/// The output, whose folder is there, is then `bytes`: written only if it is anything else. errors  io
-Result<void> publish_bake(const std::filesystem::path& output, const std::vector<std::uint8_t>& bytes);
-
 /// As bake_cached, with all caches of a batch.
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "batch_manifest.h"
@@ -88,26 +87,6 @@ std::vector<std::string> shared_cache_options(const CacheArguments& arguments) {
   // Nothing of an address that nobody has looked at.
   if (arguments.none || arguments.where.empty()) return {};
   return {"--cache-mode", arguments.mode, "--cache", arguments.where};
-}
-
-nlohmann::ordered_json cache_json(const CacheReport& report) {
-  return {{"where", report.where},   {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
-          {"unsent", report.unsent}, {"gave_up", report.gave_up}, {"trouble", report.trouble}};
-}
-
-void print_cache_trouble(const CacheReport& report) {
-  if (report.trouble.empty()) return;
-  std::string lost;
-  if (report.unsent > 0) lost = std::to_string(report.unsent) + (report.unsent == 1 ? " result was" : " results were") + " not kept in it";
-  if (report.gave_up) lost += std::string(lost.empty() ? "" : ", ") + "it was asked no more";
-  std::fprintf(stderr, "coppice: warning: cache %s: %s%s%s\n", printable(report.where).c_str(), printable(report.trouble).c_str(),
-               lost.empty() ? "" : "; ", lost.c_str());
-}
-
-std::string because_text(const std::string& name, const BatchResult& result) {
-  std::string text;
-  for (const std::string& line : result.because) text += (text.empty() ? name + ": baked because " : "; ") + printable(line);
-  return text.empty() ? text : text + "\n";
 }
 
 void add_cluster_options(CLI::App& command, ClusterArguments& arguments) {

@@ -1,13 +1,11 @@
 #pragma once
 
-// The options of bake-all for its caches and for a cluster, what it prints about caches, and how it follows tasks.
+// The options of bake-all for its caches and for a cluster, and how it follows tasks.
 
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json_fwd.hpp>
 
 #include "cluster_batch.h"
 #include "result.h"
@@ -38,15 +36,6 @@ Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::
 
 /// The options of the shared cache, for commands that bake parts of the batch elsewhere; empty: there is none.
 std::vector<std::string> shared_cache_options(const CacheArguments& arguments);
-
-/// What a cache did, for the batch's JSON report.
-nlohmann::ordered_json cache_json(const CacheReport& report);
-
-/// One line on stderr where something was wrong with the cache: what, and what was lost by it.
-void print_cache_trouble(const CacheReport& report);
-
-/// "NAME: baked because option views: 42, was 20\n"; empty for a plant of which nothing is said.
-std::string because_text(const std::string& name, const BatchResult& result);
 
 struct ClusterArguments {
   bool slurm = false, print = false;

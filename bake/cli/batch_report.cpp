@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "batch_arguments.h"
 #include "batch_page.h"
 #include "html_page.h"
 #include "output.h"
@@ -59,6 +58,17 @@ std::string told_name(const std::filesystem::path& input, const BatchPlant& plan
   return name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
 }
 
+nlohmann::ordered_json cache_json(const CacheReport& report) {
+  return {{"where", report.where},   {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
+          {"unsent", report.unsent}, {"gave_up", report.gave_up}, {"trouble", report.trouble}};
+}
+
+/// "oaks/large" of OUT/oaks/large.coppice
+std::string plant_label(const Batch& batch, std::size_t plant) {
+  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
+  return shown(name.replace_extension());
+}
+
 }  // namespace
 
 void show_batch(ProgressBar& bar, const BatchStatus& status) {
@@ -67,11 +77,6 @@ void show_batch(ProgressBar& bar, const BatchStatus& status) {
 
 std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
   return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
-}
-
-std::string plant_label(const Batch& batch, std::size_t plant) {
-  std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
-  return shown(name.replace_extension());
 }
 
 nlohmann::ordered_json batch_record(const Batch& batch) {
@@ -127,7 +132,21 @@ void print_batch(const Batch& batch) {
 }
 
 void print_reasons(const Batch& batch) {
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) std::fputs(because_text(plant_label(batch, i), batch.results[i]).c_str(), stdout);
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    std::string text;
+    for (const std::string& line : batch.results[i].because)
+      text += (text.empty() ? plant_label(batch, i) + ": baked because " : "; ") + printable(line);
+    if (!text.empty()) std::printf("%s\n", text.c_str());
+  }
+}
+
+void print_cache_trouble(const CacheReport& report) {
+  if (report.trouble.empty()) return;
+  std::string lost;
+  if (report.unsent > 0) lost = std::to_string(report.unsent) + (report.unsent == 1 ? " result was" : " results were") + " not kept in it";
+  if (report.gave_up) lost += std::string(lost.empty() ? "" : ", ") + "it was asked no more";
+  std::fprintf(stderr, "coppice: warning: cache %s: %s%s%s\n", printable(report.where).c_str(), printable(report.trouble).c_str(),
+               lost.empty() ? "" : "; ", lost.c_str());
 }
 
 void print_failures(const Batch& batch, const std::filesystem::path& input) {

@@ -37,14 +37,14 @@ std::string batch_json(const Batch& batch);
 /// What --html writes: a page that opens without a network. Pictures are those in the batch's picture_folder.
 std::string batch_html(const Batch& batch);
 
-/// "oaks/large" of OUT/oaks/large.coppice
-std::string plant_label(const Batch& batch, std::size_t plant);
-
 /// A line for each plant, and one of all.
 void print_batch(const Batch& batch);
 
 /// With --explain, a line for each plant that was baked.
 void print_reasons(const Batch& batch);
+
+/// One line on stderr where something was wrong with the cache: what, and what was lost by it.
+void print_cache_trouble(const CacheReport& report);
 
 /// Why plants were not baked, to stderr. A plant's path, which most errors name too, is there once, as seen from the input's folder.
 /// input  of the command: a folder, or a file in one; empty: plants have their whole paths

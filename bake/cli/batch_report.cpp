@@ -69,16 +69,6 @@ std::string plant_label(const Batch& batch, std::size_t plant) {
   return shown(name.replace_extension());
 }
 
-}  // namespace
-
-void show_batch(ProgressBar& bar, const BatchStatus& status) {
-  bar.show("bake-all", status.fraction, std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
-}
-
-std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
-  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
-}
-
 nlohmann::ordered_json batch_record(const Batch& batch) {
   nlohmann::ordered_json plants = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < batch.plants.size(); ++i) plants.push_back(plant_record(batch.plants[i], batch.results[i]));
@@ -90,6 +80,16 @@ nlohmann::ordered_json batch_record(const Batch& batch) {
                                  {"cache", cache_json(batch.cache)}};
   root["plants"] = std::move(plants);
   return root;
+}
+
+}  // namespace
+
+void show_batch(ProgressBar& bar, const BatchStatus& status) {
+  bar.show("bake-all", status.fraction, std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
+}
+
+std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
+  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
 }
 
 std::string batch_json(const Batch& batch) {

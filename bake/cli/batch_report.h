@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "bake_batch.h"
 #include "progress_bar.h"
 
@@ -31,7 +29,6 @@ void show_batch(ProgressBar& bar, const BatchStatus& status);
 std::size_t count_of(const Batch& batch, BatchOutcome outcome);
 
 /// What --report writes: bake/README.md has the keys.
-nlohmann::ordered_json batch_record(const Batch& batch);
 std::string batch_json(const Batch& batch);
 
 /// What --html writes: a page that opens without a network. Pictures are those in the batch's picture_folder.

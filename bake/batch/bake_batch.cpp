@@ -13,7 +13,6 @@
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
 
-#include "batch_caches.h"
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
@@ -281,14 +280,6 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants) {
   return {};
 }
 
-BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  const auto made = make_cache(cache);
-  if (made) return bake_one(plant, {.folder = cache}, progress);
-  BatchResult result;
-  result.error = made.error().message();
-  return result;
-}
-
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
   std::vector<std::uint64_t> needs;
   needs.reserve(plants.size());
@@ -308,7 +299,7 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
   BatchRun run{plants, options, caches, progress};
   run.show();
   std::vector<std::uint32_t> order = slowest_first(run.costs);
-  if (caches.has_server() || options.look_up_only) look_up(run, order);
+  if (caches.jobs().server != nullptr || options.look_up_only) look_up(run, order);
   if (!options.look_up_only) bake_missing(run, order);
   // A job that was killed may have been writing.
   remove_temporaries(plants, caches.folder());

@@ -10,7 +10,6 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
-#include "why_baked.h"
 
 namespace coppice::bake {
 namespace {

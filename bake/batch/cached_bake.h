@@ -12,8 +12,8 @@
 #include "bake_batch.h"
 #include "file_lock.h"
 #include "http_cache.h"
+#include "key_parts.h"
 #include "result.h"
-#include "why_baked.h"
 
 namespace coppice::bake {
 

@@ -70,13 +70,11 @@ void clean_up_on(int signal) {
   ::_exit(1);
 }
 
-void install_first() {
+/// Runs before the constructors of static objects, which allocate too: CLI11 has some.
+[[gnu::constructor(101)]] void install_first() {
   std::set_new_handler(end_out_of_memory);
   std::set_terminate(end_by_exception);
 }
-
-// Before the constructors of all libraries, which allocate too.
-[[gnu::section(".preinit_array"), gnu::used]] void (*const first_of_all)() = install_first;
 
 void install_endings() {
   open_standard_streams();

@@ -52,10 +52,9 @@ class LeaveOnInterrupt {
 void add_cache_options(CLI::App& command, CacheArguments& arguments) {
   command
       .add_option("--cache", arguments.where,
-                  "A cache that people and machines share: a folder, in place of OUT/.coppice-cache, or an address like "
-                  "https://host/path, behind it; without it that of COPPICE_CACHE. Credentials are in COPPICE_CACHE_CREDENTIALS "
-                  "(USER:PASSWORD or Bearer TOKEN) or "
-                  "~/.netrc. A cache that is of no use costs seconds, and no plant")
+                  "A cache that people and machines share: a folder, in place of OUT/.coppice-cache, or an address like https://host/path, "
+                  "behind it; without it that of COPPICE_CACHE. Credentials are in COPPICE_CACHE_CREDENTIALS (USER:PASSWORD or Bearer "
+                  "TOKEN) or ~/.netrc. A cache that is of no use costs seconds, and no plant")
       ->type_name("FOLDER|URL")
       ->envname(kCacheVariable);
   command.add_option("--cache-mode", arguments.mode, "Whether results are sent to the shared cache, or it is only read")

@@ -229,8 +229,7 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
               throw CLI::ValidationError("--shard", "not a part of so many, from 1/N to N/N: " + text);
           },
           "Bake the I-th of N parts of all plants, which take about equally long; the parts are the same on every machine. Each writes to "
-          "a "
-          "report of its own; they may bake into one OUT at the same time")
+          "a report of its own; they may bake into one OUT at the same time")
       ->type_name("I/N");
 }
 
@@ -268,10 +267,9 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->required()
       ->type_name("OUT/");
   command
-      ->add_option(
-          "--jobs", arguments->job_count,
-          "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the same "
-          "for any number")
+      ->add_option("--jobs", arguments->job_count,
+                   "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the "
+                   "same for any number")
       ->check(CLI::Range(0u, 1024u))
       ->type_name("N")
       ->capture_default_str();
@@ -286,10 +284,9 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
   add_limit_options(*command, arguments->limits);
   add_cache_options(*command, arguments->cache);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
-  add_output_option(
-      *command, "--html", arguments->html,
-      "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and far. "
-      "Pictures are kept in OUT/.coppice-pictures, which may be deleted at any time")
+  add_output_option(*command, "--html", arguments->html,
+                    "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and "
+                    "far. Pictures are kept in OUT/.coppice-pictures, which may be deleted at any time")
       ->type_name("F.html");
   command->add_flag("--pictures", arguments->pictures,
                     "Draw these pictures although there is no page: for the --html of a batch that this is a part of");

@@ -16,12 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Makes the output's folder, and sees before the bake whether it can be written.
-Result<void> prepare_output(const fs::path& output) {
-  COPPICE_CHECK(make_folder_of(output));
-  return try_writing(output);
-}
-
 Result<void> keep(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.folder.empty()) return {};
   const Result<void> stored = cache.folder_failures.is_off() ? Error{Status::io, "the cache's folder took none of the results before"}
@@ -50,13 +44,14 @@ void warn_of_damage(const Error& error, BatchResult& result) {
 
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
 std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+  const auto usable = [&](Result<CachedBake> found) {
+    if (!found && damaged == DamagedEntry::is_removed) warn_of_damage(found.error(), result);
+    return found ? std::optional(*std::move(found)) : std::nullopt;
+  };
   if (cache.folder.empty()) return {};
-  Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
-  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
-  if (entry || cache.read_only.empty()) return entry ? std::optional(*std::move(entry)) : std::nullopt;
-  entry = peek_cached(cache.read_only, key);
-  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
-  return entry ? std::optional(*std::move(entry)) : std::nullopt;
+  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged));
+  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key));
+  return entry;
 }
 
 /// Nothing where the server lacks it or is of no use.
@@ -112,7 +107,8 @@ Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchR
 
 Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress, BatchResult& result) {
   if (!plant.output.empty()) {
-    COPPICE_CHECK(prepare_output(plant.output));
+    COPPICE_CHECK(make_folder_of(plant.output));
+    COPPICE_CHECK(try_writing(plant.output));  // before the bake
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);

@@ -70,11 +70,14 @@ void clean_up_on(int signal) {
   ::_exit(1);
 }
 
-/// Runs before the constructors of static objects, which allocate too: CLI11 has some.
-[[gnu::constructor(101)]] void install_first() {
+void install_first() {
   std::set_new_handler(end_out_of_memory);
   std::set_terminate(end_by_exception);
 }
+
+// Before the constructors of shared libraries, which allocate too: [[gnu::constructor]] comes after them, and where no memory is left they
+// would end the program by SIGABRT (OutOfMemory, first allocation).
+[[gnu::section(".preinit_array"), gnu::used]] void (*const first_of_all)() = install_first;
 
 void install_endings() {
   open_standard_streams();

@@ -1,12 +1,9 @@
 #include "bake_batch.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <cstring>
+#include <array>
 #include <fstream>
 #include <map>
-#include <numeric>
 #include <set>
 #include <span>
 #include <string_view>
@@ -16,9 +13,6 @@
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
-#include "batch_caches.h"
-#include "batch_result_json.h"
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
@@ -26,6 +20,11 @@
 #include "temporary_file.h"
 
 namespace coppice::bake {
+
+// For a result on its way from the process that made it. Reports and journals have plant_record.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds, peak_rss_bytes,
+                                   warnings, folder_failure, server_failure, sent, because, lost)
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,63 +62,41 @@ double overall_fraction(std::string_view stage, double fraction) {
   return 0.05 + 0.88 * fraction;
 }
 
-/// A result on its way from the process that made it.
-template <class T>
-std::string json_text(const T& result) {
-  return nlohmann::json(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+std::string json_text(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
-
-/// Where a batch is, as its jobs say.
-class BatchTracker {
- public:
-  BatchTracker(const std::vector<BatchPlant>& plants, const std::function<void(const BatchStatus&)>& progress)
-      : plants_(plants), progress_(progress), fractions_(plants.size(), 0.0) {
-    for (const BatchPlant& plant : plants) weights_.push_back(1.0 + static_cast<double>(plant.cost.milliseconds));
-    status_.count = plants.size();
-    show();
-  }
-  void progressed(std::size_t plant, double fraction) {
-    running_.insert(plant);
-    fractions_[plant] = fraction;
-    show();
-  }
-  void ended(std::size_t plant) {
-    running_.erase(plant);
-    fractions_[plant] = 1.0;
-    ++status_.ended;
-    show();
-  }
-
- private:
-  void show() {
-    const double all = std::accumulate(weights_.begin(), weights_.end(), 0.0);
-    status_.fraction = all > 0.0 ? std::inner_product(weights_.begin(), weights_.end(), fractions_.begin(), 0.0) / all : 1.0;
-    status_.running.clear();
-    for (const std::size_t plant : running_)
-      status_.running += (status_.running.empty() ? "" : ", ") + plants_[plant].input.stem().string();
-    if (progress_) progress_(status_);
-  }
-
-  const std::vector<BatchPlant>& plants_;
-  const std::function<void(const BatchStatus&)>& progress_;
-  std::vector<double> fractions_, weights_;
-  std::set<std::size_t> running_;
-  BatchStatus status_;
-};
 
 /// A batch under way.
 struct BatchRun {
   const std::vector<BatchPlant>& plants;
   const BatchOptions& options;
   BatchCaches& caches;
-  BatchTracker tracker;
-  std::vector<BatchResult> results;
+  const std::function<void(const BatchStatus&)>& progress;
+  std::vector<PlantCost> costs = costs_of(plants);
+  std::vector<BatchResult> results = std::vector<BatchResult>(plants.size());
+  std::vector<double> fractions = std::vector<double>(plants.size(), 0.0);
+  std::set<std::size_t> running = {};
+  std::size_t ended_count = 0;
 
+  void progressed(std::size_t plant, double fraction) {
+    running.insert(plant);
+    fractions[plant] = fraction;
+    show();
+  }
   void end(std::size_t plant, BatchResult result) {
     caches.ended(result);
     if (options.ended) options.ended(plants[plant], result);
-    tracker.ended(plant);
     results[plant] = std::move(result);
+    running.erase(plant);
+    fractions[plant] = 1.0;
+    ++ended_count;
+    show();
+  }
+  void show() const {
+    if (!progress) return;
+    BatchStatus status{ended_count, plants.size(), done_fraction(costs, fractions), {}};
+    for (const std::size_t plant : running) status.running += (status.running.empty() ? "" : ", ") + plants[plant].input.stem().string();
+    progress(status);
   }
 };
 
@@ -148,7 +125,6 @@ void look_up(BatchRun& run, std::vector<std::uint32_t>& order) {
     }
     return json_text(results);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     std::vector<BatchResult> results(plants_of(job).size());  // of a job that failed: whoever bakes the plants finds out why
     if (end.failure.empty()) results = nlohmann::json::parse(end.result).get<std::vector<BatchResult>>();
@@ -179,7 +155,7 @@ void bake_missing(BatchRun& run, const std::vector<std::uint32_t>& order) {
     draw(plant, run.options, result);
     return json_text(result);
   };
-  callbacks.progressed = [&](std::size_t job, double fraction) { run.tracker.progressed(order[job], fraction); };
+  callbacks.progressed = [&](std::size_t job, double fraction) { run.progressed(order[job], fraction); };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     BatchResult result;
     if (end.failure.empty()) result = nlohmann::json::parse(end.result).get<BatchResult>();
@@ -203,15 +179,8 @@ void remove_temporaries(const std::vector<BatchPlant>& plants, const fs::path& c
 }  // namespace
 
 const char* outcome_name(BatchOutcome outcome) {
-  switch (outcome) {
-    case BatchOutcome::baked:
-      return "baked";
-    case BatchOutcome::cached:
-      return "cached";
-    case BatchOutcome::failed:
-      break;
-  }
-  return "failed";
+  constexpr std::array kNames{"baked", "cached", "failed"};
+  return kNames.at(static_cast<std::size_t>(outcome));
 }
 
 void estimate_costs(std::vector<BatchPlant>& plants) {
@@ -266,9 +235,8 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
     if (!read && read.error().status == Status::out_of_memory) throw std::bad_alloc();
     if (read)
       for (const SourceContents::Variant& variant : read->variants) names.push_back(variant.name);
-    return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return json_text(names);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     failures[jobs[job]] = end.failure;
     if (!end.failure.empty()) return;
@@ -312,15 +280,6 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants) {
   return {};
 }
 
-BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  std::error_code error;
-  fs::create_directories(cache, error);
-  if (!error) return bake_one(plant, {.folder = cache}, progress);
-  BatchResult result;
-  result.error = system_error("cannot make the cache", cache, error.value()).message();
-  return result;
-}
-
 std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
   std::vector<std::uint64_t> needs;
   needs.reserve(plants.size());
@@ -337,9 +296,10 @@ Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plant
   COPPICE_CHECK(check_batch(plants));
   COPPICE_TRY(caches, BatchCaches::open(options));
   remove_temporaries(plants, caches.folder());
-  BatchRun run{plants, options, caches, BatchTracker(plants, progress), std::vector<BatchResult>(plants.size())};
-  std::vector<std::uint32_t> order = slowest_first(costs_of(plants));
-  if (caches.has_server() || options.look_up_only) look_up(run, order);
+  BatchRun run{plants, options, caches, progress};
+  run.show();
+  std::vector<std::uint32_t> order = slowest_first(run.costs);
+  if (caches.jobs().server != nullptr || options.look_up_only) look_up(run, order);
   if (!options.look_up_only) bake_missing(run, order);
   // A job that was killed may have been writing.
   remove_temporaries(plants, caches.folder());

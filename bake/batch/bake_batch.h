@@ -63,7 +63,9 @@ struct BatchResult {
   double seconds = 0.0;  ///< wall time of this run
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;  ///< the importer's, those of a cached plant from when it was baked; and of a damaged cache
-  std::string cache_failure;          ///< why a cache was of no use to it; empty: none was needed, or it was
+  std::string folder_failure;         ///< why the cache's folder did not keep it; empty: it did, or need not
+  std::string server_failure;         ///< why the cache's server was of no use to it; empty: it was, or was not asked
+  bool sent = false;                  ///< the server took it
   std::vector<std::string> because;   ///< with BatchOptions::explain: why it was baked, one line each
   bool lost = false;                  ///< it failed because something else ended its process: JobEnd::lost
 };

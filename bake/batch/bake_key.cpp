@@ -1,15 +1,15 @@
 #include "bake_key.h"
 
+#include <array>
 #include <optional>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "checksum.h"
 #include "coppice/format.h"
 #include "occlusion_areas.h"
 #include "option_table.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -25,9 +25,7 @@ Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& r
 }
 
 std::string checksum_text(std::span<const std::uint8_t> bytes) {
-  Checksum checksum;
-  checksum.add(bytes);
-  return checksum.text();
+  return checksum_of(std::array{as_text(bytes)});
 }
 
 }  // namespace

@@ -10,32 +10,32 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
-#include "why_baked.h"
 
 namespace coppice::bake {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Makes the output's folder, and sees before the bake whether it can be written.
-Result<void> prepare_output(const fs::path& output) {
-  COPPICE_CHECK(make_folder_of(output));
-  return try_writing(output);
-}
-
 Result<void> keep(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.folder.empty()) return {};
-  const Result<void> stored =
-      cache.keeps ? store_cached(cache.folder, key, entry) : Error{Status::io, "the cache's folder took none of the results before"};
+  const Result<void> stored = cache.folder_failures.is_off() ? Error{Status::io, "the cache's folder took none of the results before"}
+                                                             : store_cached(cache.folder, key, entry);
   if (!stored && cache.needed) return stored.error();
-  if (!stored) result.cache_failure = stored.error().message();
+  if (!stored) result.folder_failure = stored.error().message();
   return {};
 }
 
-/// Sends what was baked to the server.
+/// Sends an entry to the server. One that the server does not take is marked in the folder, so that a later batch sends it.
 void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
-  if (const auto sent = cache.server->put(key, entry); !sent) result.cache_failure = sent.error().message();
+  const auto sent = cache.server->put(key, entry);
+  result.sent = static_cast<bool>(sent);
+  std::error_code ignored;
+  if (sent)
+    fs::remove(unsent_file(cache.folder, key), ignored);
+  else
+    result.server_failure = sent.error().message();
+  if (!sent && result.folder_failure.empty()) static_cast<void>(write_file_atomically(unsent_file(cache.folder, key), {}));
 }
 
 void warn_of_damage(const Error& error, BatchResult& result) {
@@ -44,13 +44,14 @@ void warn_of_damage(const Error& error, BatchResult& result) {
 
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
 std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+  const auto usable = [&](Result<CachedBake> found) {
+    if (!found && damaged == DamagedEntry::is_removed) warn_of_damage(found.error(), result);
+    return found ? std::optional(*std::move(found)) : std::nullopt;
+  };
   if (cache.folder.empty()) return {};
-  Result<CachedBake> entry = load_cached(cache.folder, key, damaged);
-  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
-  if (entry || cache.read_only.empty()) return entry ? std::optional(*std::move(entry)) : std::nullopt;
-  entry = peek_cached(cache.read_only, key);
-  if (!entry && damaged == DamagedEntry::is_removed) warn_of_damage(entry.error(), result);
-  return entry ? std::optional(*std::move(entry)) : std::nullopt;
+  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged));
+  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key));
+  return entry;
 }
 
 /// Nothing where the server lacks it or is of no use.
@@ -61,7 +62,7 @@ Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const Job
   if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
   if (!entry) {
     warn_of_damage(entry.error(), result);
-    if (entry.error().status != Status::bad_file) result.cache_failure = entry.error().message();
+    if (entry.error().status != Status::bad_file) result.server_failure = entry.error().message();
     return std::optional<CachedBake>();
   }
   if (*entry) {
@@ -82,10 +83,20 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   return entry;
 }
 
+/// The output, whose folder is there, is then `bytes`: written only if it is anything else.
+Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(output, error)) {
+    const auto there = read_file(output);
+    if (there && *there == bytes) return {};
+  }
+  return write_file_atomically(output, bytes);
+}
+
 /// Publishes it, and says what is known of it.
 Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
   if (!plant.output.empty()) {
-    COPPICE_CHECK(publish_bake(plant.output, entry.bytes));
+    COPPICE_CHECK(publish(plant.output, entry.bytes));
   }
   result.source_leaves = entry.source_leaves;
   result.file_bytes = entry.bytes.size();
@@ -96,7 +107,8 @@ Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchR
 
 Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress, BatchResult& result) {
   if (!plant.output.empty()) {
-    COPPICE_CHECK(prepare_output(plant.output));
+    COPPICE_CHECK(make_folder_of(plant.output));
+    COPPICE_CHECK(try_writing(plant.output));  // before the bake
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
@@ -114,6 +126,8 @@ Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& r
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
   std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  std::error_code ignored;
+  if (entry && fs::exists(unsent_file(cache.folder, result.key), ignored)) send(cache, result.key, *entry, result);
   if (!entry && cache.server != nullptr) {
     COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
   }
@@ -140,23 +154,95 @@ BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(
   return result;
 }
 
-}  // namespace
-
-Result<void> publish_bake(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
+Result<void> make_cache(const fs::path& folder) {
   std::error_code error;
-  if (fs::is_regular_file(output, error)) {
-    const auto there = read_file(output);
-    if (there && *there == bytes) return {};
-  }
-  return write_file_atomically(output, bytes);
+  fs::create_directories(folder, error);
+  if (error) return system_error("cannot make the cache", folder, error.value());
+  return {};
 }
+
+}  // namespace
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
   return result_of(plant, [&](BatchResult& result) { return bake_or_load(plant, cache, progress, result); });
 }
 
+BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
+  const auto made = make_cache(cache);
+  if (made) return bake_one(plant, {.folder = cache}, progress);
+  BatchResult result;
+  result.error = made.error().message();
+  return result;
+}
+
 BatchResult load_one(const BatchPlant& plant, const JobCache& cache) {
   return result_of(plant, [&](BatchResult& result) { return load(plant, cache, result); });
+}
+
+Result<void> BatchCaches::open_folder(const BatchOptions& options) {
+  const fs::path& shared = options.shared.location.folder;
+  const bool is_read = options.shared.mode == CacheMode::read;
+  report_.where = shared.empty() ? options.cache.string() : shared.string();
+  if (!shared.empty() && !is_read) {
+    Result<void> usable = make_cache(shared);
+    if (usable) usable = try_writing(shared / "entry");
+    if (usable) jobs_.folder = shared;
+    if (usable) return {};
+    report_.trouble = usable.error().message() + "; " + options.cache.string() + " was used instead";
+  }
+  if (!shared.empty() && is_read) jobs_.read_only = shared;
+  std::error_code error;
+  if (!jobs_.read_only.empty() && !fs::is_directory(shared, error)) report_.trouble = "there is no such folder";
+  COPPICE_CHECK(make_cache(options.cache));
+  jobs_.folder = options.cache;
+  const LockKind kind = options.other_batches ? LockKind::shared : LockKind::alone;
+  COPPICE_TRY(lock, FileLock::take(options.cache / "lock", kind, "another bake-all is writing to this folder"));
+  lock_.emplace(std::move(lock));
+  return {};
+}
+
+Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
+  BatchCaches caches;
+  caches.jobs_.needed = false;
+  if (options.cache.empty()) return caches;
+  COPPICE_CHECK(caches.open_folder(options));
+  if (options.explain) {
+    caches.known_ = std::make_unique<std::vector<KnownKey>>(known_keys(caches.jobs_.folder));
+    if (!caches.jobs_.read_only.empty())
+      for (KnownKey& known : known_keys(caches.jobs_.read_only)) caches.known_->push_back(std::move(known));
+    caches.jobs_.known = caches.known_.get();
+  }
+  const SharedCache& shared = options.shared;
+  if (shared.location.url.empty()) return caches;
+  caches.server_ = std::make_unique<HttpCache>(shared.location.url, shared.credentials);
+  caches.jobs_.server = caches.server_.get();
+  caches.jobs_.server_mode = shared.mode;
+  caches.report_.where = shared.location.url;
+  return caches;
+}
+
+void BatchCaches::note_use(const BatchResult& result) {
+  if (report_.trouble.empty()) report_.trouble = result.server_failure;
+  if (report_.trouble.empty() && !result.folder_failure.empty())
+    report_.trouble = (server_ ? "nothing is kept beside the outputs: " : "") + result.folder_failure;
+  if (result.outcome == BatchOutcome::baked || !result.folder_failure.empty()) jobs_.folder_failures.count(!result.folder_failure.empty());
+  if (!server_) return;
+  server_->count(!result.server_failure.empty());
+  report_.gave_up = report_.gave_up || server_->is_off();
+}
+
+void BatchCaches::ended(const BatchResult& result) {
+  const bool is_baked = result.outcome == BatchOutcome::baked;
+  const std::string& failure = server_ ? result.server_failure : result.folder_failure;
+  if (result.outcome == BatchOutcome::cached) ++report_.found;
+  if (is_baked && !server_) ++report_.lacking;
+  if (server_ ? result.sent || !failure.empty() : is_baked) ++(failure.empty() ? report_.sent : report_.unsent);
+  if (is_baked || !result.server_failure.empty() || !result.folder_failure.empty()) note_use(result);
+}
+
+void BatchCaches::missed(const BatchResult& result) {
+  ++report_.lacking;
+  note_use(result);
 }
 
 }  // namespace coppice::bake

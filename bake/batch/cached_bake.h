@@ -1,15 +1,19 @@
 #pragma once
 
-// One plant of a batch: found in a cache, or baked and kept there.
+// The caches of a batch: as a job sees them, which finds a plant there or bakes it and keeps it, and as the process sees them that starts
+// jobs.
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "bake_batch.h"
+#include "file_lock.h"
 #include "http_cache.h"
+#include "key_parts.h"
 #include "result.h"
-#include "why_baked.h"
 
 namespace coppice::bake {
 
@@ -19,14 +23,11 @@ struct JobCache {
   std::filesystem::path read_only = {};  ///< another folder, asked for what `folder` lacks; empty: none
   HttpCache* server = nullptr;           ///< load_one asks it, bake_one sends to it; null: none
   CacheMode server_mode = CacheMode::read_write;
-  bool keeps = true;   ///< false: the folder takes nothing any more
+  FailureCount folder_failures = {};
   bool needed = true;  ///< a result that the folder does not take is a failure of the plant
   /// The folders' entries as they were before the batch: what explanations compare with; null: nobody wants any
   const std::vector<KnownKey>* known = nullptr;
 };
-
-/// The output, whose folder is there, is then `bytes`: written only if it is anything else. errors  io
-Result<void> publish_bake(const std::filesystem::path& output, const std::vector<std::uint8_t>& bytes);
 
 /// As bake_cached, with all caches of a batch.
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress);
@@ -34,5 +35,32 @@ BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const Stage
 /// Finds a plant in the caches, the server's too. A plant that none of them has fails. A damaged entry of `cache.folder` stays for whoever
 /// bakes the plant.
 BatchResult load_one(const BatchPlant& plant, const JobCache& cache);
+
+/// The caches of a batch while it runs, and what is known of them.
+class BatchCaches {
+ public:
+  /// errors  io: `options.cache` cannot be made, or another process is using it. The report names what is wrong with a shared cache.
+  static Result<BatchCaches> open(const BatchOptions& options);
+
+  [[nodiscard]] const JobCache& jobs() const { return jobs_; }
+  [[nodiscard]] const std::filesystem::path& folder() const { return jobs_.folder; }
+  /// Takes note of a plant's end. Jobs that start after some failures in a row of the folder, or of the server, leave that one alone.
+  void ended(const BatchResult& result);
+  /// Takes note of a look-up that found nothing.
+  void missed(const BatchResult& result);
+  [[nodiscard]] const CacheReport& report() const { return report_; }
+
+ private:
+  Result<void> open_folder(const BatchOptions& options);
+
+  /// Takes note of whether the caches were of use to a plant.
+  void note_use(const BatchResult& result);
+
+  JobCache jobs_;
+  std::optional<FileLock> lock_;
+  std::unique_ptr<HttpCache> server_;             // where jobs_ points to
+  std::unique_ptr<std::vector<KnownKey>> known_;  // likewise
+  CacheReport report_;
+};
 
 }  // namespace coppice::bake

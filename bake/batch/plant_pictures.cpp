@@ -46,7 +46,6 @@ std::vector<std::string> draw_missing_pictures(const std::vector<BatchPlant>& pl
     const auto drawn = draw_picture(plants[plant].output, results[plant].key, folder);
     return drawn ? std::string() : drawn.error().message();
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, JobEnd end) {
     failures[jobs[job]] = end.failure.empty() ? std::move(end.result) : std::move(end.failure);
   };

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <span>
 #include <utility>
 
 #include "temporary_file.h"

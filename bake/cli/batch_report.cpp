@@ -7,8 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cache_arguments.h"
+#include "atomic_file.h"
+#include "batch_page.h"
+#include "html_page.h"
 #include "output.h"
+#include "plant_pictures.h"
 #include "plant_record.h"
 #include "printable.h"
 
@@ -55,12 +58,12 @@ std::string told_name(const std::filesystem::path& input, const BatchPlant& plan
   return name.empty() || *name.begin() == ".." ? shown(plant.input) : shown(name);
 }
 
-}  // namespace
-
-std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
-  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
+nlohmann::ordered_json cache_json(const CacheReport& report) {
+  return {{"where", report.where},   {"found", report.found},     {"lacking", report.lacking}, {"sent", report.sent},
+          {"unsent", report.unsent}, {"gave_up", report.gave_up}, {"trouble", report.trouble}};
 }
 
+/// "oaks/large" of OUT/oaks/large.coppice
 std::string plant_label(const Batch& batch, std::size_t plant) {
   std::filesystem::path name = batch.plants[plant].output.lexically_relative(batch.output_folder);
   return shown(name.replace_extension());
@@ -79,8 +82,34 @@ nlohmann::ordered_json batch_record(const Batch& batch) {
   return root;
 }
 
+}  // namespace
+
+void show_batch(ProgressBar& bar, const BatchStatus& status) {
+  bar.show("bake-all", status.fraction, std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
+}
+
+std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
+  return static_cast<std::size_t>(std::ranges::count(batch.results, outcome, &BatchResult::outcome));
+}
+
 std::string batch_json(const Batch& batch) {
   return batch_record(batch).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string batch_html(const Batch& batch) {
+  nlohmann::ordered_json record = batch_record(batch);
+  record["folder"] = shown(batch.output_folder);
+  const std::filesystem::path pictures = picture_folder(batch.output_folder);
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    record["plants"][i]["name"] = plant_label(batch, i);
+    if (batch.results[i].outcome == BatchOutcome::failed) continue;
+    if (const auto picture = read_file(picture_path(pictures, batch.results[i].key)))
+      record["plants"][i]["picture"] = data_url("image/webp", *picture);
+  }
+  const std::string data = json_for_script(record.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  const std::pair<std::string_view, std::string_view> parts[] = {
+      {"{{style}}", batch_page::kStyle}, {"{{data}}", data}, {"{{script}}", batch_page::kScript}};
+  return filled_page(batch_page::kPage, parts);
 }
 
 void print_batch(const Batch& batch) {
@@ -103,7 +132,21 @@ void print_batch(const Batch& batch) {
 }
 
 void print_reasons(const Batch& batch) {
-  for (std::size_t i = 0; i < batch.plants.size(); ++i) std::fputs(because_text(plant_label(batch, i), batch.results[i]).c_str(), stdout);
+  for (std::size_t i = 0; i < batch.plants.size(); ++i) {
+    std::string text;
+    for (const std::string& line : batch.results[i].because)
+      text += (text.empty() ? plant_label(batch, i) + ": baked because " : "; ") + printable(line);
+    if (!text.empty()) std::printf("%s\n", text.c_str());
+  }
+}
+
+void print_cache_trouble(const CacheReport& report) {
+  if (report.trouble.empty()) return;
+  std::string lost;
+  if (report.unsent > 0) lost = std::to_string(report.unsent) + (report.unsent == 1 ? " result was" : " results were") + " not kept in it";
+  if (report.gave_up) lost += std::string(lost.empty() ? "" : ", ") + "it was asked no more";
+  std::fprintf(stderr, "coppice: warning: cache %s: %s%s%s\n", printable(report.where).c_str(), printable(report.trouble).c_str(),
+               lost.empty() ? "" : "; ", lost.c_str());
 }
 
 void print_failures(const Batch& batch, const std::filesystem::path& input) {

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -8,11 +7,11 @@
 #include "bake_arguments.h"
 #include "commands.h"
 #include "dry_run.h"
-#include "limit_arguments.h"
 #include "output.h"
 #include "plant_size.h"
 #include "printable.h"
 #include "progress_bar.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -72,21 +71,9 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   };
 }
 
-/// Prints why an output cannot be written.
-bool outputs_possible(const BakeCommand& arguments) {
-  const std::array outputs{arguments.output, arguments.report, arguments.preview};
-  for (const std::filesystem::path& output : outputs) {
-    if (output.empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes};
-    for (const std::filesystem::path& other : outputs)
-      if (&other != &output) others.push_back(other);
-    const Content content = &output == &outputs[1] ? Content::text : Content::binary;
-    if (const auto possible = check_output(output, others, content); !possible) {
-      report_failure(output, possible.error());
-      return false;
-    }
-  }
-  return true;
+Result<void> check_all_outputs(const BakeCommand& arguments) {
+  return check_outputs({{arguments.output, Content::binary}, {arguments.report, Content::text}, {arguments.preview, Content::binary}},
+                       {arguments.input, arguments.bake.classes});
 }
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
@@ -158,7 +145,7 @@ int run(const BakeCommand& arguments) {
     commands = *std::move(all);
   }
   for (const BakeCommand& command : commands)
-    if (!outputs_possible(command)) return 1;
+    if (const auto possible = check_all_outputs(command); !possible) return report_failure({}, possible.error());
   int exit_code = 0;
   for (const BakeCommand& command : commands) exit_code = std::max(exit_code, run_one(command));
   return exit_code;

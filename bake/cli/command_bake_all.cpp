@@ -10,18 +10,14 @@
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
-#include "batch_html.h"
+#include "batch_arguments.h"
 #include "batch_manifest.h"
-#include "batch_plan.h"
 #include "batch_report.h"
-#include "cache_arguments.h"
-#include "cluster_arguments.h"
 #include "commands.h"
-#include "limit_arguments.h"
 #include "output.h"
+#include "plant_cost.h"
 #include "plant_pictures.h"
 #include "plant_record.h"
-#include "printable.h"
 #include "progress_bar.h"
 #include "temporary_file.h"
 #include "text_number.h"
@@ -43,37 +39,21 @@ struct BakeAllCommand {
 
 Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
   std::error_code error;
-  if (std::filesystem::is_directory(arguments.input, error)) {
-    COPPICE_TRY(options, bake_options(arguments.bake));
-    COPPICE_TRY(plants, plants_of_folder(arguments.input, arguments.output, options));
-    for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.all_variants;
-    return plants;
+  const bool is_folder = std::filesystem::is_directory(arguments.input, error);
+  if (!is_folder && !is_plant_file(arguments.input)) return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
+  COPPICE_TRY(options, bake_options(arguments.bake));
+  std::vector<BatchPlant> plants{{arguments.input, arguments.output / (arguments.input.stem() += ".coppice"), options}};
+  if (is_folder) {
+    COPPICE_CHECK(move_into(plants, plants_of_folder(arguments.input, arguments.output, options)));
   }
-  if (is_plant_file(arguments.input)) {
-    COPPICE_TRY(options, bake_options(arguments.bake));
-    const std::filesystem::path name = arguments.input.stem() += ".coppice";
-    BatchPlant plant{arguments.input, arguments.output / name, std::move(options)};
-    plant.all_variants = arguments.bake.all_variants;
-    return std::vector{std::move(plant)};
-  }
-  return plants_of_manifest(arguments.input, arguments.output, arguments.bake);
+  for (BatchPlant& plant : plants) plant.all_variants = arguments.bake.all_variants;
+  return plants;
 }
 
 Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
-  if (arguments.report.empty() && arguments.html.empty()) return {};
-  std::vector<std::filesystem::path> others{arguments.input};
-  for (const BatchPlant& plant : plants) {
-    others.push_back(plant.input);
-    others.push_back(plant.output);
-  }
-  if (!arguments.report.empty()) {
-    COPPICE_CHECK(check_output(arguments.report, others, Content::text));
-    others.push_back(arguments.report);
-  }
-  if (!arguments.html.empty()) {
-    COPPICE_CHECK(check_output(arguments.html, others, Content::text));
-  }
-  return {};
+  std::vector<std::filesystem::path> files{arguments.input};
+  for (const BatchPlant& plant : plants) files.insert(files.end(), {plant.input, plant.output});
+  return check_outputs({{arguments.report, Content::text}, {arguments.html, Content::text}}, files);
 }
 
 Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) {
@@ -134,10 +114,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
       if (auto added = journal->add(plant, result); !added && journaled) journaled = std::move(added);
     };
   }
-  COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) {
-                bar.show("bake-all", status.fraction,
-                         std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + status.running);
-              }));
+  COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) { show_batch(bar, status); }));
   if (!journaled) return journaled.error();
   batch.results = std::move(results);
   batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -198,6 +175,8 @@ Result<ClusterBatch> cluster_batch_of(const BakeAllCommand& arguments) {
   batch.output_folder = arguments.output;
   COPPICE_CHECK(move_into(batch.plants, checked_plants(arguments)));
   COPPICE_CHECK(set_caches(arguments.cache, arguments.output, batch.options));
+  batch.options.look_up_only = batch.options.other_batches = true;
+  batch.options.explain = false;
   batch.task_options = task_options(arguments);
   COPPICE_CHECK(prepare_cluster_batch(arguments.cluster, batch));
   return batch;
@@ -250,8 +229,7 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
               throw CLI::ValidationError("--shard", "not a part of so many, from 1/N to N/N: " + text);
           },
           "Bake the I-th of N parts of all plants, which take about equally long; the parts are the same on every machine. Each writes to "
-          "a "
-          "report of its own; they may bake into one OUT at the same time")
+          "a report of its own; they may bake into one OUT at the same time")
       ->type_name("I/N");
 }
 
@@ -289,10 +267,9 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
       ->required()
       ->type_name("OUT/");
   command
-      ->add_option(
-          "--jobs", arguments->job_count,
-          "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the same "
-          "for any number")
+      ->add_option("--jobs", arguments->job_count,
+                   "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the "
+                   "same for any number")
       ->check(CLI::Range(0u, 1024u))
       ->type_name("N")
       ->capture_default_str();
@@ -307,10 +284,9 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
   add_limit_options(*command, arguments->limits);
   add_cache_options(*command, arguments->cache);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
-  add_output_option(
-      *command, "--html", arguments->html,
-      "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and far. "
-      "Pictures are kept in OUT/.coppice-pictures, which may be deleted at any time")
+  add_output_option(*command, "--html", arguments->html,
+                    "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and "
+                    "far. Pictures are kept in OUT/.coppice-pictures, which may be deleted at any time")
       ->type_name("F.html");
   command->add_flag("--pictures", arguments->pictures,
                     "Draw these pictures although there is no page: for the --html of a batch that this is a part of");

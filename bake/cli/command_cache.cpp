@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "cache_arguments.h"
+#include "batch_arguments.h"
 #include "cache_upkeep.h"
 #include "commands.h"
 #include "output.h"

@@ -9,7 +9,7 @@
 
 namespace coppice::bake {
 
-void add_evaluate_command(CLI::App& app) {
+void add_evaluate_command(CLI::App& app, int*) {
   app.add_subcommand(kEvaluateCommand, kEvaluateAbout);
 }
 

@@ -8,6 +8,7 @@
 #include "inspect.h"
 #include "leaf_mesh_parts.h"
 #include "output.h"
+#include "text_number.h"
 #include "tree_order.h"
 #include "unpack.h"
 
@@ -82,20 +83,18 @@ void add_export_command(CLI::App& app, int* exit_code) {
   command->add_option("input", arguments->input, "A .coppice file")->required()->type_name("IN.coppice");
   const CLI::Range counts(1u, COPPICE_MAX_LEAVES);
   command
-      ->add_option(
-          "--leaves", arguments->leaves,
-          "Leaf quads in the cut, 1 to the plant's leaf count, or full: the leaves as they were modelled where the file holds them, "
-          "else all quads; not needed for wood alone")
+      ->add_option("--leaves", arguments->leaves,
+                   "Leaf quads in the cut, 1 to the plant's leaf count, or full: the leaves as they were modelled where the file holds "
+                   "them, else all quads; not needed for wood alone")
       ->check(counts | CLI::IsMember({"full"}))
       ->type_name("M|full");
   command->add_option("--part", arguments->part, "What is written; wood is the finest")
       ->check(CLI::IsMember({"foliage", "wood", "all"}))
       ->type_name("foliage|wood|all")
       ->capture_default_str();
-  command->add_flag(
-      "--solid", arguments->solid,
-      "Leaves without opacity, for engines that draw none: each shrinks to the area that its opacity is of. Otherwise opacity is "
-      "the alpha of COLOR_0, and leaves that have it are blended");
+  command->add_flag("--solid", arguments->solid,
+                    "Leaves without opacity, for engines that draw none: each shrinks to the area that its opacity is of. Otherwise "
+                    "opacity is the alpha of COLOR_0, and leaves that have it are blended");
   add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")
       ->required()
       ->type_name("OUT.glb");

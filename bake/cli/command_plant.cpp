@@ -5,6 +5,7 @@
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "output.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -31,9 +32,8 @@ int run(const PlantArguments& arguments) {
 
 void add_plant_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<PlantArguments>();
-  CLI::App* command = app.add_subcommand("plant",
-                                         "Grow one of the paper's three plants as glTF: corylus (hazel, 386 leaves), willow (4,456), "
-                                         "juniper (13,162)");
+  CLI::App* command = app.add_subcommand(
+      "plant", "Grow one of the paper's three plants as glTF: corylus (hazel, 386 leaves), willow (4,456), juniper (13,162)");
   command->add_option("species", arguments->species, "corylus, willow or juniper")
       ->required()
       ->check(CLI::IsMember({"corylus", "willow", "juniper"}))

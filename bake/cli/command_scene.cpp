@@ -1,10 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <map>
 #include <memory>
-#include <optional>
 
 #include "asset_path.h"
 #include "atomic_file.h"
@@ -12,13 +9,13 @@
 #include "commands.h"
 #include "io_result.h"
 #include "level_import.h"
-#include "limit_arguments.h"
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "reader.h"
 #include "scene_scatter.h"
 #include "scene_write.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -234,11 +231,11 @@ constexpr const char* kFooter =
     "A scene says where plants stand; coppice-forest --scene F.forest and coppice_scene_open stream it, however large it is.\n"
     "Scattered, groves and clearings come from the seed:\n"
     "  coppice scene -o wood.forest --plants oak.coppice,birch.coppice --size-m 10000 --count 1000000\n"
-    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of "
-    "each other there are as many as its map is white:\n"
+    "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of each "
+    "other there are as many as its map is white:\n"
     "  coppice scene -o wood.forest --plants baked --size-m 2000 --count 50000 --density oak=oaks.png\n"
-    "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001 and oak_LOD0 all are oak) becomes "
-    "one, of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
+    "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001 and oak_LOD0 all are oak) becomes one, "
+    "of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
     "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 

@@ -19,12 +19,10 @@ void add_cache_command(CLI::App& app, int* exit_code);
 void add_inspect_command(CLI::App& app, int* exit_code);
 void add_verify_command(CLI::App& app, int* exit_code);
 void add_export_command(CLI::App& app, int* exit_code);
+void add_evaluate_command(CLI::App& app, int* exit_code);  ///< as the help lists it; its words are coppice-lab's to read
 void add_scene_command(CLI::App& app, int* exit_code);
 void add_view_command(CLI::App& app, int* exit_code);
 void add_completion_command(CLI::App& app, int* exit_code);
-
-/// Adds `evaluate` as the help lists it. Its words are coppice-lab's to read.
-void add_evaluate_command(CLI::App& app);
 
 /// Becomes coppice-lab where the command line is one of `evaluate`, or a shell completes one.
 /// words    without the program's name

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "cluster_arguments.h"
+#include "batch_arguments.h"
 #include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"
@@ -24,17 +24,11 @@ void declare(CLI::App& app, int* exit_code) {
   app.set_version_flag("--version", std::to_string(COPPICE_VERSION_MAJOR) + "." + std::to_string(COPPICE_VERSION_MINOR) + "." +
                                         std::to_string(COPPICE_VERSION_PATCH));
   app.require_subcommand(1);
-  coppice::bake::add_plant_command(app, exit_code);
-  coppice::bake::add_bake_command(app, exit_code);
-  coppice::bake::add_bake_all_command(app, exit_code);
-  coppice::bake::add_cache_command(app, exit_code);
-  coppice::bake::add_inspect_command(app, exit_code);
-  coppice::bake::add_verify_command(app, exit_code);
-  coppice::bake::add_export_command(app, exit_code);
-  coppice::bake::add_evaluate_command(app);
-  coppice::bake::add_scene_command(app, exit_code);
-  coppice::bake::add_view_command(app, exit_code);
-  coppice::bake::add_completion_command(app, exit_code);
+  using namespace coppice::bake;
+  for (const auto add :
+       {add_plant_command, add_bake_command, add_bake_all_command, add_cache_command, add_inspect_command, add_verify_command,
+        add_export_command, add_evaluate_command, add_scene_command, add_view_command, add_completion_command})
+    add(app, exit_code);
 }
 
 }  // namespace

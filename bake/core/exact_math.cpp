@@ -10,105 +10,52 @@
 
 #include <cmath>
 
+// The function of doubles and that of floats, of one argument or two.
+#define COPPICE_EXACT_1(name, sleef)             \
+  double name(double x) noexcept {               \
+    return sleef(x);                             \
+  }                                              \
+  float name##f(float x) noexcept {              \
+    return static_cast<float>(sleef(double{x})); \
+  }
+#define COPPICE_EXACT_2(name, sleef)                        \
+  double name(double x, double y) noexcept {                \
+    return sleef(x, y);                                     \
+  }                                                         \
+  float name##f(float x, float y) noexcept {                \
+    return static_cast<float>(sleef(double{x}, double{y})); \
+  }
+
 extern "C" {
 
-double sin(double x) noexcept {
-  return Sleef_cinz_sind1_u10purec(x);
-}
-double cos(double x) noexcept {
-  return Sleef_cinz_cosd1_u10purec(x);
-}
-double tan(double x) noexcept {
-  return Sleef_cinz_tand1_u10purec(x);
-}
-double asin(double x) noexcept {
-  return Sleef_cinz_asind1_u10purec(x);
-}
-double acos(double x) noexcept {
-  return Sleef_cinz_acosd1_u10purec(x);
-}
-double atan(double x) noexcept {
-  return Sleef_cinz_atand1_u10purec(x);
-}
-double atan2(double y, double x) noexcept {
-  return Sleef_cinz_atan2d1_u10purec(y, x);
-}
-double exp(double x) noexcept {
-  return Sleef_cinz_expd1_u10purec(x);
-}
-double exp2(double x) noexcept {
-  return Sleef_cinz_exp2d1_u10purec(x);
-}
-double log(double x) noexcept {
-  return Sleef_cinz_logd1_u10purec(x);
-}
-double log2(double x) noexcept {
-  return Sleef_cinz_log2d1_u10purec(x);
-}
-double log10(double x) noexcept {
-  return Sleef_cinz_log10d1_u10purec(x);
-}
+COPPICE_EXACT_1(sin, Sleef_cinz_sind1_u10purec)
+COPPICE_EXACT_1(cos, Sleef_cinz_cosd1_u10purec)
+COPPICE_EXACT_1(tan, Sleef_cinz_tand1_u10purec)
+COPPICE_EXACT_1(asin, Sleef_cinz_asind1_u10purec)
+COPPICE_EXACT_1(acos, Sleef_cinz_acosd1_u10purec)
+COPPICE_EXACT_1(atan, Sleef_cinz_atand1_u10purec)
+COPPICE_EXACT_2(atan2, Sleef_cinz_atan2d1_u10purec)
+COPPICE_EXACT_1(exp, Sleef_cinz_expd1_u10purec)
+COPPICE_EXACT_1(exp2, Sleef_cinz_exp2d1_u10purec)
+COPPICE_EXACT_1(log, Sleef_cinz_logd1_u10purec)
+COPPICE_EXACT_1(log2, Sleef_cinz_log2d1_u10purec)
+COPPICE_EXACT_1(log10, Sleef_cinz_log10d1_u10purec)
+COPPICE_EXACT_1(cbrt, Sleef_cinz_cbrtd1_u10purec)
+COPPICE_EXACT_2(hypot, Sleef_cinz_hypotd1_u05purec)
+
 double pow(double x, double y) noexcept {
   return Sleef_cinz_powd1_u10purec(x, y);
-}
-double cbrt(double x) noexcept {
-  return Sleef_cinz_cbrtd1_u10purec(x);
-}
-double hypot(double x, double y) noexcept {
-  return Sleef_cinz_hypotd1_u05purec(x, y);
-}
-// g++ makes one call of a sine and a cosine of the same angle.
-void sincos(double x, double* sine, double* cosine) noexcept {
-  *sine = sin(x);
-  *cosine = cos(x);
-}
-
-float sinf(float x) noexcept {
-  return static_cast<float>(sin(double{x}));
-}
-float cosf(float x) noexcept {
-  return static_cast<float>(cos(double{x}));
-}
-float tanf(float x) noexcept {
-  return static_cast<float>(tan(double{x}));
-}
-float asinf(float x) noexcept {
-  return static_cast<float>(asin(double{x}));
-}
-float acosf(float x) noexcept {
-  return static_cast<float>(acos(double{x}));
-}
-float atanf(float x) noexcept {
-  return static_cast<float>(atan(double{x}));
-}
-float atan2f(float y, float x) noexcept {
-  return static_cast<float>(atan2(double{y}, double{x}));
-}
-float expf(float x) noexcept {
-  return static_cast<float>(exp(double{x}));
-}
-float exp2f(float x) noexcept {
-  return static_cast<float>(exp2(double{x}));
-}
-float logf(float x) noexcept {
-  return static_cast<float>(log(double{x}));
-}
-float log2f(float x) noexcept {
-  return static_cast<float>(log2(double{x}));
-}
-float log10f(float x) noexcept {
-  return static_cast<float>(log10(double{x}));
 }
 float powf(float x, float y) noexcept {
   // It takes a third of pow's time and is exact enough for a float. Bases that are not positive have rules of their own, which pow knows.
   if (x > 0.0f && x < 1e30f && y > -8.0f && y < 8.0f) return static_cast<float>(exp(double{y} * Sleef_cinz_logd1_u35purec(double{x})));
   return static_cast<float>(pow(double{x}, double{y}));
 }
-float cbrtf(float x) noexcept {
-  return static_cast<float>(cbrt(double{x}));
-}
-float hypotf(float x, float y) noexcept {
-  return static_cast<float>(hypot(double{x}, double{y}));
+
+// g++ makes one call of a sine and a cosine of the same angle.
+void sincos(double x, double* sine, double* cosine) noexcept {
+  *sine = sin(x);
+  *cosine = cos(x);
 }
 void sincosf(float x, float* sine, float* cosine) noexcept {
   *sine = sinf(x);

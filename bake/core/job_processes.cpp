@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -20,10 +20,12 @@
 #include <cstring>
 #include <exception>
 #include <new>
+#include <span>
 #include <vector>
 
 #include "failure_text.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -32,48 +34,17 @@ constexpr int kOutOfMemoryExit = 70;  // no other way out of a job has this code
 
 enum class Message : char { progress = 'p', result = 'r', failure = 'f' };
 
-struct MessageHead {
-  Message kind = Message::progress;
-  std::uint64_t bytes = 0;
-};
-
-void write_all(int file, const void* data, std::size_t count) {
-  const char* bytes = static_cast<const char*>(data);
-  while (count > 0) {
-    const ssize_t written = ::write(file, bytes, count);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) ::_exit(1);  // nobody listens
-    bytes += written;
-    count -= static_cast<std::size_t>(written);
-  }
-}
-
 /// A short message is one write, which no other thread's comes into.
-void send(int file, Message kind, const void* data, std::size_t count) {
-  char block[512];
-  const std::uint64_t length = count;
-  block[0] = static_cast<char>(kind);
-  std::memcpy(block + 1, &length, sizeof length);
-  const std::size_t head = 1 + sizeof length, inside = std::min(count, sizeof block - head);
-  if (inside > 0) std::memcpy(block + head, data, inside);
-  write_all(file, block, head + inside);
-  write_all(file, static_cast<const char*>(data) + inside, count - inside);
+void send(int file, Message kind, std::span<const std::uint8_t> data) {
+  std::array<std::uint8_t, 512> block{};
+  const std::uint64_t length = data.size();
+  block[0] = static_cast<std::uint8_t>(kind);
+  std::memcpy(block.data() + 1, &length, sizeof length);
+  const std::size_t head = 1 + sizeof length, inside = std::min(data.size(), block.size() - head);
+  std::copy_n(data.begin(), inside, block.begin() + head);
+  if (!write_all(file, std::span(block).first(head + inside), {}) || !write_all(file, data.subspan(inside), {}))
+    ::_exit(1);  // nobody listens
 }
-
-/// Only steps that a bar would show: pipes are no place for millions of messages.
-class StepProgress {
- public:
-  explicit StepProgress(int file) : file_(file) {}
-  void operator()(double fraction) {
-    if (fraction < sent_ + 0.002) return;
-    sent_ = fraction;
-    send(file_, Message::progress, &fraction, sizeof fraction);
-  }
-
- private:
-  int file_;
-  double sent_ = 0.0;
-};
 
 std::uint64_t memory_limit_bytes = 0;  // of the job's process
 
@@ -109,15 +80,19 @@ std::string time_limit_text(double seconds) {
   if (::getppid() != parent) ::_exit(1);  // it died before that took effect
   std::string failure;
   try {
-    const std::string result = callbacks.run(job, StepProgress(file));
-    send(file, Message::result, result.data(), result.size());
+    const std::string result = callbacks.run(job, [file, sent = 0.0](double fraction) mutable {
+      if (fraction < sent + 0.002) return;  // only steps that a bar would show: pipes are no place for millions of messages
+      sent = fraction;
+      send(file, Message::progress, {reinterpret_cast<const std::uint8_t*>(&fraction), sizeof fraction});
+    });
+    send(file, Message::result, bytes_of(result));
     ::_exit(0);
   } catch (const std::bad_alloc&) {
     ::_exit(kOutOfMemoryExit);
   } catch (const std::exception& error) {
     failure = failure_text(error);
   }
-  send(file, Message::failure, failure.data(), failure.size());
+  send(file, Message::failure, bytes_of(failure));
   ::_exit(0);
 }
 
@@ -164,7 +139,7 @@ void take_messages(RunningJob& running, const JobCallbacks& callbacks) {
       running.end = {text, {}, 0};
     else if (kind == Message::failure)
       running.end = {{}, text, 0};
-    else if (text.size() == sizeof fraction)
+    else if (callbacks.progressed && text.size() == sizeof fraction)
       callbacks.progressed(running.job, (std::memcpy(&fraction, text.data(), sizeof fraction), fraction));
   }
   running.unread.erase(0, at);

@@ -23,7 +23,7 @@ using JobProgress = std::function<void(double fraction)>;
 struct JobCallbacks {
   /// Runs in the job's own process, a copy of the caller's as it was when the job started.
   std::function<std::string(std::size_t job, const JobProgress& progress)> run;
-  std::function<void(std::size_t job, double fraction)> progressed;
+  std::function<void(std::size_t job, double fraction)> progressed = {};  ///< may be empty
   std::function<void(std::size_t job, JobEnd end)> ended;
 };
 

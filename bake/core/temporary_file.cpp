@@ -7,14 +7,13 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <climits>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <regex>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -54,10 +53,6 @@ void free_slot(std::size_t slot) {
   if (slot != kNoSlot) slots[slot].owner.store(0);
 }
 
-// No other program's files start with this. The target's name is not part of it: together they could be too long for a file's name.
-constexpr std::string_view kStart = ".coppice-";
-constexpr std::string_view kEnd = ".tmp";
-
 /// Eight hexadecimal digits of a hash of this machine's name.
 const std::string& machine_digits() {
   static const std::string digits = [] {
@@ -73,11 +68,11 @@ const std::string& machine_digits() {
 }
 
 /// Returns ".coppice-PROCESS-NUMBER-MACHINE.tmp", unique among the files that this and other processes write now. O_EXCL catches what a
-/// killed process left.
+/// killed process left. The target's name is not part of it: together they could be too long for a file's name.
 std::filesystem::path temporary_path(const std::filesystem::path& target) {
   static std::atomic<unsigned> counter{0};
-  std::string name(kStart);
-  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append("-").append(machine_digits()).append(kEnd);
+  std::string name(".coppice-");
+  name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append("-").append(machine_digits()).append(".tmp");
   return target.parent_path() / name;
 }
 
@@ -87,18 +82,11 @@ struct Maker {
   bool is_here = true;  ///< it was made on this machine, or its name says none
 };
 
-Maker maker_of(std::string_view name) {
-  if (!name.starts_with(kStart) || !name.ends_with(kEnd)) return {};
-  const char* const last = name.data() + name.size() - kEnd.size();
-  pid_t process = 0;
-  unsigned number = 0;
-  const auto [dash, bad_process] = std::from_chars(name.data() + kStart.size(), last, process);
-  if (bad_process != std::errc() || process <= 0 || dash == last || *dash != '-') return {};
-  const auto [end, bad_number] = std::from_chars(dash + 1, last, number);
-  if (bad_number != std::errc()) return {};
-  if (end == last) return {process, true};
-  const std::string_view machine(end + 1, static_cast<std::size_t>(last - end - 1));
-  return *end == '-' && machine.size() == machine_digits().size() ? Maker{process, machine == machine_digits()} : Maker{};
+Maker maker_of(const std::string& name) {
+  static const std::regex form(R"(\.coppice-([1-9][0-9]{0,8})-[0-9]+(?:-([0-9a-f]{8}))?\.tmp)");
+  std::smatch found;
+  if (!std::regex_match(name, found, form)) return {};
+  return {std::stoi(found[1]), !found[2].matched || found[2] == machine_digits()};
 }
 
 /// No write takes this long.

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <charconv>
+#include <cstdarg>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -20,12 +21,16 @@ std::optional<T> number_of(std::string_view text) {
   return error == std::errc() && end == last ? std::optional<T>(number) : std::nullopt;
 }
 
-/// Writes values as printf does, at most 511 bytes.
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 512> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
-  return text.data();
+/// Writes values as printf does.
+[[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  std::string text(static_cast<std::size_t>(std::max(0, std::vsnprintf(nullptr, 0, format, arguments))), ' ');
+  static_cast<void>(std::vsnprintf(text.data(), text.size() + 1, format, again));
+  va_end(again);
+  va_end(arguments);
+  return text;
 }
 
 }  // namespace coppice::bake

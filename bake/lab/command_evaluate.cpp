@@ -11,12 +11,12 @@
 #include "generate_plant.h"
 #include "gltf_write.h"
 #include "import_gltf.h"
-#include "limit_arguments.h"
 #include "material_split.h"
 #include "output.h"
 #include "program.h"
 #include "progress_bar.h"
 #include "report.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -56,21 +56,11 @@ std::vector<std::filesystem::path> output_paths(const EvaluateArguments& argumen
   return paths;
 }
 
-/// Prints why an output cannot be written.
-bool outputs_possible(const EvaluateArguments& arguments) {
-  const std::vector<std::filesystem::path> outputs = output_paths(arguments);
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (outputs[i].empty()) continue;
-    std::vector<std::filesystem::path> others{arguments.input, arguments.bake.classes};
-    for (std::size_t j = 0; j < outputs.size(); ++j)
-      if (j != i) others.push_back(outputs[j]);
-    const Content content = outputs[i] == arguments.source ? Content::binary : Content::text;
-    if (const auto possible = check_output(outputs[i], others, content); !possible) {
-      report_failure(outputs[i], possible.error());
-      return false;
-    }
-  }
-  return true;
+Result<void> check_all_outputs(const EvaluateArguments& arguments) {
+  std::vector<std::pair<std::filesystem::path, Content>> outputs;
+  for (const std::filesystem::path& output : output_paths(arguments))
+    outputs.emplace_back(output, output == arguments.source ? Content::binary : Content::text);
+  return check_outputs(outputs, {arguments.input, arguments.bake.classes});
 }
 
 Result<std::vector<Method>> methods_of(const EvaluateArguments& arguments) {
@@ -142,7 +132,7 @@ int write_source(const EvaluateArguments& arguments, const EvaluateOptions& opti
 }
 
 int run(const EvaluateArguments& arguments) {
-  if (!outputs_possible(arguments)) return 1;
+  if (const auto possible = check_all_outputs(arguments); !possible) return report_failure({}, possible.error());
   if (arguments.bake.all_variants)
     return report_failure(arguments.input, Error{Status::invalid_argument, "--variant all: evaluate takes one plant; give its number"});
   const auto options = options_of(arguments);

@@ -1,6 +1,5 @@
 #include "option_table.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -168,15 +167,13 @@ std::vector<BakeOption> bake_group() {
   table.push_back(number<std::uint32_t>(
       "candidates", "N",
       "The octree cell of candidates grows until it holds so many. The default metric looks at up to four times as many where what it "
-      "merges "
-      "no longer covers the crown",
+      "merges no longer covers the crown",
       1, kMaxCandidateCount, [](auto& o) -> auto& { return o.collapse.candidate_count; }));
   table.push_back(flag(
       "quick",
       "Four to eight times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and "
       "--candidates "
-      "do "
-      "not say otherwise. The picture's error grows by about 5 %, of plants a few pixels large by a fifth",
+      "do not say otherwise. The picture's error grows by about 5 %, of plants a few pixels large by a fifth",
       [](BakeRequest& request, bool on) { request.quick = on; }, [](const BakeOptions&) { return false; }));
   table.push_back(choice<Areas>(
       "areas",
@@ -215,8 +212,8 @@ std::vector<BakeOption> classes_group() {
   std::vector<BakeOption> table;
   table.push_back(text(
       "leaf-material", "REGEX",
-      "All of the materials whose name this regular expression finds is leaves, everything else wood. Without it leaves are "
-      "found by name, alpha mask, shape, repetition and colour",
+      "All of the materials whose name this regular expression finds is leaves, everything else wood. Without it leaves are found by name, "
+      "alpha mask, shape, repetition and colour",
       [](auto& o) -> auto& { return o.import.leaf_material; }));
   table.push_back(text(
       "wood-material", "REGEX", "All of the materials whose name this regular expression finds is wood",
@@ -251,12 +248,12 @@ std::vector<BakeOption> plant_group() {
   table.push_back(text(
       "node", "NAME", "Of a file with several plants, take what is below nodes of this name, or whose names this regular expression finds",
       [](auto& o) -> auto& { return o.import.plant.node; }));
-  table.push_back(
-      {"variant", "N|all|whole",
-       "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: the "
-       "file is one plant, with its levels of detail and billboards",
-       OptionGroup::plant, set_variant,
-       [](const BakeOptions& o) { return std::optional(o.import.plant.whole ? std::string("whole") : exact(o.import.plant.variant)); }});
+  table.push_back({"variant", "N|all|whole",
+                   "Which of several plants in the file; --dry-run lists them, 1 is the default. all: each into a file of its own. whole: "
+                   "the file is one plant, with its levels of detail and billboards",
+                   OptionGroup::plant, set_variant, [](const BakeOptions& o) {
+                     return std::optional(o.import.plant.whole ? std::string("whole") : exact(o.import.plant.variant));
+                   }});
   return table;
 }
 

@@ -6,6 +6,8 @@
 
 #include <glm/common.hpp>
 
+#include "bounds.h"
+
 namespace coppice::bake {
 namespace {
 
@@ -25,15 +27,10 @@ std::string number_text(double value) {
 }  // namespace
 
 std::array<double, 3> plant_size_m(const Plant& plant) {
-  glm::vec3 low(0.0f), high(0.0f);
-  bool any = false;
+  PointBox<glm::dvec3> box;
   for (const Mesh* mesh : {&plant.foliage, &plant.wood})
-    for (const glm::vec3& position : mesh->positions) {
-      low = any ? glm::min(low, position) : position;
-      high = any ? glm::max(high, position) : position;
-      any = true;
-    }
-  const glm::dvec3 size = glm::dvec3(high) - glm::dvec3(low);
+    for (const glm::vec3& position : mesh->positions) box.add(position);
+  const glm::dvec3 size = glm::max(box.extent(), 0.0);  // 0 without points
   return {size.x, size.y, size.z};
 }
 

@@ -15,7 +15,7 @@ struct TriangleSoup {
   Mesh mesh;
   std::vector<std::uint32_t> vertex_instances;
   std::vector<glm::vec4> vertex_colors;    ///< [vertices] linear, 0..1; white where a primitive has none; empty where none has any
-  std::set<std::uint32_t> wind_materials;  ///< materials of coloured meshes that are named after wind (wind_words.h)
+  std::set<std::uint32_t> wind_materials;  ///< materials of coloured meshes that are named after wind (node_names.h)
 };
 
 /// Drops vertices that no triangle uses and numbers the rest in order of first use.

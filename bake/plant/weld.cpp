@@ -1,6 +1,5 @@
 #include "weld.h"
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <unordered_map>
@@ -9,6 +8,7 @@
 #include <glm/ext/vector_int3_sized.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "union_find.h"
 
 namespace coppice::bake {
@@ -84,15 +84,11 @@ class Grid {
 
 std::vector<std::uint32_t> weld(std::span<const glm::vec3> positions, std::span<const std::uint32_t> groups) {
   if (positions.empty()) return {};
-  glm::vec3 low = positions[0], high = positions[0];
-  for (const glm::vec3& position : positions) {
-    low = glm::min(low, position);
-    high = glm::max(high, position);
-  }
-  const double diagonal_m = glm::distance(glm::dvec3(low), glm::dvec3(high));
+  const auto box = box_of(positions);
+  const double diagonal_m = glm::distance(glm::dvec3(box.low), glm::dvec3(box.high));
   // All vertices are in one point: any cell size files them together.
   const double tolerance_m = diagonal_m > 0.0 ? diagonal_m * static_cast<double>(kWeldTolerance) : 1.0;
-  Grid grid(positions, glm::dvec3(low), tolerance_m);
+  Grid grid(positions, glm::dvec3(box.low), tolerance_m);
   UnionFind sets(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) grid.add(static_cast<std::uint32_t>(i), groups[i], sets);
   std::vector<std::uint32_t> welded(positions.size());

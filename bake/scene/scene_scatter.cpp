@@ -25,24 +25,13 @@ constexpr std::uint32_t kMaxPlots = 1024;  // on each side
 constexpr int kAttempts = 24;              // for each plant, before it goes to the next plot
 constexpr float kGrove_m = 70.0f, kClearing_m = 110.0f;
 
-std::uint64_t mix(std::uint64_t value) {
-  value = (value ^ value >> 30) * 0xbf58476d1ce4e5b9u;
-  value = (value ^ value >> 27) * 0x94d049bb133111ebu;
-  return value ^ value >> 31;
-}
-
-/// Uniform in [0, 1), 24 bits.
-float uniform(SeededRandom& random) {
-  return static_cast<float>(random.next() >> 40) * 0x1p-24f;
-}
-
 /// Smooth noise in [-1, 1] with features as large as about one unit.
 float noise(float x, float z, std::uint64_t seed) {
   const float x0 = std::floor(x), z0 = std::floor(z);
   const auto corner = [&](float dx, float dz) {
     const auto cell_x = static_cast<std::uint64_t>(static_cast<std::int64_t>(x0 + dx));
     const auto cell_z = static_cast<std::uint64_t>(static_cast<std::int64_t>(z0 + dz));
-    return static_cast<float>(mix(mix(seed ^ cell_x * 0x9e3779b97f4a7c15u) ^ cell_z) >> 40) * 0x1p-23f - 1.0f;
+    return static_cast<float>(mix_bits(mix_bits(seed ^ cell_x * 0x9e3779b97f4a7c15u) ^ cell_z) >> 40) * 0x1p-23f - 1.0f;
   };
   const auto fade = [](float t) { return t * t * (3.0f - 2.0f * t); };
   const float u = fade(x - x0), v = fade(z - z0);
@@ -193,7 +182,7 @@ class Scatter {
         // Plants that did not fit into other plots may at most double a plot's number: if nothing fits anywhere, that must show soon.
         const auto share = static_cast<std::uint64_t>(2.0 * plots[i].density * static_cast<double>(wanted) / total);
         fill(plots[i], s, std::min({target, end, plants_.size() + share + 4}),
-             mix(options_.seed * 0x9e3779b97f4a7c15u + round + 16 * s) ^ i);
+             mix_bits(options_.seed * 0x9e3779b97f4a7c15u + round + 16 * s) ^ i);
         if (progress && i % 64 == 0) progress(static_cast<float>(plants_.size()) / static_cast<float>(options_.count));
       }
     }
@@ -225,11 +214,11 @@ class Scatter {
 
   void fill(const Plot& plot, std::size_t s, std::uint64_t target, std::uint64_t seed) {
     if (plants_.size() >= target || plot.density <= 0.0f) return;
-    SeededRandom random(mix(seed));
+    SeededRandom random(mix_bits(seed));
     const std::uint64_t attempts = kAttempts * (target - plants_.size());
     for (std::uint64_t i = 0; i < attempts && plants_.size() < target; ++i) {
-      const Place at{plot.corner.x + plot_m_ * uniform(random), plot.corner.z + plot_m_ * uniform(random)};
-      if (uniform(random) * plot.max_density >= field_.density(at, s)) continue;
+      const Place at{plot.corner.x + plot_m_ * random.unit(), plot.corner.z + plot_m_ * random.unit()};
+      if (random.unit() * plot.max_density >= field_.density(at, s)) continue;
       const ScenePlant plant = make_plant(at, s, random);
       if (!stems_.has_room(plant)) continue;
       plants_.push_back(plant);
@@ -241,11 +230,11 @@ class Scatter {
     ScenePlant plant;
     plant.position_m = {at.x, 0.0f, at.z};
     plant.species = static_cast<std::uint16_t>(s);
-    plant.scale = std::lerp(options_.scale_min, options_.scale_max, uniform(random));
-    plant.yaw = static_cast<std::uint16_t>(uniform(random) * 65535.0f);
-    plant.mirrored = uniform(random) < 0.5f;
-    const float warm = 0.5f * (uniform(random) - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
-    const float light = 1.0f + 0.2f * (uniform(random) - 0.5f);
+    plant.scale = std::lerp(options_.scale_min, options_.scale_max, random.unit());
+    plant.yaw = static_cast<std::uint16_t>(random.unit() * 65535.0f);
+    plant.mirrored = random.unit() < 0.5f;
+    const float warm = 0.5f * (random.unit() - 0.5f) + 0.4f * noise(at.x / 13.0f, at.z / 13.0f, options_.seed + 7ull);
+    const float light = 1.0f + 0.2f * (random.unit() - 0.5f);
     plant.tint = pack_tint({light * (1.0f + 0.25f * warm), light, light * (1.0f - 0.3f * warm)});
     return plant;
   }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "result.h"
-#include "scene_reader.h"
 #include "scene_write.h"
 
 namespace coppice::bake {

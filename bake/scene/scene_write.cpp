@@ -6,10 +6,8 @@
 #include "scene_write.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <deque>
 #include <tuple>
 
 #include "layout.h"

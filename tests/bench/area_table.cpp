@@ -13,6 +13,7 @@
 #include "generate_plant.h"
 #include "held_out_error.h"
 #include "import_gltf.h"
+#include "item_areas.h"
 #include "leaf_cards.h"
 #include "occlusion_areas.h"
 #include "stopwatch.h"

@@ -180,6 +180,44 @@ TEST_F(CacheServer, AFullFolderFailsNoPlant) {
   EXPECT_EQ(files, 0u) << "halves";
 }
 
+/// With a server the folder beside the outputs is another cache: what is wrong with one is not the other's fault.
+TEST_F(CacheServer, AFullFolderIsNotTheServersFault) {
+  const fs::path full = folder_ / "out" / ".coppice-cache";
+  fs::create_directories(full);
+  if (::mount("coppice-test", full.c_str(), "tmpfs", 0, "size=4k") != 0) GTEST_SKIP() << "no tmpfs may be mounted here";
+  const FaultyServer server(folder_ / "objects");
+  const ProcessResult result = bake_all("out", {"--cache", server.url()});
+  EXPECT_EQ(::umount(full.c_str()), 0);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(mentions(result.err, {full.string(), std::strerror(ENOSPC)}));
+  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  EXPECT_EQ(report("out")["cache"]["sent"], 3);
+  EXPECT_EQ(report("out")["cache"]["unsent"], 0);
+  EXPECT_FALSE(report("out")["cache"]["gave_up"]);
+  EXPECT_EQ(bake_all("other", {"--cache", server.url()}).exit_code, 0);
+  EXPECT_EQ(report("other")["cached"], 3);
+}
+
+TEST_F(CacheServer, WhatAServerDidNotTakeIsSentByTheNextBatch) {
+  const fs::path objects = folder_ / "objects";
+  {
+    const FaultyServer full(objects, {.put_status = 507});
+    ASSERT_EQ(bake_all("out", {"--cache", full.url()}).exit_code, 0);
+    EXPECT_EQ(report("out")["cache"]["unsent"], 3);
+  }
+  const FaultyServer server(objects);
+  const std::vector<std::string> shared{"--cache", server.url()};
+  const ProcessResult next = bake_all("out", shared);
+  EXPECT_EQ(next.err, "");
+  EXPECT_EQ(report("out")["cached"], 3);
+  EXPECT_EQ(report("out")["cache"]["sent"], 3);
+  EXPECT_EQ(bake_all("other", shared).exit_code, 0);
+  EXPECT_EQ(report("other")["cached"], 3);
+  const std::size_t before = server.requests().size();
+  EXPECT_EQ(bake_all("out", shared).err, "");
+  EXPECT_EQ(server.requests().size(), before) << "the server has all of it";
+}
+
 TEST_F(CacheServer, AFolderIsSharedOrOnlyRead) {
   const fs::path shared = folder_ / "shared";
   ASSERT_EQ(bake_all("one", {"--cache", shared}).exit_code, 0);

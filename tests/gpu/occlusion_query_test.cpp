@@ -24,6 +24,7 @@
 #include "bounds.h"
 #include "collapse_information.h"
 #include "generate_plant.h"
+#include "item_areas.h"
 #include "leaf_cards.h"
 #include "leaf_quads.h"
 #include "test_foliage.h"

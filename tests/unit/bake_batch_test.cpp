@@ -59,7 +59,6 @@ TEST(RunJobs, OneThatTakesTooLongIsEnded) {
     }
     return "done";
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t job, const JobEnd& end) { ends[job] = end; };
   run_jobs(3, 2, callbacks, {.memory_bytes = 0, .seconds = 2.5});
   EXPECT_EQ(ends[0].result, "done");
@@ -79,7 +78,6 @@ TEST(RunJobs, NoMoreAtATimeThanAsked) {
     fs::remove(folder / name.c_str());
     return std::to_string(count);
   };
-  callbacks.progressed = [](std::size_t, double) {};
   callbacks.ended = [&](std::size_t, const JobEnd& end) { most = std::max<std::size_t>(most, std::stoul(end.result)); };
   run_jobs(5, 1, callbacks);
   EXPECT_EQ(most, 1u);

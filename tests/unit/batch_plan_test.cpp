@@ -13,8 +13,8 @@
 
 #include "bake_key.h"
 #include "batch_manifest.h"
-#include "batch_plan.h"
 #include "gltf_builder.h"
+#include "plant_cost.h"
 #include "plant_record.h"
 #include "process.h"
 #include "slurm.h"
@@ -200,6 +200,16 @@ TEST(Slurm, OptionsThatWouldHideTheTasksAreRefused) {
   for (const char* const option : {"--mem=4G", "--mem", "--mem-per-cpu=1G", "--mem-per-gpu=1G"})
     EXPECT_TRUE(chooses_memory({"-p", "long", option})) << option;
   EXPECT_FALSE(chooses_memory({"--mem-bind=local", "--memo"}));
+}
+
+TEST(Slurm, ProcessorsOfATaskAreThoseOfTheLastOption) {
+  EXPECT_EQ(processors_of_task({}), 1u);
+  EXPECT_EQ(processors_of_task({"-p", "long", "--cores-per-socket=8", "-C", "9"}), 1u);
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"-c", "4"}, {"-c4"}, {"--cpus-per-task", "4"}, {"--cpus-per-task=4"}})
+    EXPECT_EQ(processors_of_task(options), 4u) << options.front();
+  EXPECT_EQ(processors_of_task({"-c2", "-c", "3", "--cpus-per-task=6"}), 6u);
+  EXPECT_EQ(processors_of_task({"-c", "0"}), 1u);
 }
 
 TEST(Slurm, WordsComeThroughAShellAsTheyWere) {

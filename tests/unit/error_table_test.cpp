@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "bounds.h"
+#include "item_areas.h"
 #include "progress.h"
 #include "tree_order.h"
 #include "visibility.h"

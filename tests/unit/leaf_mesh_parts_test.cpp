@@ -16,6 +16,7 @@
 #include "error_image.h"
 #include "error_table.h"
 #include "inspect.h"
+#include "item_areas.h"
 #include "leaf_cards.h"
 #include "mentions.h"
 #include "mesh_error.h"

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "collapse_information.h"
+#include "item_areas.h"
 #include "test_foliage.h"
 #include "visibility.h"
 

@@ -23,7 +23,6 @@
 #include "mentions.h"
 #include "process.h"
 #include "text_bytes.h"
-#include "why_baked.h"
 
 namespace coppice::bake {
 namespace shared_cache_test {

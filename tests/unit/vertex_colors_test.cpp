@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "mentions.h"
+#include "node_names.h"
 #include "triangle_soup.h"
-#include "wind_words.h"
 
 namespace coppice::bake {
 namespace vertex_colors_test {

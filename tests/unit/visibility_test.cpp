@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "item_areas.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {

@@ -4,13 +4,13 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "checksum.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
@@ -22,11 +22,9 @@ std::string text_of(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string checksum_of(std::span<const std::uint8_t> bytes, const Json& record) {
-  Checksum checksum;
-  checksum.add(bytes);
-  checksum.add(text_of(record));
-  return checksum.text();
+std::string entry_checksum(std::span<const std::uint8_t> bytes, const Json& record) {
+  const std::string text = text_of(record);
+  return checksum_of(std::array{as_text(bytes), std::string_view(text)});
 }
 
 Json record_of(const CachedBake& entry) {
@@ -70,7 +68,7 @@ bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_
   if (!leaves.is_number_unsigned() || leaves.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) return false;
   if (!foliage.is_number_unsigned() || !are_strings(record["warnings"]) || !are_parts(record["parts"])) return false;
   entry.parts = parts_of(record["parts"]);
-  if (key_of(entry.parts) != key || checksum_of(bytes, record) != expected) return false;
+  if (key_of(entry.parts) != key || entry_checksum(bytes, record) != expected) return false;
   entry.source_leaves = leaves.get<std::uint32_t>();
   entry.foliage_bytes = foliage.get<std::uint64_t>();
   entry.warnings = record["warnings"].get<std::vector<std::string>>();
@@ -85,6 +83,10 @@ std::filesystem::path cached_file(const std::filesystem::path& folder, const std
 
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key) {
   return folder / (key + ".record");
+}
+
+std::filesystem::path unsent_file(const std::filesystem::path& folder, const std::string& key) {
+  return folder / (key + ".unsent");
 }
 
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
@@ -123,7 +125,7 @@ std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record) {
 
 std::string record_text(const CachedBake& entry) {
   Json record = record_of(entry);
-  record["checksum"] = checksum_of(entry.bytes, record_of(entry));
+  record["checksum"] = entry_checksum(entry.bytes, record_of(entry));
   return text_of(record);
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
-// The place of a shared cache, and the credentials for it.
+// The place of a shared cache, the credentials for it, and when to stop using it.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -13,6 +14,16 @@ namespace coppice::bake {
 inline constexpr const char* kOwnCache = ".coppice-cache";
 
 enum class CacheMode { read, read_write };
+
+/// Counts the failures of a cache in a row. After three of them it is used no more.
+class FailureCount {
+ public:
+  void count(bool failed) { in_a_row_ = failed ? in_a_row_ + 1 : 0; }
+  [[nodiscard]] bool is_off() const { return in_a_row_ >= 3; }
+
+ private:
+  std::uint32_t in_a_row_ = 0;
+};
 
 /// A folder or an address, one of the two.
 struct CacheLocation {

@@ -92,10 +92,6 @@ HttpCache::HttpCache(std::string url, CacheCredentials credentials) : url_(std::
 HttpCache::HttpCache(HttpCache&&) noexcept = default;
 HttpCache::~HttpCache() = default;
 
-bool HttpCache::is_off() const {
-  return failures_in_a_row_ >= kMaxServerFailures;
-}
-
 Result<HttpCache::Answer> HttpCache::request(const std::string& file, const std::span<const std::uint8_t>* body, std::uint64_t max_bytes) {
   if (is_off()) return Error{Status::io, "the server failed before and is asked no more"};
   if (!connection_) connection_ = std::make_unique<Connection>(credentials_);

@@ -15,10 +15,10 @@
 
 namespace coppice::bake {
 
-/// A process's way to a server, over one connection that is kept from request to request. After kMaxServerFailures failures in a row it
-/// asks no more. A process may be forked off before the first request.
+/// A process's way to a server, over one connection that is kept from request to request. Once it is_off() it asks no more; count() adds
+/// what other processes met. A process may be forked off before the first request.
 /// thread  one
-class HttpCache {
+class HttpCache : public FailureCount {
  public:
   HttpCache(std::string url, CacheCredentials credentials);
   HttpCache(HttpCache&&) noexcept;
@@ -31,11 +31,6 @@ class HttpCache {
   Result<std::optional<CachedBake>> get(const std::string& key, std::uint64_t max_bytes);
   /// Makes or replaces an entry; the record comes last. errors  io, as get
   Result<void> put(const std::string& key, const CachedBake& entry);
-
-  /// Counts a failure or a success that another process had.
-  void count(bool failed) { failures_in_a_row_ = failed ? failures_in_a_row_ + 1 : 0; }
-  [[nodiscard]] bool is_off() const;
-  [[nodiscard]] const std::string& url() const { return url_; }
 
  private:
   struct Connection;
@@ -51,9 +46,6 @@ class HttpCache {
   std::string url_;
   CacheCredentials credentials_;
   std::unique_ptr<Connection> connection_;
-  std::uint32_t failures_in_a_row_ = 0;
 };
-
-inline constexpr std::uint32_t kMaxServerFailures = 3;
 
 }  // namespace coppice::bake

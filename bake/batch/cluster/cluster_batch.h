@@ -5,11 +5,8 @@
 //
 //   OUT/.coppice-cluster/lock    held by the command that submits and waits
 //   OUT/.coppice-cluster/NAME/   an array of tasks, NAME its name for Slurm: run.sh, and for task N the list N.json, the journal N.jsonl
-//   and
-//                                the log N.log
+//                                and the log N.log
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -21,34 +18,27 @@
 
 namespace coppice::bake {
 
-struct ClusterStatus {
-  std::size_t ended = 0, count = 0;        ///< plants
-  double fraction = 0.0;                   ///< of all work, by the estimates
-  std::uint32_t running = 0, pending = 0;  ///< tasks
-  std::string reason;                      ///< why tasks are pending, in Slurm's word, or why Slurm does not say; empty
-};
-
 /// A batch for a cluster, and who hears of it.
 struct ClusterBatch {
-  std::filesystem::path output_folder;      ///< absolute
-  std::filesystem::path coppice;            ///< the program's path on the nodes
-  std::vector<BatchPlant> plants;           ///< checked and expanded, with their costs
-  std::vector<std::string> entries;         ///< for each plant, its entry of a list of bake-all
-  std::vector<std::string> task_options;    ///< of bake-all, for every task
-  std::vector<std::string> sbatch_options;  ///< the user's
-  BatchOptions options;                     ///< the caches in which plants are looked up before there are tasks
-  std::function<void(const ClusterStatus&)> progress;
-  std::function<void(const std::string&)> say;   ///< a line for a person: what was submitted, what is waited for
-  std::function<void(const std::string&)> warn;  ///< likewise: what was lost
-  std::function<bool()> is_stopped;              ///< the user leaves
+  std::filesystem::path output_folder;               ///< absolute
+  std::filesystem::path coppice;                     ///< the program's path on the nodes
+  std::vector<BatchPlant> plants;                    ///< checked and expanded, with their costs
+  std::vector<std::string> entries;                  ///< for each plant, its entry of a list of bake-all
+  std::vector<std::string> task_options;             ///< of bake-all, for every task
+  std::vector<std::string> sbatch_options;           ///< the user's
+  BatchOptions options;                              ///< look_up_only: the caches that are asked before there are tasks
+  std::function<void(const BatchStatus&)> progress;  ///< BatchStatus::running says how many tasks run and why others wait
+  std::function<void(const std::string&)> say;       ///< a line for a person: what was submitted, what is waited for
+  std::function<void(const std::string&)> warn;      ///< likewise: what was lost
+  std::function<bool()> is_stopped;                  ///< the user leaves
 };
 
 /// Bakes the plants that no cache has. Where tasks of an earlier command are still in the queue, waits for them first. Submits one array of
 /// tasks, waits for its end, and submits what is missing again with twice the memory and time, in at most three arrays. A plant that fails
-/// by its own fault is not tried again. Tasks that somebody cancelled are not either. returns  results in the order of the plants, or
-/// nothing where the user left: the tasks go on errors   those of bake_batch and submit_array; io: the folder cannot be used, another
-/// command waits for this batch, or Slurm's controller
-///          has not answered for ten minutes
+/// by its own fault is not tried again. Tasks that somebody cancelled are not either.
+/// returns  results in the order of the plants, or nothing where the user left: the tasks go on
+/// errors   those of bake_batch and submit_array; io: the folder cannot be used, another command waits for this batch, or Slurm's
+///          controller has not answered for ten minutes
 /// thread   as bake_batch
 Result<std::optional<std::vector<BatchResult>>> bake_on_cluster(const ClusterBatch& batch);
 

@@ -1,14 +1,14 @@
 #include "slurm.h"
 
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
+#include <optional>
+#include <regex>
 #include <sstream>
 
 #include "printable.h"
@@ -18,68 +18,56 @@
 namespace coppice::bake {
 namespace {
 
-constexpr int kNoSuchProgram = 127;  // the shell's exit code
-
-struct ProgramEnd {
-  int exit_code = -1;
-  std::string output;
-};
-
-/// The shell's standard error goes to the terminal unless `command` says otherwise.
-Result<ProgramEnd> run_shell(const std::string& command) {
-  ProgramEnd end;
-  std::FILE* pipe = ::popen(command.c_str(), "re");
+/// What a program prints, errors too.
+/// errors  unsupported: it is missing; `refusal` and `what`, with all that it prints: it fails
+Result<std::string> output_of(const std::vector<std::string>& words, Status refusal, const char* what) {
+  constexpr int kNoSuchProgram = 127;  // the shell's exit code
+  // What a person likes squeue to show, as SQUEUE_PARTITION has it, is not what is asked here.
+  const std::string command = R"(exec 2>&1; for name in $(env | sed -n 's/^\(SQUEUE_[^=]*\)=.*/\1/p'); do unset "$name"; done; )";
+  std::FILE* pipe = ::popen((command + shell_command(words)).c_str(), "re");
   if (pipe == nullptr) return system_error("cannot start", "/bin/sh", errno);
+  std::string output;
   std::array<char, 4096> block{};
-  for (std::size_t count = 0; (count = std::fread(block.data(), 1, block.size(), pipe)) > 0;) end.output.append(block.data(), count);
-  const int status = ::pclose(pipe);
-  end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return end;
-}
-
-/// What a person likes squeue to show, as SQUEUE_PARTITION has it, is not what is asked here.
-void unset_preferences() {
-  std::vector<std::string> variables;
-  for (char** variable = environ; *variable != nullptr; ++variable)
-    if (const std::string_view text = *variable; text.starts_with("SQUEUE_")) variables.emplace_back(text.substr(0, text.find('=')));
-  for (const std::string& variable : variables) ::unsetenv(variable.c_str());
-}
-
-Error not_installed(const char* program) {
-  return Error{Status::unsupported, "Slurm's programs are missing (Debian's package slurm-client)", Error::kNoOffset, program};
-}
-
-bool names(std::string_view word, std::string_view option) {
-  const bool is_long = option.starts_with("--");
-  return word == option || (word.starts_with(option) && (!is_long || word[option.size()] == '='));
+  for (std::size_t count = 0; (count = std::fread(block.data(), 1, block.size(), pipe)) > 0;) output.append(block.data(), count);
+  const int end = ::pclose(pipe);
+  if (WIFEXITED(end) && WEXITSTATUS(end) == kNoSuchProgram)
+    return Error{Status::unsupported, "Slurm's programs are missing (Debian's package slurm-client)", Error::kNoOffset, words.front()};
+  if (end != 0) return Error{refusal, what, Error::kNoOffset, printable(output)};
+  return output;
 }
 
 }  // namespace
 
 std::string shell_command(const std::vector<std::string>& words) {
   std::string command;
-  for (const std::string& word : words) {
-    command += command.empty() ? "'" : " '";
-    for (const char c : word) c == '\'' ? command += "'\\''" : command += c;
-    command += '\'';
-  }
+  for (const std::string& word : words)
+    command += (command.empty() ? "'" : " '") + std::regex_replace(word, std::regex("'"), R"('\'')") + "'";
   return command;
 }
 
-std::string_view refused_sbatch_option(const std::vector<std::string>& options) {
+std::string refused_sbatch_option(const std::vector<std::string>& options) {
+  static const std::regex form("(-[MW]).*|(--clusters|--wait|--wrap)(=.*)?");
+  std::smatch found;
   for (const std::string& word : options)
-    for (const std::string_view option : {"-M", "--clusters", "-W", "--wait", "--wrap"})
-      if (names(word, option)) return option;
+    if (std::regex_match(word, found, form)) return found.str(1) + found.str(2);
   return {};
 }
 
 bool chooses_memory(const std::vector<std::string>& options) {
+  static const std::regex form("--mem(-per-[cg]pu)?(=.*)?");
   for (const char* variable : {"SBATCH_MEM_PER_NODE", "SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU"})
     if (std::getenv(variable) != nullptr) return true;
-  return std::ranges::any_of(options, [](const std::string& word) {
-    return std::ranges::any_of(std::array{"--mem", "--mem-per-cpu", "--mem-per-gpu"},
-                               [&](const char* option) { return names(word, option); });
-  });
+  return std::ranges::any_of(options, [](const std::string& word) { return std::regex_match(word, form); });
+}
+
+std::uint32_t processors_of_task(const std::vector<std::string>& options) {
+  static const std::regex form(" (?:-c ?|--cpus-per-task[= ])([0-9]{1,6})(?= )");
+  std::string words = " ";
+  for (const std::string& word : options) words += word + " ";
+  std::uint32_t count = 1;
+  for (std::sregex_iterator found(words.begin(), words.end(), form), end; found != end; ++found)
+    count = std::max(1u, number_of<std::uint32_t>(found->str(1)).value_or(1));
+  return count;
 }
 
 Result<std::string> submit_array(const std::filesystem::path& script, const std::string& job_name, std::size_t task_count,
@@ -88,28 +76,24 @@ Result<std::string> submit_array(const std::filesystem::path& script, const std:
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), options.begin(), options.end());
   words.insert(words.end(), {"--job-name=" + job_name, "--array=0-" + std::to_string(task_count - 1), script.string()});
-  COPPICE_TRY(end, run_shell("exec 2>&1; " + shell_command(words)));
-  if (end.exit_code == kNoSuchProgram) return not_installed("sbatch");
-  if (end.exit_code != 0) return Error{Status::invalid_argument, "sbatch refuses the tasks", Error::kNoOffset, printable(end.output)};
-  return end.output.substr(0, end.output.find_first_of(";\n"));
+  COPPICE_TRY(output, output_of(words, Status::invalid_argument, "sbatch refuses the tasks"));
+  return output.substr(0, output.find_first_of(";\n"));
 }
 
 JobState parse_job_state(std::string_view lines) {
-  constexpr std::array kEnds{"BOOT_FAIL", "CANCELLED",     "COMPLETED", "DEADLINE", "FAILED",
-                             "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "REVOKED",  "TIMEOUT"};
+  static const std::regex form(R"((\d+)\|(?:(PENDING)|(BOOT_FAIL|CANCELLED|COMPLETED|DEADLINE|FAILED|NODE_FAIL|OUT_OF_MEMORY|PREEMPTED|)"
+                               R"(REVOKED|TIMEOUT)|[^|]*)\|(.*))");
   JobState job;
   std::istringstream text{std::string(lines)};
-  for (std::string line, number, state, reason; std::getline(text, line);) {
-    std::istringstream fields(line);
-    std::getline(fields, number, '|');
-    std::getline(fields, state, '|');
-    const auto task = number_of<std::uint32_t>(number);
-    if (!task || !std::getline(fields, reason)) continue;
-    if (std::ranges::find(kEnds, state) != kEnds.end()) {
-      job.ended[*task] = state;
-    } else if (state == "PENDING") {
+  std::smatch fields;
+  for (std::string line; std::getline(text, line);) {
+    const auto task = std::regex_match(line, fields, form) ? number_of<std::uint32_t>(fields.str(1)) : std::nullopt;
+    if (!task) continue;
+    if (fields[2].matched) {
       ++job.pending;
-      job.reason = reason;
+      job.reason = fields[4];
+    } else if (fields[3].matched) {
+      job.ended[*task] = fields[3];
     } else {
       ++job.running;
     }
@@ -118,18 +102,15 @@ JobState parse_job_state(std::string_view lines) {
 }
 
 Result<JobState> query_job(const std::string& job_name) {
-  unset_preferences();
-  COPPICE_TRY(end, run_shell("exec 2>&1; " + shell_command({"squeue", "--array", "--noheader", "--states=all", "--name=" + job_name,
-                                                            "--format=%K|%T|%r"})));
-  if (end.exit_code == kNoSuchProgram) return not_installed("squeue");
-  if (end.exit_code != 0) return Error{Status::io, "Slurm's controller does not answer", Error::kNoOffset, printable(end.output)};
-  return parse_job_state(end.output);
+  COPPICE_TRY(lines, output_of({"squeue", "--array", "--noheader", "--states=all", "--name=" + job_name, "--format=%K|%T|%r"}, Status::io,
+                               "Slurm's controller does not answer"));
+  return parse_job_state(lines);
 }
 
 std::uint32_t slurm_processor_count() {
   // Allocated, idle, other, total.
-  const auto end = run_shell(shell_command({"sinfo", "--noheader", "--format=%C"}) + " 2> /dev/null");
-  const std::string text = end && end->exit_code == 0 ? end->output.substr(0, end->output.find('\n')) : std::string();
+  const auto counts = output_of({"sinfo", "--noheader", "--format=%C"}, Status::io, "Slurm's controller does not answer");
+  const std::string text = counts ? counts->substr(0, counts->find('\n')) : std::string();
   return number_of<std::uint32_t>(text.substr(text.rfind('/') + 1)).value_or(0);
 }
 

@@ -17,9 +17,11 @@ namespace coppice::bake {
 std::string shell_command(const std::vector<std::string>& words);
 
 /// The first option of sbatch that would keep coppice from finding its tasks again, as --clusters does; empty without one.
-std::string_view refused_sbatch_option(const std::vector<std::string>& options);
+std::string refused_sbatch_option(const std::vector<std::string>& options);
 /// Whether the user chooses the memory of tasks, by an option or in sbatch's environment: Slurm takes no two options for it.
 bool chooses_memory(const std::vector<std::string>& options);
+/// The processors of a task, of which the script asks for one: the value of the last --cpus-per-task; at least 1.
+std::uint32_t processors_of_task(const std::vector<std::string>& options);
 
 /// Submits a script as one array of tasks 0 .. task_count - 1 under a job's name.
 /// returns  the job's number

@@ -6,7 +6,6 @@
 #include <cstddef>
 
 #include <webp/encode.h>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "alpha_mask.h"

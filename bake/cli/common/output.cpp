@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
-#include <cstdarg>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
@@ -58,20 +57,21 @@ Result<void> check_output(const std::filesystem::path& output, const std::vector
   return {};
 }
 
-Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why) {
-  if (is_standard_output(output)) return Error{Status::invalid_argument, "not to the standard output", Error::kNoOffset, why};
+Result<void> check_outputs(const std::vector<std::pair<std::filesystem::path, Content>>& outputs,
+                           const std::vector<std::filesystem::path>& inputs) {
+  for (const auto& output : outputs) {
+    if (output.first.empty()) continue;
+    std::vector<std::filesystem::path> others = inputs;
+    for (const auto& other : outputs)
+      if (&other != &output) others.push_back(other.first);
+    COPPICE_CHECK(check_output(output.first, others, output.second));
+  }
   return {};
 }
 
-std::string formatted(const char* format, ...) {
-  va_list arguments, again;
-  va_start(arguments, format);
-  va_copy(again, arguments);
-  std::string text(static_cast<std::size_t>(std::max(0, std::vsnprintf(nullptr, 0, format, arguments))), ' ');
-  static_cast<void>(std::vsnprintf(text.data(), text.size() + 1, format, again));
-  va_end(again);
-  va_end(arguments);
-  return text;
+Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why) {
+  if (is_standard_output(output)) return Error{Status::invalid_argument, "not to the standard output", Error::kNoOffset, why};
+  return {};
 }
 
 int write_outputs(const std::vector<Output>& outputs, const std::string& text) {

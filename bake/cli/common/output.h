@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "result.h"
@@ -32,10 +33,16 @@ enum class Content : std::uint8_t { binary, text };
 
 /// Refuses, before any work is done, an output that is one of the other files of the command, or that cannot be written: folders that are
 /// missing are made, and the temporary file that will become the output is made and removed. Temporary files that killed processes left
-/// beside it go too. others   empty paths are skipped content  what "-" will get: binary is not for terminals errors   invalid_argument,
-/// io; name the path
+/// beside it go too.
+/// others   empty paths are skipped
+/// content  what "-" will get: binary is not for terminals
+/// errors   invalid_argument, io; name the path
 Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others,
                           Content content = Content::binary);
+
+/// check_output for all outputs of a command, which are not to be one of its inputs or each other. Empty paths are skipped.
+Result<void> check_outputs(const std::vector<std::pair<std::filesystem::path, Content>>& outputs,
+                           const std::vector<std::filesystem::path>& inputs);
 
 /// Refuses "-" for a command that cannot write there. why: the rest of the line. errors  invalid_argument
 Result<void> refuse_standard_output(const std::filesystem::path& output, const char* why);
@@ -44,9 +51,6 @@ struct Output {
   std::filesystem::path path;  ///< empty: not asked for
   std::span<const std::uint8_t> bytes;
 };
-
-/// As printf makes it. What a command says of its work is made before its outputs are written, after which nothing is allocated.
-std::string formatted(const char* format, ...) __attribute__((format(printf, 1, 2)));
 
 /// Writes all outputs, or none: the first becomes a file when all are on disk as temporary files. Then prints `text` to the standard
 /// output, unless that is an output. Says what fails. returns the exit code

@@ -22,7 +22,8 @@ struct Program {
 };
 
 /// Runs the program on its command line: parses it, calls what was chosen, and prints help, usage errors and failures. It also answers a
-/// shell that completes a command line.
+/// shell that completes a command line. Where a signal, an exception or lack of memory ends the process, its temporary files go first, and
+/// the last says so in one line.
 /// returns  the exit code: 0, 1 where something failed, 2 for a usage error
 int run_program(const Program& program, int argc, char** argv);
 

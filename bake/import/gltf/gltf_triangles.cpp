@@ -16,7 +16,7 @@
 
 #include "gltf_accessor.h"
 #include "gltf_materials.h"
-#include "wind_words.h"
+#include "node_names.h"
 
 namespace coppice::bake {
 namespace {

@@ -9,10 +9,10 @@
 
 #include <glm/common.hpp>
 
+#include "node_names.h"
 #include "texture_shown.h"
 #include "union_find.h"
 #include "weld.h"
-#include "wind_words.h"
 
 namespace coppice::bake {
 namespace {

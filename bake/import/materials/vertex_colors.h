@@ -11,7 +11,7 @@ namespace coppice::bake {
 
 /// Turns vertex colours into tints of triangles. Each material's base colour is multiplied by their mean over its area; the mesh's
 /// triangle_tints hold each triangle's mean relative to that, by which split_materials distinguishes pieces. A plant's vertices have no
-/// colours of their own. Engines also store wind weights in vertex colours: such weights (looks_like_wind, wind_words.h) are no colours and
+/// colours of their own. Engines also store wind weights in vertex colours: such weights (looks_like_wind) are no colours and
 /// are left out, with a warning. Alpha is not used; a warning says so if it varies.
 void apply_vertex_colors(TriangleSoup& soup, std::vector<Material>& materials, std::vector<std::string>& warnings);
 

@@ -3,10 +3,9 @@
 #include <array>
 #include <string>
 
-#include "leaf_image.h"
 #include "leaf_mesh.h"
 #include "leaf_placement.h"
-#include "plant_random.h"
+#include "seeded_random.h"
 #include "skeleton.h"
 #include "species.h"
 #include "tube_mesh.h"
@@ -32,10 +31,10 @@ std::vector<Material> plant_materials(const Species& species) {
 }
 
 Plant grow(const Species& species, std::uint64_t seed) {
-  PlantRandom random(seed);
-  PlantRandom stem_random = random.fork(), leaf_random = random.fork();
+  SeededRandom random(seed);
+  SeededRandom stem_random = random.fork(), leaf_random = random.fork();
   const std::vector<Stem> stems = grow_skeleton(species, stem_random);
-  const LeafTemplate leaf = build_leaf(species.outline);
+  const Mesh leaf = build_leaf(species.outline);
   const std::vector<PlacedLeaf> places = place_leaves(species, stems, leaf, leaf_random);
 
   Plant plant;
@@ -47,7 +46,7 @@ Plant grow(const Species& species, std::uint64_t seed) {
     plant.materials[kLeafMaterial].alpha_cutoff = kLeafAlphaCutoff;
   }
   for (const Stem& stem : stems) append_tube(plant.wood, stem.points, stem.radii, species.levels[stem.level].side_count, kWoodMaterial);
-  const auto triangle_count = static_cast<std::uint32_t>(leaf.mesh.triangle_materials.size());
+  const auto triangle_count = static_cast<std::uint32_t>(leaf.triangle_materials.size());
   for (const PlacedLeaf& place : places) {
     plant.leaves.push_back({static_cast<std::uint32_t>(plant.foliage.triangle_materials.size()), triangle_count});
     append_leaf(plant.foliage, leaf, place.pose, kLeafMaterial);

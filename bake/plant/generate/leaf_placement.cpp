@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "bounds.h"
 #include "check.h"
 
 namespace coppice::bake {
@@ -49,13 +50,9 @@ class VertexGrid {
 };
 
 float box_diagonal(const std::vector<Stem>& stems) {
-  glm::vec3 low = stems.front().points.front(), high = low;
-  for (const Stem& stem : stems)
-    for (const glm::vec3& point : stem.points) {
-      low = glm::min(low, point);
-      high = glm::max(high, point);
-    }
-  return glm::distance(low, high);
+  PointBox<glm::vec3> box;
+  for (const Stem& stem : stems) std::ranges::for_each(stem.points, [&box](const glm::vec3& point) { box.add(point); });
+  return glm::distance(box.low, box.high);
 }
 
 /// Leaves per stem: the running sum of length times density, rounded, so that the total is exact.
@@ -89,7 +86,7 @@ float leaf_turn_deg(const LeafHabit& habit, std::uint32_t index) {
 }
 
 /// Turns the upper surface to the light as far as the leaf's direction allows.
-glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const glm::vec3& along, PlantRandom& random) {
+glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const glm::vec3& along, SeededRandom& random) {
   const LeafHabit& habit = species.habit;
   const glm::vec3 jitter{random.around(habit.jitter), random.around(habit.jitter), random.around(habit.jitter)};
   const glm::vec3 light = habit.up_weight * kUp + habit.out_weight * out_of_crown(species, position) + jitter;
@@ -97,7 +94,7 @@ glm::vec3 leaf_normal(const Species& species, const glm::vec3& position, const g
   return glm::length(across) > 1e-3f ? glm::normalize(across) : cross_axes(along).first;
 }
 
-PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, float turn_deg, PlantRandom& random) {
+PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, float turn_deg, SeededRandom& random) {
   const LeafHabit& habit = species.habit;
   const StemPoint at = point_on(stem, fraction);
   const CrossAxes axes = cross_axes(at.tangent);
@@ -114,14 +111,13 @@ PlacedLeaf place_leaf(const Species& species, const Stem& stem, float fraction, 
   return leaf;
 }
 
-bool stands_apart(const VertexGrid& grid, const LeafTemplate& leaf, const LeafPose& pose) {
-  return std::ranges::all_of(leaf.mesh.positions, [&](const glm::vec3& point) { return grid.is_free(posed(pose, point)); });
+bool stands_apart(const VertexGrid& grid, const Mesh& leaf, const LeafPose& pose) {
+  return std::ranges::all_of(leaf.positions, [&](const glm::vec3& point) { return grid.is_free(posed(pose, point)); });
 }
 
 }  // namespace
 
-std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const LeafTemplate& leaf,
-                                     PlantRandom& random) {
+std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<Stem>& stems, const Mesh& leaf, SeededRandom& random) {
   constexpr int kMaxAttempts = 64;
   const std::vector<std::uint32_t> quotas = leaf_quotas(species, stems);
   VertexGrid grid(kLeafGap * box_diagonal(stems));
@@ -141,7 +137,7 @@ std::vector<PlacedLeaf> place_leaves(const Species& species, const std::vector<S
         COPPICE_ASSERT(attempts++ < kMaxAttempts);
         placed = place_leaf(species, stems[s], fraction, phase_deg + leaf_turn_deg(species.habit, index) + random.around(6.0f), random);
       } while (!stands_apart(grid, leaf, placed.pose));
-      for (const glm::vec3& point : leaf.mesh.positions) grid.add(posed(placed.pose, point));
+      for (const glm::vec3& point : leaf.positions) grid.add(posed(placed.pose, point));
       leaves.push_back(placed);
     }
   }

@@ -52,7 +52,7 @@ void taper(Stem& stem, const StemLevel& level, const StemStart& start) {
   stem.radii.back() = 0.0f;
 }
 
-Stem grow_stem(const Species& species, const StemStart& start, PlantRandom& random) {
+Stem grow_stem(const Species& species, const StemStart& start, SeededRandom& random) {
   const StemLevel& level = species.levels[start.level];
   Stem stem;
   stem.level = start.level;
@@ -75,7 +75,7 @@ Stem grow_stem(const Species& species, const StemStart& start, PlantRandom& rand
   return stem;
 }
 
-StemStart ground_start(const Species& species, std::uint32_t index, std::uint32_t count, float turn_deg, PlantRandom& random) {
+StemStart ground_start(const Species& species, std::uint32_t index, std::uint32_t count, float turn_deg, SeededRandom& random) {
   const StemLevel& level = species.levels.front();
   // Stems fan out from the middle of the stool: the inner ones upright, the outer ones leaning.
   const float rank = (static_cast<float>(index) + 0.5f) / static_cast<float>(count);
@@ -93,7 +93,7 @@ StemStart ground_start(const Species& species, std::uint32_t index, std::uint32_
   return start;
 }
 
-StemStart child_start(const Species& species, const Stem& parent, float rank, float around_deg, PlantRandom& random) {
+StemStart child_start(const Species& species, const Stem& parent, float rank, float around_deg, SeededRandom& random) {
   const StemLevel& level = species.levels[parent.level + 1];
   const StemPoint at = point_on(parent, glm::mix(level.first_fraction, level.last_fraction, rank));
   const float angle_deg = glm::mix(level.angle_first_deg, level.angle_last_deg, rank) + random.around(level.angle_spread_deg);
@@ -112,7 +112,7 @@ StemStart child_start(const Species& species, const Stem& parent, float rank, fl
   return start;
 }
 
-void grow_children(const Species& species, const Stem& parent, std::vector<Stem>& stems, PlantRandom& random) {
+void grow_children(const Species& species, const Stem& parent, std::vector<Stem>& stems, SeededRandom& random) {
   const StemLevel& level = species.levels[parent.level + 1];
   const float bearing_m = parent.length() * (level.last_fraction - level.first_fraction);
   const auto wanted = static_cast<std::uint32_t>(std::lround(bearing_m / level.spacing_m));
@@ -148,17 +148,17 @@ glm::vec3 out_of_crown(const Species& species, const glm::vec3& position) {
   return length > 1e-4f ? out / length : kUp;
 }
 
-std::vector<Stem> grow_skeleton(const Species& species, PlantRandom& random) {
+std::vector<Stem> grow_skeleton(const Species& species, SeededRandom& random) {
   const StemLevel& ground = species.levels.front();
   const std::uint32_t choices = ground.max_count - ground.min_count + 1;
-  const std::uint32_t count = ground.min_count + static_cast<std::uint32_t>(random.bits() % choices);
+  const std::uint32_t count = ground.min_count + static_cast<std::uint32_t>(random.next() % choices);
   const float turn_deg = 360.0f * random.unit();
   std::vector<Stem> stems;
   for (std::uint32_t index = 0; index < count; ++index)
     stems.push_back(grow_stem(species, ground_start(species, index, count, turn_deg, random), random));
   for (std::size_t parent = 0; parent < stems.size(); ++parent) {
     if (stems[parent].level + 1 >= species.levels.size()) continue;
-    PlantRandom own = random.fork();
+    SeededRandom own = random.fork();
     grow_children(species, Stem(stems[parent]), stems, own);  // a copy: the vector grows
   }
   return stems;

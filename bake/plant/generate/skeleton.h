@@ -5,7 +5,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "plant_random.h"
+#include "seeded_random.h"
 #include "species.h"
 
 namespace coppice::bake {
@@ -43,6 +43,6 @@ glm::vec3 out_of_crown(const Species& species, const glm::vec3& position);
 inline constexpr float kGoldenAngleDeg = 137.50776f;
 
 /// Grows all stems, parents before children. A pure function of the species and the state of `random`.
-std::vector<Stem> grow_skeleton(const Species& species, PlantRandom& random);
+std::vector<Stem> grow_skeleton(const Species& species, SeededRandom& random);
 
 }  // namespace coppice::bake

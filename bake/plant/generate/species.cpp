@@ -1,5 +1,10 @@
 #include "species.h"
 
+#include <initializer_list>
+#include <type_traits>
+
+#include "check.h"
+
 // Parameter tables of the three plants. Shapes follow the plants' habit (Corylus avellana: many arching stems from one stool, broad toothed
 // leaves; Salix babylonica: short trunk, arching limbs, curtains of hanging twigs; Juniperus communis: a dense flame of ascending branches,
 // awl-shaped needles in threes). Leaves are two to seven times as long as botany has them: the paper's leaf counts must cover a full crown.
@@ -7,55 +12,38 @@
 namespace coppice::bake {
 namespace {
 
+/// A row of a table: the values of one parameter in all columns, which are levels from the ground up, or species.
+template <class Column, class T>
+void set(std::vector<Column>& columns, T Column::*parameter, std::type_identity_t<std::initializer_list<T>> values) {
+  COPPICE_ASSERT(values.size() == columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].*parameter = values.begin()[i];
+}
+
 std::vector<StemLevel> hazel_levels() {
-  StemLevel stems{.spacing_m = 0.2f, .min_count = 8, .max_count = 8};
-  stems.length_m = 3.0f;
-  stems.length_spread = 0.1f;
-  stems.length_profile = {1.1f, 1.02f, 0.92f, 0.8f};
-  stems.angle_first_deg = 6.0f;
-  stems.angle_last_deg = 19.0f;
-  stems.angle_spread_deg = 3.0f;
-  stems.lift_first_per_m = 0.1f;
-  stems.lift_last_per_m = -0.3f;
-  stems.wander_deg = 2.5f;
-  stems.segment_count = 12;
-  stems.radius_ratio = 0.026f;
-  stems.tip_radius_fraction = 0.2f;
-  stems.side_count = 7;
-  stems.leaves_per_m = 1.3f;
-  stems.leaf_first_fraction = 0.85f;
-
-  StemLevel branches{.spacing_m = 0.25f, .min_count = 6, .max_count = 12, .first_fraction = 0.1f, .last_fraction = 0.93f};
-  branches.length_m = 0.68f;
-  branches.length_spread = 0.2f;
-  branches.length_profile = {0.8f, 1.0f, 1.0f, 0.65f};
-  branches.angle_first_deg = 62.0f;
-  branches.angle_last_deg = 50.0f;
-  branches.light = 0.4f;
-  branches.lift_first_per_m = 0.5f;
-  branches.lift_last_per_m = -0.1f;
-  branches.wander_deg = 7.0f;
-  branches.segment_count = 6;
-  branches.radius_ratio = 0.5f;
-  branches.min_radius_m = 0.005f;
-  branches.side_count = 5;
-  branches.leaves_per_m = 1.0f;
-  branches.leaf_first_fraction = 0.5f;
-
-  StemLevel twigs{.spacing_m = 0.21f, .min_count = 1, .max_count = 4, .first_fraction = 0.3f, .last_fraction = 0.85f};
-  twigs.length_m = 0.28f;
-  twigs.length_spread = 0.2f;
-  twigs.length_profile = {1.0f, 1.0f, 0.8f, 0.6f};
-  twigs.angle_first_deg = 55.0f;
-  twigs.light = 0.3f;
-  twigs.lift_first_per_m = 0.4f;
-  twigs.wander_deg = 9.0f;
-  twigs.segment_count = 3;
-  twigs.min_radius_m = 0.003f;
-  twigs.side_count = 3;
-  twigs.leaves_per_m = 1.0f;
-  twigs.leaf_first_fraction = 0.4f;
-  return {stems, branches, twigs};
+  std::vector<StemLevel> levels(3);  // stems, branches, twigs
+  set(levels, &StemLevel::spacing_m, {0.2f, 0.25f, 0.21f});
+  set(levels, &StemLevel::min_count, {8, 6, 1});
+  set(levels, &StemLevel::max_count, {8, 12, 4});
+  set(levels, &StemLevel::first_fraction, {0.0f, 0.1f, 0.3f});
+  set(levels, &StemLevel::last_fraction, {1.0f, 0.93f, 0.85f});
+  set(levels, &StemLevel::length_m, {3.0f, 0.68f, 0.28f});
+  set(levels, &StemLevel::length_spread, {0.1f, 0.2f, 0.2f});
+  set(levels, &StemLevel::length_profile, {{1.1f, 1.02f, 0.92f, 0.8f}, {0.8f, 1.0f, 1.0f, 0.65f}, {1.0f, 1.0f, 0.8f, 0.6f}});
+  set(levels, &StemLevel::angle_first_deg, {6.0f, 62.0f, 55.0f});
+  set(levels, &StemLevel::angle_last_deg, {19.0f, 50.0f, 45.0f});
+  set(levels, &StemLevel::angle_spread_deg, {3.0f, 8.0f, 8.0f});
+  set(levels, &StemLevel::light, {0.0f, 0.4f, 0.3f});
+  set(levels, &StemLevel::lift_first_per_m, {0.1f, 0.5f, 0.4f});
+  set(levels, &StemLevel::lift_last_per_m, {-0.3f, -0.1f, 0.0f});
+  set(levels, &StemLevel::wander_deg, {2.5f, 7.0f, 9.0f});
+  set(levels, &StemLevel::segment_count, {12, 6, 3});
+  set(levels, &StemLevel::radius_ratio, {0.026f, 0.5f, 0.6f});
+  set(levels, &StemLevel::min_radius_m, {0.002f, 0.005f, 0.003f});
+  set(levels, &StemLevel::tip_radius_fraction, {0.2f, 0.25f, 0.25f});
+  set(levels, &StemLevel::side_count, {7, 5, 3});
+  set(levels, &StemLevel::leaves_per_m, {1.3f, 1.0f, 1.0f});
+  set(levels, &StemLevel::leaf_first_fraction, {0.85f, 0.5f, 0.4f});
+  return levels;
 }
 
 Species hazel() {
@@ -71,84 +59,36 @@ Species hazel() {
   species.outline.fold = 0.2f;
   species.outline.arch = 0.14f;
   species.outline.ripple = 0.012f;
-  species.habit.length_m = 0.272f;
-  species.habit.tip_scale = 0.9f;
-  species.habit.width_spread = 0.08f;
-  species.habit.angle_deg = 62.0f;
-  species.habit.angle_spread_deg = 12.0f;
-  species.habit.gravity = 0.3f;
-  species.habit.up_weight = 0.3f;
-  species.habit.out_weight = 0.85f;
-  species.habit.jitter = 0.5f;
-  species.habit.petiole_m = 0.05f;
-  species.habit.petiole_radius_m = 0.0022f;
   species.paint = {.width_px = 128, .height_px = 128, .side_vein_count = 8, .side_vein_slope = 0.75f, .vein_width = 0.016f};
   return species;
 }
 
 std::vector<StemLevel> willow_levels() {
-  StemLevel trunk{.spacing_m = 0.0f, .min_count = 1, .max_count = 1};
-  trunk.length_m = 5.4f;
-  trunk.length_spread = 0.05f;
-  trunk.angle_first_deg = 0.0f;
-  trunk.angle_last_deg = 4.0f;
-  trunk.angle_spread_deg = 2.0f;
-  trunk.lift_first_per_m = 0.06f;
-  trunk.lift_last_per_m = 0.05f;
-  trunk.wander_deg = 3.5f;
-  trunk.segment_count = 14;
-  trunk.radius_ratio = 0.24f;
-  trunk.tip_radius_fraction = 0.2f;
-  trunk.side_count = 12;
-
-  StemLevel limbs{.spacing_m = 0.26f, .min_count = 12, .max_count = 18, .first_fraction = 0.4f, .last_fraction = 0.98f};
-  limbs.length_m = 2.7f;
-  limbs.length_spread = 0.08f;
-  limbs.length_profile = {0.85f, 1.0f, 0.95f, 0.65f};
-  limbs.angle_first_deg = 55.0f;
-  limbs.angle_last_deg = 25.0f;
-  limbs.light = 0.15f;
-  limbs.lift_first_per_m = 0.3f;
-  limbs.lift_last_per_m = -0.9f;
-  limbs.wander_deg = 5.0f;
-  limbs.segment_count = 10;
-  limbs.radius_ratio = 0.5f;
-  limbs.min_radius_m = 0.02f;
-  limbs.side_count = 7;
-  limbs.leaves_per_m = 0.6f;
-  limbs.leaf_first_fraction = 0.5f;
-
-  StemLevel branches{.spacing_m = 0.36f, .min_count = 3, .max_count = 8, .first_fraction = 0.35f, .last_fraction = 1.0f};
-  branches.length_m = 1.1f;
-  branches.length_spread = 0.2f;
-  branches.length_profile = {1.0f, 1.0f, 0.9f, 0.7f};
-  branches.angle_first_deg = 55.0f;
-  branches.angle_last_deg = 25.0f;
-  branches.light = 0.15f;
-  branches.lift_first_per_m = 0.1f;
-  branches.lift_last_per_m = -1.0f;
-  branches.wander_deg = 6.0f;
-  branches.segment_count = 5;
-  branches.radius_ratio = 0.55f;
-  branches.min_radius_m = 0.008f;
-  branches.side_count = 5;
-  branches.leaves_per_m = 0.9f;
-  branches.leaf_first_fraction = 0.35f;
-
-  StemLevel twigs{.spacing_m = 0.3f, .min_count = 2, .max_count = 6, .first_fraction = 0.2f, .last_fraction = 1.0f};
-  twigs.length_m = 2.9f;
-  twigs.length_spread = 0.25f;
-  twigs.angle_first_deg = 50.0f;
-  twigs.angle_last_deg = 30.0f;
-  twigs.lift_first_per_m = -2.0f;
-  twigs.lift_last_per_m = -2.6f;
-  twigs.segment_count = 8;
-  twigs.radius_ratio = 0.5f;
-  twigs.min_radius_m = 0.004f;
-  twigs.side_count = 3;
-  twigs.leaves_per_m = 1.0f;
-  twigs.leaf_first_fraction = 0.03f;
-  return {trunk, limbs, branches, twigs};
+  std::vector<StemLevel> levels(4);  // trunk, limbs, branches, twigs
+  set(levels, &StemLevel::spacing_m, {0.0f, 0.26f, 0.36f, 0.3f});
+  set(levels, &StemLevel::min_count, {1, 12, 3, 2});
+  set(levels, &StemLevel::max_count, {1, 18, 8, 6});
+  set(levels, &StemLevel::first_fraction, {0.0f, 0.4f, 0.35f, 0.2f});
+  set(levels, &StemLevel::last_fraction, {1.0f, 0.98f, 1.0f, 1.0f});
+  set(levels, &StemLevel::length_m, {5.4f, 2.7f, 1.1f, 2.9f});
+  set(levels, &StemLevel::length_spread, {0.05f, 0.08f, 0.2f, 0.25f});
+  set(levels, &StemLevel::length_profile,
+      {{1.0f, 1.0f, 1.0f, 1.0f}, {0.85f, 1.0f, 0.95f, 0.65f}, {1.0f, 1.0f, 0.9f, 0.7f}, {1.0f, 1.0f, 1.0f, 1.0f}});
+  set(levels, &StemLevel::angle_first_deg, {0.0f, 55.0f, 55.0f, 50.0f});
+  set(levels, &StemLevel::angle_last_deg, {4.0f, 25.0f, 25.0f, 30.0f});
+  set(levels, &StemLevel::angle_spread_deg, {2.0f, 8.0f, 8.0f, 8.0f});
+  set(levels, &StemLevel::light, {0.0f, 0.15f, 0.15f, 0.0f});
+  set(levels, &StemLevel::lift_first_per_m, {0.06f, 0.3f, 0.1f, -2.0f});
+  set(levels, &StemLevel::lift_last_per_m, {0.05f, -0.9f, -1.0f, -2.6f});
+  set(levels, &StemLevel::wander_deg, {3.5f, 5.0f, 6.0f, 4.0f});
+  set(levels, &StemLevel::segment_count, {14, 10, 5, 8});
+  set(levels, &StemLevel::radius_ratio, {0.24f, 0.5f, 0.55f, 0.5f});
+  set(levels, &StemLevel::min_radius_m, {0.002f, 0.02f, 0.008f, 0.004f});
+  set(levels, &StemLevel::tip_radius_fraction, {0.2f, 0.25f, 0.25f, 0.25f});
+  set(levels, &StemLevel::side_count, {12, 7, 5, 3});
+  set(levels, &StemLevel::leaves_per_m, {0.0f, 0.6f, 0.9f, 1.0f});
+  set(levels, &StemLevel::leaf_first_fraction, {0.0f, 0.5f, 0.35f, 0.03f});
+  return levels;
 }
 
 Species weeping_willow() {
@@ -162,73 +102,35 @@ Species weeping_willow() {
   species.outline.rim_xz = {{0.06f, 0.14f}, {0.085f, 0.42f}, {0.05f, 0.76f}};
   species.outline.fold = 0.3f;
   species.outline.arch = 0.12f;
-  species.habit.length_m = 0.4f;
-  species.habit.tip_scale = 0.65f;
-  species.habit.width_spread = 0.15f;
-  species.habit.angle_deg = 42.0f;
-  species.habit.angle_spread_deg = 12.0f;
-  species.habit.gravity = 0.35f;
-  species.habit.up_weight = 0.3f;
-  species.habit.out_weight = 0.9f;
-  species.habit.jitter = 0.5f;
-  species.habit.petiole_m = 0.02f;
-  species.habit.petiole_radius_m = 0.0022f;
   species.paint = {.width_px = 32, .height_px = 128, .side_vein_count = 0, .side_vein_slope = 0.0f, .vein_width = 0.008f};
   return species;
 }
 
 std::vector<StemLevel> juniper_levels() {
-  StemLevel trunks{.spacing_m = 0.08f, .min_count = 3, .max_count = 3};
-  trunks.length_m = 3.4f;
-  trunks.length_spread = 0.06f;
-  trunks.length_profile = {1.1f, 1.0f, 0.9f, 0.8f};
-  trunks.angle_first_deg = 1.0f;
-  trunks.angle_last_deg = 4.5f;
-  trunks.angle_spread_deg = 1.5f;
-  trunks.lift_first_per_m = 0.25f;
-  trunks.lift_last_per_m = 0.2f;
-  trunks.wander_deg = 3.0f;
-  trunks.segment_count = 12;
-  trunks.radius_ratio = 0.04f;
-  trunks.tip_radius_fraction = 0.12f;
-  trunks.side_count = 7;
-  trunks.leaves_per_m = 1.0f;
-  trunks.leaf_first_fraction = 0.88f;
-
-  StemLevel branches{.spacing_m = 0.085f, .min_count = 20, .max_count = 50, .first_fraction = 0.03f, .last_fraction = 0.97f};
-  branches.length_m = 0.78f;
-  branches.length_spread = 0.18f;
-  branches.length_profile = {0.75f, 1.0f, 0.8f, 0.3f};
-  branches.angle_first_deg = 58.0f;
-  branches.angle_last_deg = 30.0f;
-  branches.light = 0.25f;
-  branches.lift_first_per_m = 0.5f;
-  branches.lift_last_per_m = 0.8f;
-  branches.wander_deg = 5.0f;
-  branches.segment_count = 6;
-  branches.radius_ratio = 0.42f;
-  branches.min_radius_m = 0.005f;
-  branches.side_count = 4;
-  branches.leaves_per_m = 1.0f;
-  branches.leaf_first_fraction = 0.3f;
-
-  StemLevel twigs{.spacing_m = 0.08f, .min_count = 3, .max_count = 10, .first_fraction = 0.25f, .last_fraction = 0.92f};
-  twigs.length_m = 0.34f;
-  twigs.length_spread = 0.25f;
-  twigs.length_profile = {0.9f, 1.0f, 0.9f, 0.6f};
-  twigs.angle_first_deg = 48.0f;
-  twigs.angle_last_deg = 36.0f;
-  twigs.light = 0.3f;
-  twigs.lift_first_per_m = 0.6f;
-  twigs.lift_last_per_m = 0.4f;
-  twigs.wander_deg = 6.0f;
-  twigs.segment_count = 3;
-  twigs.radius_ratio = 0.55f;
-  twigs.min_radius_m = 0.0025f;
-  twigs.side_count = 3;
-  twigs.leaves_per_m = 1.0f;
-  twigs.leaf_first_fraction = 0.1f;
-  return {trunks, branches, twigs};
+  std::vector<StemLevel> levels(3);  // trunks, branches, twigs
+  set(levels, &StemLevel::spacing_m, {0.08f, 0.085f, 0.08f});
+  set(levels, &StemLevel::min_count, {3, 20, 3});
+  set(levels, &StemLevel::max_count, {3, 50, 10});
+  set(levels, &StemLevel::first_fraction, {0.0f, 0.03f, 0.25f});
+  set(levels, &StemLevel::last_fraction, {1.0f, 0.97f, 0.92f});
+  set(levels, &StemLevel::length_m, {3.4f, 0.78f, 0.34f});
+  set(levels, &StemLevel::length_spread, {0.06f, 0.18f, 0.25f});
+  set(levels, &StemLevel::length_profile, {{1.1f, 1.0f, 0.9f, 0.8f}, {0.75f, 1.0f, 0.8f, 0.3f}, {0.9f, 1.0f, 0.9f, 0.6f}});
+  set(levels, &StemLevel::angle_first_deg, {1.0f, 58.0f, 48.0f});
+  set(levels, &StemLevel::angle_last_deg, {4.5f, 30.0f, 36.0f});
+  set(levels, &StemLevel::angle_spread_deg, {1.5f, 8.0f, 8.0f});
+  set(levels, &StemLevel::light, {0.0f, 0.25f, 0.3f});
+  set(levels, &StemLevel::lift_first_per_m, {0.25f, 0.5f, 0.6f});
+  set(levels, &StemLevel::lift_last_per_m, {0.2f, 0.8f, 0.4f});
+  set(levels, &StemLevel::wander_deg, {3.0f, 5.0f, 6.0f});
+  set(levels, &StemLevel::segment_count, {12, 6, 3});
+  set(levels, &StemLevel::radius_ratio, {0.04f, 0.42f, 0.55f});
+  set(levels, &StemLevel::min_radius_m, {0.002f, 0.005f, 0.0025f});
+  set(levels, &StemLevel::tip_radius_fraction, {0.12f, 0.25f, 0.25f});
+  set(levels, &StemLevel::side_count, {7, 4, 3});
+  set(levels, &StemLevel::leaves_per_m, {1.0f, 1.0f, 1.0f});
+  set(levels, &StemLevel::leaf_first_fraction, {0.88f, 0.3f, 0.1f});
+  return levels;
 }
 
 Species common_juniper() {
@@ -241,22 +143,38 @@ Species common_juniper() {
   species.outline.midrib_z = {0.0f, 1.0f};
   species.outline.rim_xz = {{0.08f, 0.17f}};
   species.outline.fold = 0.5f;
-  species.habit.length_m = 0.135f;
-  species.habit.length_spread = 0.25f;
-  species.habit.tip_scale = 0.7f;
-  species.habit.width_spread = 0.15f;
-  species.habit.whorl_count = 3;
-  species.habit.angle_deg = 47.0f;
-  species.habit.up_weight = 0.5f;
-  species.habit.jitter = 0.3f;
   return species;
+}
+
+/// How the leaves of all species stand, in the order of all_species().
+std::vector<LeafHabit> leaf_habits() {
+  std::vector<LeafHabit> habits(3);
+  set(habits, &LeafHabit::length_m, {0.272f, 0.4f, 0.135f});
+  set(habits, &LeafHabit::length_spread, {0.2f, 0.2f, 0.25f});
+  set(habits, &LeafHabit::tip_scale, {0.9f, 0.65f, 0.7f});
+  set(habits, &LeafHabit::width_spread, {0.08f, 0.15f, 0.15f});
+  set(habits, &LeafHabit::whorl_count, {1, 1, 3});
+  set(habits, &LeafHabit::angle_deg, {62.0f, 42.0f, 47.0f});
+  set(habits, &LeafHabit::angle_spread_deg, {12.0f, 12.0f, 10.0f});
+  set(habits, &LeafHabit::gravity, {0.3f, 0.35f, 0.0f});
+  set(habits, &LeafHabit::up_weight, {0.3f, 0.3f, 0.5f});
+  set(habits, &LeafHabit::out_weight, {0.85f, 0.9f, 0.5f});
+  set(habits, &LeafHabit::jitter, {0.5f, 0.5f, 0.3f});
+  set(habits, &LeafHabit::petiole_m, {0.05f, 0.02f, 0.0f});
+  set(habits, &LeafHabit::petiole_radius_m, {0.0022f, 0.0022f, 0.002f});
+  return habits;
 }
 
 }  // namespace
 
 std::span<const Species> all_species() {
-  static const std::array<Species, 3> species{hazel(), weeping_willow(), common_juniper()};
-  return species;
+  static const std::vector<Species> all = [] {
+    std::vector<Species> species{hazel(), weeping_willow(), common_juniper()};
+    const std::vector<LeafHabit> habits = leaf_habits();
+    for (std::size_t i = 0; i < species.size(); ++i) species[i].habit = habits[i];
+    return species;
+  }();
+  return all;
 }
 
 }  // namespace coppice::bake

@@ -1,6 +1,7 @@
 #include "material_words.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace coppice::bake {
@@ -8,296 +9,49 @@ namespace {
 
 using enum WordKind;
 
-constexpr MaterialWord kWords[]{
-    {"leaf", leaf},
-    {"leaves", leaf},
-    {"foliage", leaf},
-    {"foliole", leaf},
-    {"needle", leaf},
-    {"frond", leaf},
-    {"canopy", leaf},
-    {"grass", leaf},
-    {"fern", leaf, true},
-    {"ferns", leaf, true},
-    {"ivy", leaf, true},
-    {"lvs", leaf, true},
-    {"blatt", leaf},
-    {"blätt", leaf},
-    {"laub", leaf},
-    {"nadel", leaf},
-    {"wedel", leaf},
-    {"gras", leaf, true},
-    {"feuill", leaf},
-    {"aiguille", leaf},
-    {"hoja", leaf},
-    {"follaje", leaf},
-    {"folha", leaf},
-    {"foglia", leaf},
-    {"foglie", leaf},
-    {"blad", leaf},
-    {"lehti", leaf},
-    {"lehdet", leaf},
-    {"yaprak", leaf},
-    {"liść", leaf},
-    {"liście", leaf},
-    {"liscie", leaf},
-    {"лист", leaf},
-    {"хвоя", leaf},
-    {"φύλλ", leaf},
-    {"φυλλ", leaf},
-    {"herbe", leaf},
-    {"hierba", leaf},
-    {"césped", leaf},
-    {"erba", leaf, true},
-    {"relva", leaf, true},
-    {"gräs", leaf},
-    {"trawa", leaf},
-    {"трава", leaf},
-    {"травы", leaf},
-    {"γρασίδι", leaf},
-    {"草", leaf},
-    {"芝", leaf},
-    {"잔디", leaf},
-    {"farn", leaf, true},
-    {"fougère", leaf},
-    {"helecho", leaf},
-    {"samambaia", leaf},
-    {"felce", leaf},
-    {"felci", leaf, true},
-    {"varen", leaf, true},
-    {"ormbunk", leaf},
-    {"paproć", leaf},
-    {"папоротник", leaf},
-    {"φτέρη", leaf},
-    {"蕨", leaf},
-    {"シダ", leaf},
-    {"고사리", leaf},
-    {"aguja", leaf},
-    {"agulha", leaf},
-    {"aghi", leaf, true},
-    {"naald", leaf},
-    {"barr", leaf, true},
-    {"neula", leaf},
-    {"iğne", leaf},
-    {"игла", leaf, true},
-    {"иглы", leaf, true},
-    {"βελόν", leaf},
-    {"叶", leaf},
-    {"葉", leaf},
-    {"잎", leaf},
+constexpr std::string_view kLeafParts[] = {
+    "leaf",      "leaves", "foliage", "foliole",  "needle",     "frond",   "canopy", "grass",  "blatt",  "blätt",   "laub",
+    "nadel",     "wedel",  "feuill",  "aiguille", "hoja",       "follaje", "folha",  "foglia", "foglie", "blad",    "lehti",
+    "lehdet",    "yaprak", "liść",    "liście",   "liscie",     "лист",    "хвоя",   "φύλλ",   "φυλλ",   "herbe",   "hierba",
+    "césped",    "gräs",   "trawa",   "трава",    "травы",      "γρασίδι", "草",     "芝",     "잔디",   "fougère", "helecho",
+    "samambaia", "felce",  "ormbunk", "paproć",   "папоротник", "φτέρη",   "蕨",     "シダ",   "고사리", "aguja",   "agulha",
+    "naald",     "neula",  "iğne",    "βελόν",    "叶",         "葉",      "잎"};
+constexpr std::string_view kLeafWholeWords[] = {"fern", "ferns", "ivy",   "lvs",  "gras", "erba", "relva",
+                                                "farn", "felci", "varen", "aghi", "barr", "игла", "иглы"};
+constexpr std::string_view kFlowerParts[] = {"petal",  "flower",  "blossom", "bloom",   "blüte",  "fleur",   "pétale", "fiore",
+                                             "bloem",  "bloesem", "pétalo",  "petalo",  "blomma", "blommor", "çiçek",  "kwiat",
+                                             "цветок", "цветы",   "лепест",  "λουλούδ", "꽃",     "花"};
+constexpr std::string_view kFlowerWholeWords[] = {"flor", "kukka", "kukat"};
+constexpr std::string_view kPlantParts[] = {"灌木", "植物", "풀"};
+constexpr std::string_view kPlantWholeWords[] = {
+    "plant",  "plants", "bush",    "bushes",    "shrub",   "shrubs", "hedge",    "vegetation", "greenery", "weed",     "weeds",   "reed",
+    "reeds",  "sedge",  "moss",    "clover",    "seaweed", "kelp",   "pflanze",  "pflanzen",   "busch",    "büsche",   "strauch", "hecke",
+    "schilf", "plante", "plantes", "buisson",   "haie",    "roseau", "planta",   "plantas",    "arbusto",  "arbustos", "seto",    "junco",
+    "sebe",   "pianta", "piante",  "cespuglio", "siepe",   "canna",  "struik",   "heg",        "riet",     "växt",     "buske",   "häck",
+    "kasvi",  "pensas", "bitki",   "çalı",      "roślina", "krzew",  "żywopłot", "растение",   "растения", "куст",     "кусты",   "θάμνος"};
+constexpr std::string_view kTwigParts[] = {"branch",  "twig",   "stalk", "shoot", "petiole", "rachis", "zweig", "stiel",
+                                           "stängel", "rameau", "tallo", "gałąź", "ветк",    "ветв",   "枝"};
+constexpr std::string_view kTwigWholeWords[] = {"stem", "stems", "ast",   "äste", "tige",   "rama", "ramas",
+                                                "ramo", "caule", "gambo", "tak",  "takken", "gren", "oksa"};
+constexpr std::string_view kOtherParts[] = {
+    "bark",    "trunk",  "wood",    "timber",    "stump",   "borke",  "stamm",  "holz",   "wurzel", "écorce", "ecorce", "tronc", "racine",
+    "corteza", "madera", "madeira", "corteccia", "legno",   "radice", "schors", "ствол",  "树皮",   "樹皮",   "树干",   "樹幹",  "幹",
+    "planter", "soil",   "ground",  "dirt",      "terrain", "rock",   "stone",  "gravel", "pebble", "snow",   "fruit",  "acorn", "coconut",
+    "topf",    "boden",  "frucht",  "früchte",   "schnee",  "neige",  "fruta",  "fruto",  "frutto", "maceta", "suelo",  "nieve"};
+constexpr std::string_view kOtherWholeWords[] = {"log",  "root", "roots", "rinde", "bois",  "casca", "stam",    "hout", "kora",
+                                                 "pień", "кора", "pot",   "vase",  "earth", "berry", "berries", "cone", "cones",
+                                                 "nut",  "nuts", "seed",  "seeds", "erde",  "terre", "terra",   "neve"};
 
-    {"petal", flower},
-    {"flower", flower},
-    {"blossom", flower},
-    {"bloom", flower},
-    {"blüte", flower},
-    {"fleur", flower},
-    {"pétale", flower},
-    {"flor", flower, true},
-    {"fiore", flower},
-    {"bloem", flower},
-    {"bloesem", flower},
-    {"pétalo", flower},
-    {"petalo", flower},
-    {"blomma", flower},
-    {"blommor", flower},
-    {"kukka", flower, true},
-    {"kukat", flower, true},
-    {"çiçek", flower},
-    {"kwiat", flower},
-    {"цветок", flower},
-    {"цветы", flower},
-    {"лепест", flower},
-    {"λουλούδ", flower},
-    {"꽃", flower},
-    {"花", flower},
+constexpr MaterialWords kGroups[] = {{leaf, false, kLeafParts},         {leaf, true, kLeafWholeWords}, {flower, false, kFlowerParts},
+                                     {flower, true, kFlowerWholeWords}, {plant, false, kPlantParts},   {plant, true, kPlantWholeWords},
+                                     {twig, false, kTwigParts},         {twig, true, kTwigWholeWords}, {other, false, kOtherParts},
+                                     {other, true, kOtherWholeWords}};
 
-    {"plant", plant, true},
-    {"plants", plant, true},
-    {"bush", plant, true},
-    {"bushes", plant, true},
-    {"shrub", plant, true},
-    {"shrubs", plant, true},
-    {"hedge", plant, true},
-    {"vegetation", plant, true},
-    {"greenery", plant, true},
-    {"weed", plant, true},
-    {"weeds", plant, true},
-    {"reed", plant, true},
-    {"reeds", plant, true},
-    {"sedge", plant, true},
-    {"moss", plant, true},
-    {"clover", plant, true},
-    {"seaweed", plant, true},
-    {"kelp", plant, true},
-    {"pflanze", plant, true},
-    {"pflanzen", plant, true},
-    {"busch", plant, true},
-    {"büsche", plant, true},
-    {"strauch", plant, true},
-    {"hecke", plant, true},
-    {"schilf", plant, true},
-    {"plante", plant, true},
-    {"plantes", plant, true},
-    {"buisson", plant, true},
-    {"haie", plant, true},
-    {"roseau", plant, true},
-    {"planta", plant, true},
-    {"plantas", plant, true},
-    {"arbusto", plant, true},
-    {"arbustos", plant, true},
-    {"seto", plant, true},
-    {"junco", plant, true},
-    {"sebe", plant, true},
-    {"pianta", plant, true},
-    {"piante", plant, true},
-    {"cespuglio", plant, true},
-    {"siepe", plant, true},
-    {"canna", plant, true},
-    {"struik", plant, true},
-    {"heg", plant, true},
-    {"riet", plant, true},
-    {"växt", plant, true},
-    {"buske", plant, true},
-    {"häck", plant, true},
-    {"kasvi", plant, true},
-    {"pensas", plant, true},
-    {"bitki", plant, true},
-    {"çalı", plant, true},
-    {"roślina", plant, true},
-    {"krzew", plant, true},
-    {"żywopłot", plant, true},
-    {"растение", plant, true},
-    {"растения", plant, true},
-    {"куст", plant, true},
-    {"кусты", plant, true},
-    {"θάμνος", plant, true},
-    {"灌木", plant},
-    {"植物", plant},
-    {"풀", plant},
-
-    {"branch", twig},
-    {"twig", twig},
-    {"stem", twig, true},
-    {"stems", twig, true},
-    {"stalk", twig},
-    {"shoot", twig},
-    {"petiole", twig},
-    {"rachis", twig},
-    {"zweig", twig},
-    {"ast", twig, true},
-    {"äste", twig, true},
-    {"stiel", twig},
-    {"stängel", twig},
-    {"rameau", twig},
-    {"tige", twig, true},
-    {"rama", twig, true},
-    {"ramas", twig, true},
-    {"ramo", twig, true},
-    {"tallo", twig},
-    {"caule", twig, true},
-    {"gambo", twig, true},
-    {"tak", twig, true},
-    {"takken", twig, true},
-    {"gren", twig, true},
-    {"oksa", twig, true},
-    {"gałąź", twig},
-    {"ветк", twig},
-    {"ветв", twig},
-    {"枝", twig},
-
-    {"bark", other},
-    {"trunk", other},
-    {"wood", other},
-    {"timber", other},
-    {"stump", other},
-    {"log", other, true},
-    {"root", other, true},
-    {"roots", other, true},
-    {"rinde", other, true},
-    {"borke", other},
-    {"stamm", other},
-    {"holz", other},
-    {"wurzel", other},
-    {"écorce", other},
-    {"ecorce", other},
-    {"tronc", other},
-    {"bois", other, true},
-    {"racine", other},
-    {"corteza", other},
-    {"madera", other},
-    {"casca", other, true},
-    {"madeira", other},
-    {"corteccia", other},
-    {"legno", other},
-    {"radice", other},
-    {"schors", other},
-    {"stam", other, true},
-    {"hout", other, true},
-    {"kora", other, true},
-    {"pień", other, true},
-    {"кора", other, true},
-    {"ствол", other},
-    {"树皮", other},
-    {"樹皮", other},
-    {"树干", other},
-    {"樹幹", other},
-    {"幹", other},
-    {"pot", other, true},
-    {"planter", other},
-    {"vase", other, true},
-    {"soil", other},
-    {"ground", other},
-    {"dirt", other},
-    {"earth", other, true},
-    {"terrain", other},
-    {"rock", other},
-    {"stone", other},
-    {"gravel", other},
-    {"pebble", other},
-    {"snow", other},
-    {"fruit", other},
-    {"berry", other, true},
-    {"berries", other, true},
-    {"acorn", other},
-    {"cone", other, true},
-    {"cones", other, true},
-    {"nut", other, true},
-    {"nuts", other, true},
-    {"coconut", other},
-    {"seed", other, true},
-    {"seeds", other, true},
-    {"topf", other},
-    {"erde", other, true},
-    {"boden", other},
-    {"frucht", other},
-    {"früchte", other},
-    {"schnee", other},
-    {"terre", other, true},
-    {"neige", other},
-    {"fruta", other},
-    {"fruto", other},
-    {"frutto", other},
-    {"maceta", other},
-    {"suelo", other},
-    {"nieve", other},
-    {"terra", other, true},
-    {"neve", other, true},
-};
+/// What a word of a kind speaks for: by WordKind, leaves above 0 and wood below.
+constexpr std::array kWorth{3.0, 1.0, 1.0, -1.0, -3.0};
 
 double worth(WordKind kind) {
-  switch (kind) {
-    case leaf:
-      return 3.0;
-    case flower:
-    case plant:
-      return 1.0;
-    case twig:
-      return -1.0;
-    case other:
-      break;
-  }
-  return -3.0;
+  return kWorth.at(static_cast<std::size_t>(kind));
 }
 
 bool is_capital(char c) {
@@ -337,13 +91,12 @@ std::string spaced(std::string_view name) {
   return words;
 }
 
-bool contains(const std::string& words, const MaterialWord& word) {
-  if (!word.whole) return words.find(word.text) != std::string::npos;
-  return words.find(" " + std::string(word.text) + " ") != std::string::npos;
-}
-
 bool has(const std::string& words, WordKind kind) {
-  return std::ranges::any_of(kWords, [&](const MaterialWord& word) { return word.kind == kind && contains(words, word); });
+  return std::ranges::any_of(kGroups, [&](const MaterialWords& group) {
+    return group.kind == kind && std::ranges::any_of(group.texts, [&](std::string_view text) {
+             return words.find(group.whole ? " " + std::string(text) + " " : std::string(text)) != std::string::npos;
+           });
+  });
 }
 
 double evidence_of_parts(const std::string& words) {
@@ -355,8 +108,8 @@ double evidence_of_parts(const std::string& words) {
 
 }  // namespace
 
-std::span<const MaterialWord> material_words() {
-  return kWords;
+std::span<const MaterialWords> material_words() {
+  return kGroups;
 }
 
 double name_evidence(std::string_view name) {

@@ -19,17 +19,17 @@ enum class WordKind {
   other,   ///< never foliage: bark, trunk, roots, pots, soil, snow, fruit, ...
 };
 
-/// A part of a name, lower case. A whole word matches only a word of its own ("pot" is in "flower_pot", not in "potato"); words end at
+/// Parts of names, lower case. A whole word matches only a word of its own ("pot" is in "flower_pot", not in "potato"); words end at
 /// anything that is no letter and before a capital that follows a small letter.
-struct MaterialWord {
-  std::string_view text;
+struct MaterialWords {
   WordKind kind;
-  bool whole = false;
+  bool whole;
+  std::span<const std::string_view> texts;
 };
 
 /// All words that count, in English, German, French, Spanish, Portuguese, Italian, Dutch, Swedish, Finnish, Turkish, Polish, Russian,
 /// Greek, Chinese, Japanese and Korean.
-std::span<const MaterialWord> material_words();
+std::span<const MaterialWords> material_words();
 
 /// Sums the weights of the kinds of words that the name has. A kind counts once; words for whole plants count only where the others sum to
 /// 0. Ignores the case of Latin, Greek and Cyrillic letters.

@@ -133,4 +133,20 @@ bool is_part_name(std::string_view name) {
   return std::ranges::all_of(words, [](const std::string& word) { return is_variant_word(word) || is_one_of(word, kEmptyWords); });
 }
 
+bool names_wind(std::string_view name) {
+  std::string word;
+  const auto is_wind = [&] { return word == "wind" || word == "sway" || word == "bend" || word == "flutter"; };
+  bool was_small = false;
+  for (const char letter : name) {
+    const bool capital = letter >= 'A' && letter <= 'Z', small = letter >= 'a' && letter <= 'z';
+    if (!(capital || small) || (capital && was_small)) {
+      if (is_wind()) return true;
+      word.clear();
+    }
+    if (capital || small) word += static_cast<char>(capital ? letter - 'A' + 'a' : letter);
+    was_small = small;
+  }
+  return is_wind();
+}
+
 }  // namespace coppice::bake

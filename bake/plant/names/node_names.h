@@ -40,4 +40,7 @@ bool says_variant(std::string_view name);
 /// Such names may be numbered without being variants.
 bool is_part_name(std::string_view name);
 
+/// Whether a mesh or material is named after wind: one of its words is "wind", "sway", "bend" or "flutter".
+bool names_wind(std::string_view name);
+
 }  // namespace coppice::bake

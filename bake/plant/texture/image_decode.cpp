@@ -11,9 +11,8 @@
 #include <stb_image_resize.h>
 #include <webp/decode.h>
 
+#include "image_forms.h"
 #include "image_limits.h"
-#include "jpeg_decode.h"
-#include "png_decode.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {

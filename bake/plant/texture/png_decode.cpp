@@ -1,7 +1,7 @@
 // libpng reports an error by a jump out of its own frames. Functions below that such a jump leaves have only locals without destructors;
 // what needs a destructor belongs to the function that calls them.
 
-#include "png_decode.h"
+#include "image_forms.h"
 
 #include <csetjmp>
 #include <cstdio>

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
-#include <span>
 
 #define STB_DXT_IMPLEMENTATION
 #define STB_DXT_STATIC

@@ -8,10 +8,7 @@
 #include "srgb.h"
 
 namespace coppice::bake {
-
-float luminance(const glm::vec3& linear) {
-  return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
-}
+namespace {
 
 glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
   if (material.image == kNone) return glm::vec3(material.base_color);
@@ -25,6 +22,12 @@ glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& i
     weights += weight;
   }
   return weights > 0.0 ? glm::vec3(sum / weights) : glm::vec3(0.0f);
+}
+
+}  // namespace
+
+float luminance(const glm::vec3& linear) {
+  return glm::dot(linear, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
 
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {

@@ -16,13 +16,12 @@ inline constexpr float kWhiteLuminance = 255.0f;
 
 float luminance(const glm::vec3& linear);
 
-/// Mean linear colour of the texels that are no holes; the base colour without an image.
-glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
-
-/// mean_texel_color of every material. It reads whole images: call it once for all cards.
+/// The mean linear colour of each material's texels that are no holes; its base colour without an image. It reads whole images: call it
+/// once for all cards.
 std::vector<glm::vec3> mean_texel_colors(const std::vector<Material>& materials, const std::vector<Image>& images,
                                          const std::vector<AlphaMask>& masks);
 
+/// The luminance of one material's mean colour.
 float mean_texel_luminance(const Material& material, const std::vector<Image>& images, const AlphaMask& mask);
 
 /// Red minus luminance and blue minus luminance at a leaf's mean shade, 0..255 as a display would show it. albedo  linear

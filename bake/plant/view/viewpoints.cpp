@@ -1,6 +1,5 @@
 #include "viewpoints.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -105,22 +105,4 @@ Result<ItemBuffers> render_item_buffers(const ShownFoliage& shown, const std::ve
   return join(rendered, foliage.leaf_count(), resolution_px);
 }
 
-std::vector<std::uint32_t> leaf_areas_px(const ItemBuffers& buffers) {
-  std::vector<std::uint32_t> areas(std::size_t{buffers.view_count} * buffers.leaf_count);
-  for (std::uint32_t view = 0; view < buffers.view_count; ++view) {
-    for (std::uint32_t pixel = 0; pixel < buffers.pixels_per_view(); ++pixel) {
-      const std::span<const LeafFragment> fragments = buffers.at(view, pixel);
-      if (!fragments.empty()) ++areas[std::size_t{view} * buffers.leaf_count + fragment_leaf(fragments.front())];
-    }
-  }
-  return areas;
-}
-
-std::vector<std::uint32_t> background_areas_px(const ItemBuffers& buffers) {
-  std::vector<std::uint32_t> areas(buffers.view_count);
-  for (std::uint32_t view = 0; view < buffers.view_count; ++view)
-    for (std::uint32_t pixel = 0; pixel < buffers.pixels_per_view(); ++pixel) areas[view] += buffers.at(view, pixel).empty() ? 1u : 0u;
-  return areas;
-}
-
 }  // namespace coppice::bake

@@ -66,10 +66,4 @@ Result<void> check_shown(const ShownFoliage& shown, const std::vector<Viewpoint>
 ///         is out of range, a vertex that is not finite
 Result<ItemBuffers> render_item_buffers(const ShownFoliage& shown, const std::vector<Viewpoint>& views, std::uint32_t resolution_px);
 
-/// Pixels in which each leaf is in front. returns [view_count * leaf_count], row per view, px.
-std::vector<std::uint32_t> leaf_areas_px(const ItemBuffers& buffers);
-
-/// Pixels that no leaf covers. returns [view_count], px.
-std::vector<std::uint32_t> background_areas_px(const ItemBuffers& buffers);
-
 }  // namespace coppice::bake

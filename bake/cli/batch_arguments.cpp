@@ -1,4 +1,4 @@
-#include "cluster_arguments.h"
+#include "batch_arguments.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "batch_manifest.h"
+#include "batch_report.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "slurm.h"
@@ -46,13 +47,46 @@ class LeaveOnInterrupt {
   struct sigaction before_ {};
 };
 
-std::string status_text(const ClusterStatus& status) {
-  std::string text = std::to_string(status.ended) + " of " + std::to_string(status.count) + "; " + std::to_string(status.running) +
-                     (status.running == 1 ? " task runs, " : " tasks run, ") + std::to_string(status.pending) + " wait";
-  return status.running > 0 || status.reason.empty() ? text : text + ": " + status.reason;
+}  // namespace
+
+void add_cache_options(CLI::App& command, CacheArguments& arguments) {
+  command
+      .add_option("--cache", arguments.where,
+                  "A cache that people and machines share: a folder, in place of OUT/.coppice-cache, or an address like https://host/path, "
+                  "behind it; without it that of COPPICE_CACHE. Credentials are in COPPICE_CACHE_CREDENTIALS (USER:PASSWORD or Bearer "
+                  "TOKEN) or ~/.netrc. A cache that is of no use costs seconds, and no plant")
+      ->type_name("FOLDER|URL")
+      ->envname(kCacheVariable);
+  command.add_option("--cache-mode", arguments.mode, "Whether results are sent to the shared cache, or it is only read")
+      ->check(CLI::IsMember({"read", "read-write"}))
+      ->type_name("read|read-write")
+      ->capture_default_str();
+  command.add_flag("--no-cache", arguments.none, "Bake everything and keep nothing but the outputs");
+  command.add_flag("--explain", arguments.explain,
+                   "Say why each plant was baked: what its key differs in from the nearest entry in the cache");
 }
 
-}  // namespace
+void check_cache_arguments(const CacheArguments& arguments) {
+  if (arguments.mode == "read" && arguments.where.empty())
+    throw CLI::ValidationError("--cache-mode", std::string("there is no shared cache: name one with --cache or ") + kCacheVariable);
+}
+
+Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options) {
+  options.explain = arguments.explain;
+  if (arguments.none) return {};
+  options.cache = output / kOwnCache;
+  if (arguments.where.empty()) return {};
+  COPPICE_TRY(location, parse_cache_location(arguments.where));
+  COPPICE_TRY(credentials, credentials_of_environment());
+  options.shared = {std::move(location), arguments.mode == "read" ? CacheMode::read : CacheMode::read_write, std::move(credentials)};
+  return {};
+}
+
+std::vector<std::string> shared_cache_options(const CacheArguments& arguments) {
+  // Nothing of an address that nobody has looked at.
+  if (arguments.none || arguments.where.empty()) return {};
+  return {"--cache-mode", arguments.mode, "--cache", arguments.where};
+}
 
 void add_cluster_options(CLI::App& command, ClusterArguments& arguments) {
   command.add_flag("--slurm", arguments.slurm,
@@ -73,8 +107,8 @@ std::string sbatch_hint(const std::vector<std::string>& words) {
 }
 
 void check_cluster_arguments(const ClusterArguments& arguments) {
-  if (const std::string_view word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
-    throw CLI::ValidationError(std::string(word), "not with bake-all, which submits, finds and waits for the tasks itself");
+  if (const std::string word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
+    throw CLI::ValidationError(word, "not with bake-all, which submits, finds and waits for the tasks itself");
   if (arguments.slurm) return;
   if (arguments.print) throw CLI::ValidationError("--print", "needs --slurm");
   if (!arguments.coppice.empty()) throw CLI::ValidationError("--coppice", "needs --slurm");
@@ -97,7 +131,7 @@ Result<void> prepare_cluster_batch(const ClusterArguments& arguments, ClusterBat
 
 Result<std::optional<std::vector<BatchResult>>> follow_on_cluster(ClusterBatch& batch, bool quiet) {
   ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
-  batch.progress = [&bar](const ClusterStatus& status) { bar.show("bake-all", status.fraction, status_text(status)); };
+  batch.progress = [&bar](const BatchStatus& status) { show_batch(bar, status); };
   batch.warn = [&bar](const std::string& line) {
     bar.clear();
     std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());

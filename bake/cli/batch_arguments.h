@@ -1,6 +1,6 @@
 #pragma once
 
-// bake-all on a cluster: its options, and how it follows the tasks.
+// The options of bake-all for its caches and for a cluster, and how it follows tasks.
 
 #include <filesystem>
 #include <optional>
@@ -15,6 +15,27 @@ class App;
 }
 
 namespace coppice::bake {
+
+struct CacheArguments {
+  std::string where, mode = "read-write";
+  bool none = false, explain = false;
+};
+
+/// The environment variable that names a shared cache where --cache does not.
+inline constexpr const char* kCacheVariable = "COPPICE_CACHE";
+
+/// Adds --cache, --cache-mode, --no-cache and --explain. `arguments` must outlive the command.
+void add_cache_options(CLI::App& command, CacheArguments& arguments);
+
+/// Throws CLI::ValidationError for options that do not go together.
+void check_cache_arguments(const CacheArguments& arguments);
+
+/// Fills in the caches of a batch that writes below `output`.
+/// errors  as parse_cache_location and credentials_of_environment
+Result<void> set_caches(const CacheArguments& arguments, const std::filesystem::path& output, BatchOptions& options);
+
+/// The options of the shared cache, for commands that bake parts of the batch elsewhere; empty: there is none.
+std::vector<std::string> shared_cache_options(const CacheArguments& arguments);
 
 struct ClusterArguments {
   bool slurm = false, print = false;

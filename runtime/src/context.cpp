@@ -174,7 +174,7 @@ Result<coppice_plant> Context::open_plant(const PlantSource& source) {
   }
   COPPICE_TRY(slot, open_slot(source));
   const coppice_plant plant = take_entry(slot, COPPICE_PLANT_READY);
-  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
+  tell_opened(slot);
   return plant;
 }
 
@@ -194,7 +194,7 @@ void Context::finish_openings() {
     if (!opened) continue;
     if (*opened) opened = show_slot(plant.slot);
     plant.state = *opened ? COPPICE_PLANT_READY : COPPICE_PLANT_FAILED;
-    if (*opened) tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = plant.slot});
+    if (*opened) tell_opened(plant.slot);
     if (!*opened) {
       plant.failure = opened->error().status;
       remove_instances(plant.slot);
@@ -237,7 +237,7 @@ void Context::close_plant(coppice_plant plant) {
 Result<void> Context::reload_plant(coppice_plant plant, const std::optional<PlantSource>& source) {
   COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(plant_slot(plant))));
   slots_[slot].plant = plant;
-  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
+  tell_opened(slot);
   PlantEntry& reloading = entry(plant);
   if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
   reloading.next_slot = slot;
@@ -396,7 +396,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   for (const std::uint32_t plant : streamer_->take_closed_plants())
     if (std::exchange(slots_[plant].in_backend, false)) {
       backend_->remove_plant(plant);
-      tell_host(COPPICE_CHANGE_PLANT_CLOSED, {.plant = plant});
+      backend_->tell({COPPICE_CHANGE_PLANT_CLOSED, slots_[plant].plant, {.plant = plant}});
     }
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
@@ -410,9 +410,9 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   streamer_->begin_frame(stream_frame());
   for (const ChunkId& id : streamer_->take_evicted()) {
     backend_->hide_chunk(id);
-    tell_host(COPPICE_CHANGE_CHUNK_DROPPED, id);
+    if (backend_->tell({COPPICE_CHANGE_CHUNK_DROPPED, slots_[id.plant].plant, id})) streamer_->await_freed(id);
+    if (slots_[id.plant].open) note_residency(id.plant);
   }
-  if (backend_->host() != nullptr) note_residency();
   return device_state();
 }
 

@@ -130,7 +130,7 @@ class Context {
   enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
 
-  // In context_host.cpp. before: the backend's host() is not null
+  // In context_host.cpp, for a program that draws by itself.
   [[nodiscard]] coppice_change next_change();
   /// errors  invalid_argument: the chunk does not wait for this outcome
   Result<void> acknowledge(ChunkId id, coppice_outcome outcome);
@@ -187,7 +187,7 @@ class Context {
     std::size_t group = 0;          ///< its view group
     std::uint64_t shown_frame = 0;  ///< the last frame with a camera for it
     LodView shown;                  ///< as in that frame
-    ViewCounts counts;              ///< a host's: of its last get_draws
+    ViewCounts counts;              ///< those of the last get_draws
     LeafBudget budget;
     DemandAhead ahead;
   };
@@ -234,13 +234,12 @@ class Context {
   /// Stores what is resident of each plant, for draws.
   void note_residency();
   void note_residency(std::uint32_t slot);
-  /// Queues a change for next_change if a host draws.
-  void tell_host(coppice_change_kind kind, ChunkId id);
-  [[nodiscard]] coppice_change change_of(const DecodedChunk& chunk) const;
+  /// Tells a program that draws by itself that a slot has opened.
+  void tell_opened(std::uint32_t slot) { backend_->tell({COPPICE_CHANGE_PLANT_OPENED, slots_[slot].plant, {.plant = slot}}); }
   [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
   [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
   [[nodiscard]] std::size_t smallest_group() const;
-  /// The counts of draws() for a host.
+  /// What the backend has drawn, or the program has asked for with draws().
   [[nodiscard]] ViewCounts counts_of(const ViewEntry& view) const;
   /// lod: with its own threshold; afterwards with that of streaming
   void show_view(const coppice_camera& camera, LodView& lod);

@@ -9,7 +9,6 @@
 #include "convert.h"
 #include "coppice_light.h"
 #include "cut_nodes.h"
-#include "host_backend.h"
 #include "leaf_writer.h"
 #include "page_codec.h"
 #include "visible.h"
@@ -53,38 +52,24 @@ void describe_bytes(const DecodedChunk& chunk, const PlantFile& file, coppice_ch
   }
 }
 
+/// Without the bytes of an added chunk.
+coppice_change change_of(const BackendEvent& event) {
+  return {.struct_size = sizeof(coppice_change),
+          .kind = event.kind,
+          .plant = event.plant,
+          .file = event.chunk.plant,
+          .chunk = static_cast<coppice_streamed>(event.chunk.kind),
+          .index = event.chunk.index};
+}
+
 }  // namespace
 
-void Context::tell_host(coppice_change_kind kind, ChunkId id) {
-  if (HostBackend* host = backend_->host(); host != nullptr) host->events().push_back({kind, slots_[id.plant].plant, id});
-}
-
 coppice_change Context::next_change() {
-  coppice_change change{.struct_size = sizeof(coppice_change)};
-  std::deque<HostEvent>& events = backend_->host()->events();
-  if (!events.empty()) {
-    const HostEvent event = events.front();
-    events.pop_front();
-    change.kind = event.kind;
-    change.plant = event.plant;
-    change.file = event.chunk.plant;
-    if (event.kind != COPPICE_CHANGE_CHUNK_DROPPED) return change;
-    change.chunk = static_cast<coppice_streamed>(event.chunk.kind);
-    change.index = event.chunk.index;
-    return change;
-  }
-  const auto chunk = streamer_->next_pending();
-  return chunk ? change_of(*chunk) : change;
-}
-
-coppice_change Context::change_of(const DecodedChunk& chunk) const {
-  coppice_change change{.struct_size = sizeof(coppice_change)};
-  change.kind = COPPICE_CHANGE_CHUNK_ADDED;
-  change.plant = slots_[chunk.id.plant].plant;
-  change.file = chunk.id.plant;
-  change.chunk = static_cast<coppice_streamed>(chunk.id.kind);
-  change.index = chunk.id.index;
-  describe_bytes(chunk, streamer_->file(chunk.id.plant), change);
+  if (const auto event = backend_->next_event()) return change_of(*event);
+  const auto added = streamer_->next_pending();
+  if (!added) return {.struct_size = sizeof(coppice_change)};
+  coppice_change change = change_of({COPPICE_CHANGE_CHUNK_ADDED, slots_[added->id.plant].plant, added->id});
+  describe_bytes(*added, file(added->id.plant), change);
   return change;
 }
 

@@ -67,7 +67,7 @@ bool Context::has_reversed_depth(coppice_view view) const {
 }
 
 ViewCounts Context::counts_of(const ViewEntry& view) const {
-  return backend_->host() != nullptr ? view.counts : backend_->view_counts(view.backend_view);
+  return backend_->view_counts(view.backend_view).value_or(view.counts);
 }
 
 void Context::show_view(const coppice_camera& camera, LodView& lod) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "coppice/coppice.h"
@@ -22,7 +23,6 @@
 
 namespace coppice {
 
-class HostBackend;
 namespace gpu {
 class Renderer;
 }
@@ -54,6 +54,13 @@ struct SceneSize {
 /// FrameCounts and GPU times of a recent frame.
 struct ViewCounts : gpu::FrameCounts {
   std::array<float, COPPICE_PASS_COUNT> pass_ms{};
+};
+
+/// A change for a program that draws by itself, other than an added chunk.
+struct BackendEvent {
+  coppice_change_kind kind = COPPICE_CHANGE_NONE;
+  coppice_plant plant = 0;
+  ChunkId chunk;  ///< its plant is the file
 };
 
 /// Calls in a frame: begin_frame; show_view for each view; upload_chunk and drop_chunk, any number of times; end_upload.
@@ -104,11 +111,15 @@ class Backend {
   virtual void remove_view(std::uint32_t view) = 0;
   virtual void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) = 0;
   [[nodiscard]] virtual bool has_reversed_depth(std::uint32_t view) const = 0;
-  [[nodiscard]] virtual ViewCounts view_counts(std::uint32_t view) const = 0;
+  /// What the backend has drawn; nothing if the program draws by itself.
+  [[nodiscard]] virtual std::optional<ViewCounts> view_counts(std::uint32_t view) const = 0;
 
-  /// Our renderer; null if this is a host's backend.
+  /// Keeps an event for next_event. True if the program will acknowledge that it has freed a dropped chunk.
+  virtual bool tell(const BackendEvent&) { return false; }
+  /// The first event that has not been handed out.
+  virtual std::optional<BackendEvent> next_event() { return std::nullopt; }
+  /// Our renderer; null if the program draws by itself.
   [[nodiscard]] virtual gpu::Renderer* renderer() { return nullptr; }
-  [[nodiscard]] virtual HostBackend* host() { return nullptr; }
 };
 
 }  // namespace coppice

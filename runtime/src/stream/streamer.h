@@ -19,6 +19,7 @@
 #include <optional>
 #include <span>
 
+#include "chunk_form.h"
 #include "demand.h"
 #include "hooks.h"
 #include "ledger.h"
@@ -35,11 +36,8 @@ struct GpuSizes {
   std::uint64_t plant_bytes = 0;                ///< per open plant: tables, descriptors
   std::uint64_t slack_bytes = 0;                ///< stays free beside all chunks, for the rounding of images and buffers
   std::uint64_t max_staged_bytes = UINT64_MAX;  ///< a larger chunk has a copy of itself while it is uploaded
-  bool mesh_leaves = false;                     ///< gpu::MeshSource::leaves
-  /// A host draws: meshes and pages are in the form of coppice.h, the streamer counts their memory, and the host acknowledges chunks that
-  /// it has copied or freed.
-  bool host = false;
-  bool block_textures = false;  ///< the GPU reads BC1 and BC3; otherwise textures come out of take_decoded() as RGBA8
+  const ChunkForm* form = &kClusterForm;        ///< outlives the streamer
+  bool block_textures = false;                  ///< BC1 and BC3 are read; otherwise textures come out of take_decoded() as RGBA8
 };
 
 /// The source that a plant is read from.
@@ -214,7 +212,7 @@ class Streamer {
   /// id: begin_upload was true (asserted)
   void upload_failed(ChunkId id, const Error& error);
 
-  // For GpuSizes::host; these replace take_decoded to upload_failed.
+  // For a host that acknowledges each chunk; these replace take_decoded to upload_failed.
 
   /// Hands out the waiting chunk of the highest value, if there is one. Its pointers are valid until it is acknowledged. One page of a
   /// plant at a time.
@@ -227,7 +225,9 @@ class Streamer {
   void acknowledge_taken(ChunkId id);
   /// The host had no memory for it: it is offered again later.
   void acknowledge_refused(ChunkId id);
-  /// The host has freed a chunk that came out of take_evicted. before: pending() is dropped
+  /// A chunk that came out of take_evicted is not released before acknowledge_freed().
+  void await_freed(ChunkId id);
+  /// The host has freed it. before: pending() is dropped
   void acknowledge_freed(ChunkId id);
 
   [[nodiscard]] StreamStats stats() const;

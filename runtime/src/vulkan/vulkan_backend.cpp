@@ -38,13 +38,14 @@ Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with
 
 VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
     : renderer_(std::move(renderer)),
+      form_(renderer_->has_raster()),
       limits_{.max_instances = renderer_->max_instances(),
               .max_plants = renderer_->max_plants(),
               .max_view_width_px = renderer_->device().max_view_width,
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
                         .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                        .mesh_leaves = renderer_->has_raster(),
+                        .form = &form_,
                         .block_textures = renderer_->device().block_textures}} {}
 
 std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
@@ -129,7 +130,7 @@ bool VulkanBackend::has_reversed_depth(std::uint32_t index) const {
   return gpu::is_reversed(view(index).attachments().depth_compare);
 }
 
-ViewCounts VulkanBackend::view_counts(std::uint32_t index) const {
+std::optional<ViewCounts> VulkanBackend::view_counts(std::uint32_t index) const {
   ViewCounts of{view(index).counts(), {}};
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(view(index).timer().pass_ms(), of.pass_ms.begin());

@@ -42,7 +42,7 @@ class VulkanBackend final : public Backend {
   void remove_view(std::uint32_t view) override { renderer_->remove_view(view); }
   void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) override;
   [[nodiscard]] bool has_reversed_depth(std::uint32_t view) const override;
-  [[nodiscard]] ViewCounts view_counts(std::uint32_t view) const override;
+  [[nodiscard]] std::optional<ViewCounts> view_counts(std::uint32_t view) const override;
   [[nodiscard]] gpu::Renderer* renderer() override { return renderer_.get(); }
 
  private:
@@ -51,6 +51,7 @@ class VulkanBackend final : public Backend {
 
   std::unique_ptr<gpu::Renderer> renderer_;
   FrameWind wind_;
+  ClusterForm form_;
   BackendLimits limits_;
 };
 

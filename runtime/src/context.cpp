@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "handle.h"
-#include "trace_scope.h"
 
 namespace coppice {
 namespace {
@@ -139,7 +138,6 @@ Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
 void Context::add_slot(std::uint32_t slot) {
   slots_.extend(slot + 1);
   for (BoundedList<PlantDemand>& demands : demands_) demands.extend(slot + 1);
-  residency_.extend(slot + 1);
   lod_plants_.extend(slot + 1);
 }
 
@@ -317,8 +315,7 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
 }
 
 std::uint64_t Context::host_bytes() const {
-  std::uint64_t bytes =
-      plants_.items.bytes() + slots_.items.bytes() + residency_.items.bytes() + lod_plants_.items.bytes() + instances_.bytes();
+  std::uint64_t bytes = plants_.items.bytes() + slots_.items.bytes() + lod_plants_.items.bytes() + instances_.bytes();
   for (const BoundedList<PlantDemand>& demands : demands_) bytes += demands.items.bytes();
   return bytes;
 }
@@ -328,15 +325,14 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
   const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .maximum = limits().max_plants});
-  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) +
-                                       sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
+  constexpr std::uint64_t kBytesEach =
+      sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
   auto reserved = [&]() -> Result<void> {
     COPPICE_CHECK(instances_.reserve_plants(room));
     COPPICE_CHECK(plants_.reserve(allocator, room));
     for (BoundedList<PlantDemand>& demands : demands_) COPPICE_CHECK(demands.reserve(allocator, room));
-    COPPICE_CHECK(residency_.reserve(allocator, room));
     COPPICE_CHECK(lod_plants_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
@@ -448,7 +444,6 @@ void Context::note_residency() {
 
 void Context::note_residency(std::uint32_t slot) {
   const PlantState state = streamer_->state(slot);
-  residency_[slot] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   LodPlant& plant = lod_plants_[slot];
   plant.resident_leaf_count = state.resident_leaf_count;
   plant.resident_wood_mask = state.resident_wood_mask;
@@ -460,7 +455,7 @@ Result<void> Context::upload() {
   COPPICE_CHECK(upload_decoded());
   note_residency();
   ledger_.release(std::exchange(slot_upload_bytes_, 0));
-  auto recorded = backend_->end_upload(instances_, residency_.span());
+  auto recorded = backend_->end_upload(instances_, lod_plants_.span());
   COPPICE_CHECK(device_state());
   return recorded;
 }

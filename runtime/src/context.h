@@ -117,7 +117,8 @@ class Context {
   /// view: open, here and below
   void destroy_view(coppice_view view);
   [[nodiscard]] bool is_view(coppice_view view) const;
-  [[nodiscard]] bool has_reversed_depth(coppice_view view) const;
+  /// Returns the camera of the sun's shadow map in the view. desc: checked
+  [[nodiscard]] coppice_camera sun_camera(coppice_view view, const coppice_sun_desc& desc) const;
   [[nodiscard]] std::uint32_t backend_view(coppice_view view) const { return entry_of_view(view).backend_view; }
   [[nodiscard]] bool is_settled(coppice_view view) const;
 
@@ -231,7 +232,7 @@ class Context {
   /// Reserves memory for one more plant. errors  out_of_memory; no plant was added
   Result<void> grow_plants();
   Result<void> upload_decoded();
-  /// Stores what is resident of each plant, for draws.
+  /// Stores what is resident of the plants, for draws.
   void note_residency();
   void note_residency(std::uint32_t slot);
   /// Tells a program that draws by itself that a slot has opened.
@@ -262,9 +263,8 @@ class Context {
   std::array<BoundedList<PlantDemand>, kMaxViewGroups> demands_;  ///< by view group
   GroupViews group_views_;                                        ///< those of the frame
   std::vector<ViewEntry> views_;
-  std::vector<LodView> lods_;  ///< those of the frame's views
-  BoundedList<gpu::PlantResidency> residency_;
-  BoundedList<LodPlant> lod_plants_;  ///< by slot: the same for selection on the CPU
+  std::vector<LodView> lods_;         ///< those of the frame's views
+  BoundedList<LodPlant> lod_plants_;  ///< by slot: for draws
   std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
   std::uint64_t min_budget_bytes_ = 0;

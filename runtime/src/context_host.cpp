@@ -11,7 +11,6 @@
 #include "cut_nodes.h"
 #include "leaf_writer.h"
 #include "page_codec.h"
-#include "visible.h"
 
 namespace coppice {
 namespace {
@@ -60,6 +59,27 @@ coppice_change change_of(const BackendEvent& event) {
           .file = event.chunk.plant,
           .chunk = static_cast<coppice_streamed>(event.chunk.kind),
           .index = event.chunk.index};
+}
+
+/// Finds the instances that a view sees, first by blocks and then one by one, as the shaders do. Calls take(slot), in order, for each
+/// instance of the view's layers whose sphere, enlarged by the motion of wind, reaches into the view.
+template <class Take>
+void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {
+  for (std::size_t block = 0; block < instances.bounds.size(); ++block) {
+    const InstanceBounds& bounds = instances.bounds[block];
+    if (bounds.radius_m < 0.0f || (bounds.any_layer & view.layer_mask) == 0) continue;
+    const float block_depth_m = depth_in_view(view, bounds.center_m);
+    const float block_reach_m = bounds.radius_m + wind_reach_m(view, bounds.max_instance_radius_m);
+    if (block_depth_m < -block_reach_m) continue;
+    const bool whole = block_depth_m >= block_reach_m;
+    const std::size_t first = block * kInstanceBlockSlots, end = std::min(first + kInstanceBlockSlots, instances.slots.size());
+    for (std::size_t slot = first; slot < end; ++slot) {
+      const InstanceSphere& sphere = instances.slots[slot];
+      if (sphere.plant == InstanceSphere::kNoPlant || (sphere.layer_mask & view.layer_mask) == 0) continue;
+      const float reach_m = sphere.radius_m + wind_reach_m(view, sphere.radius_m);
+      if (whole || depth_in_view(view, sphere.center_m) >= -reach_m) take(static_cast<std::uint32_t>(slot));
+    }
+  }
 }
 
 }  // namespace

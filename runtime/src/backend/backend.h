@@ -16,7 +16,6 @@
 #include "hooks.h"
 #include "instances.h"
 #include "ledger.h"
-#include "plant_residency.h"
 #include "result.h"
 #include "select.h"
 #include "streamer.h"
@@ -104,8 +103,8 @@ class Backend {
   /// From here on no new frame may draw the chunk. drop_chunk follows once the frames that may have drawn it are finished.
   virtual void hide_chunk(ChunkId id) = 0;
   virtual void drop_chunk(ChunkId id) = 0;
-  /// residency: [plants], all that were ever added. errors  out_of_memory: the frame draws nothing
-  virtual Result<void> end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) = 0;
+  /// plants: all that were ever added, with what may be drawn of them. errors  out_of_memory: the frame draws nothing
+  virtual Result<void> end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) = 0;
 
   /// view: the backend's own index, here and below
   virtual void remove_view(std::uint32_t view) = 0;

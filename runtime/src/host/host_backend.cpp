@@ -12,22 +12,17 @@ namespace {
 /// A host's form: pages are their nodes, meshes are coppice_mesh_vertex[], then indices. The streamer counts the host's copies.
 class HostForm final : public ChunkForm {
  public:
+  [[nodiscard]] std::uint64_t reserved_bytes(std::uint64_t backend_bytes) const override { return backend_bytes; }
   [[nodiscard]] std::uint64_t page_bytes(std::uint64_t split_count) const override { return 2 * split_count * sizeof(PageNode); }
-  [[nodiscard]] std::uint64_t page_upload_bytes(std::uint32_t, std::uint32_t) const override { return 0; }
-  Result<void> prepare_page(PlantStream&, Transfer&, PageData&) const override { return {}; }
-  void build_page(PlantStream&, Transfer&) const override {}
 
   [[nodiscard]] std::uint64_t mesh_bytes(gpu::MeshKind, const WoodShape& shape) const override {
     return shape.vertex_count * sizeof(coppice_mesh_vertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t);
   }
-  [[nodiscard]] std::uint64_t mesh_scratch_bytes(std::uint32_t) const override { return 0; }
   Result<gpu::MeshBlock> build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const override;
   [[nodiscard]] MeshLayout mesh_layout(const gpu::MeshBlock& block) const override {
     static_assert(offsetof(coppice_mesh_vertex, position) == 0);
     return {block.bytes.size() - block.index_count * sizeof(std::uint32_t), 0, sizeof(coppice_mesh_vertex)};
   }
-
-  [[nodiscard]] std::uint64_t reserved_bytes(std::uint64_t backend_bytes) const override { return backend_bytes; }
 };
 
 Result<gpu::MeshBlock> HostForm::build_mesh(const PlantStream& plant, gpu::MeshKind, const WoodSpan& mesh) const {

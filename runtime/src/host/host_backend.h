@@ -32,7 +32,7 @@ class HostBackend final : public Backend {
   Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
   void hide_chunk(ChunkId) override {}
   void drop_chunk(ChunkId) override {}
-  Result<void> end_upload(gpu::InstanceTable&, std::span<const gpu::PlantResidency>) override { return {}; }
+  Result<void> end_upload(gpu::InstanceTable&, std::span<const LodPlant>) override { return {}; }
   void remove_view(std::uint32_t) override {}
   void show_view(std::uint32_t, const coppice_camera&, const LodView&) override {}
   [[nodiscard]] bool has_reversed_depth(std::uint32_t) const override { return false; }

@@ -3,16 +3,37 @@
 #include "plant_stream.h"
 
 namespace coppice {
+namespace {
 
-constinit const ClusterForm kClusterForm(false);
+class ClusterForm final : public ChunkForm {
+ public:
+  explicit constexpr ClusterForm(bool mesh_leaves) : mesh_leaves_(mesh_leaves) {}
 
-std::uint64_t ClusterForm::page_bytes(std::uint64_t) const {
-  return gpu::kPageBytes;
-}
+  [[nodiscard]] std::uint64_t reserved_bytes(std::uint64_t) const override { return 0; }
+  [[nodiscard]] std::uint64_t page_bytes(std::uint64_t) const override { return gpu::kPageBytes; }
+  [[nodiscard]] std::uint64_t page_upload_bytes(std::uint32_t page, std::uint32_t leaf_count) const override {
+    return gpu::kPageBytes + (page == 0 ? gpu::ready_cut_bytes(leaf_count) : 0);
+  }
+  Result<void> prepare_page(PlantStream& plant, Transfer& transfer, PageData& data) const override;
+  void build_page(PlantStream& plant, Transfer& transfer) const override;
 
-std::uint64_t ClusterForm::page_upload_bytes(std::uint32_t page, std::uint32_t leaf_count) const {
-  return gpu::kPageBytes + (page == 0 ? gpu::ready_cut_bytes(leaf_count) : 0);
-}
+  [[nodiscard]] std::uint64_t mesh_bytes(gpu::MeshKind kind, const WoodShape& shape) const override {
+    return gpu::max_mesh_bytes(kind, shape.vertex_count, shape.triangle_count, mesh_leaves_);
+  }
+  [[nodiscard]] std::uint64_t mesh_scratch_bytes(std::uint32_t triangle_count) const override {
+    return gpu::mesh_scratch_bytes(triangle_count);
+  }
+  Result<gpu::MeshBlock> build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const override {
+    return gpu::build_mesh(kind, mesh, {{plant.looks, plant.light}, plant.leaves.box, mesh_leaves_}, plant.hooks.allocator);
+  }
+  [[nodiscard]] MeshLayout mesh_layout(const gpu::MeshBlock& block) const override {
+    static_assert(offsetof(gpu::WoodVertex, position) == 0);
+    return {0, block.vertices_at, sizeof(gpu::WoodVertex)};
+  }
+
+ private:
+  bool mesh_leaves_;
+};
 
 Result<void> ClusterForm::prepare_page(PlantStream& plant, Transfer& transfer, PageData& data) const {
   const coppice_allocator& allocator = plant.hooks.allocator;
@@ -38,21 +59,11 @@ void ClusterForm::build_page(PlantStream& plant, Transfer& transfer) const {
   gpu::build_page(plant.leaves, page, nodes, scratch, data.clusters.span());
 }
 
-std::uint64_t ClusterForm::mesh_bytes(gpu::MeshKind kind, const WoodShape& shape) const {
-  return gpu::max_mesh_bytes(kind, shape.vertex_count, shape.triangle_count, mesh_leaves_);
-}
+}  // namespace
 
-std::uint64_t ClusterForm::mesh_scratch_bytes(std::uint32_t triangle_count) const {
-  return gpu::mesh_scratch_bytes(triangle_count);
-}
-
-Result<gpu::MeshBlock> ClusterForm::build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const {
-  return gpu::build_mesh(kind, mesh, {{plant.looks, plant.light}, plant.leaves.box, mesh_leaves_}, plant.hooks.allocator);
-}
-
-MeshLayout ClusterForm::mesh_layout(const gpu::MeshBlock& block) const {
-  static_assert(offsetof(gpu::WoodVertex, position) == 0);
-  return {0, block.vertices_at, sizeof(gpu::WoodVertex)};
+const ChunkForm& cluster_form(bool mesh_leaves) {
+  static constexpr ClusterForm kWithLeaves(true), kWithout(false);
+  return mesh_leaves ? kWithLeaves : kWithout;
 }
 
 }  // namespace coppice

@@ -1,7 +1,7 @@
 #pragma once
 
-// The form in which a backend takes pages and meshes, and the memory that they take there. The renderer takes clusters (chunk_form.cpp), a
-// host that draws itself takes arrays of coppice.h (host/host_backend.cpp).
+// The form in which a backend takes pages and meshes, and the memory that they take there. The renderer takes clusters. A host that draws
+// itself takes nodes and plain meshes (host/host_backend.cpp).
 
 #include <cstddef>
 #include <cstdint>
@@ -20,58 +20,38 @@ struct MeshLayout {
   std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
 };
 
-/// Jobs call prepare and build functions at the same time for different chunks.
+/// Jobs call the functions that prepare and build, at the same time for different chunks.
 class ChunkForm {
  public:
   ChunkForm() = default;
   ChunkForm(const ChunkForm&) = delete;
   ChunkForm& operator=(const ChunkForm&) = delete;
 
-  /// Memory of a resident page beside the nodes that the streamer keeps.
+  /// The part of a chunk's memory in the backend that the streamer reserves; the backend reserves the rest itself.
+  [[nodiscard]] virtual std::uint64_t reserved_bytes(std::uint64_t backend_bytes) const = 0;
+
+  /// Memory of a page in the backend.
   [[nodiscard]] virtual std::uint64_t page_bytes(std::uint64_t split_count) const = 0;
   /// Memory of a decoded page beside its nodes until it is uploaded.
-  [[nodiscard]] virtual std::uint64_t page_upload_bytes(std::uint32_t page, std::uint32_t leaf_count) const = 0;
+  [[nodiscard]] virtual std::uint64_t page_upload_bytes(std::uint32_t, std::uint32_t) const { return 0; }
   /// Allocates that memory for the transfer's page, in `data`, and what build_page needs. errors  out_of_memory
-  virtual Result<void> prepare_page(PlantStream& plant, Transfer& transfer, PageData& data) const = 0;
+  virtual Result<void> prepare_page(PlantStream&, Transfer&, PageData&) const { return {}; }
   /// Fills it from the nodes of the transfer's page.
-  virtual void build_page(PlantStream& plant, Transfer& transfer) const = 0;
+  virtual void build_page(PlantStream&, Transfer&) const {}
 
   /// Maximum length of a mesh's block.
   [[nodiscard]] virtual std::uint64_t mesh_bytes(gpu::MeshKind kind, const WoodShape& shape) const = 0;
   /// Temporary memory of build_mesh.
-  [[nodiscard]] virtual std::uint64_t mesh_scratch_bytes(std::uint32_t triangle_count) const = 0;
+  [[nodiscard]] virtual std::uint64_t mesh_scratch_bytes(std::uint32_t) const { return 0; }
   /// errors  out_of_memory
   virtual Result<gpu::MeshBlock> build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const = 0;
   [[nodiscard]] virtual MeshLayout mesh_layout(const gpu::MeshBlock& block) const = 0;
-
-  /// The part of a chunk's memory in the backend that the streamer reserves; the backend reserves the rest itself.
-  [[nodiscard]] virtual std::uint64_t reserved_bytes(std::uint64_t backend_bytes) const = 0;
 
  protected:
   ~ChunkForm() = default;
 };
 
-/// The renderer's form. It counts its device memory itself.
-class ClusterForm final : public ChunkForm {
- public:
-  /// mesh_leaves: gpu::MeshSource::leaves
-  explicit constexpr ClusterForm(bool mesh_leaves) : mesh_leaves_(mesh_leaves) {}
-
-  [[nodiscard]] std::uint64_t page_bytes(std::uint64_t split_count) const override;
-  [[nodiscard]] std::uint64_t page_upload_bytes(std::uint32_t page, std::uint32_t leaf_count) const override;
-  Result<void> prepare_page(PlantStream& plant, Transfer& transfer, PageData& data) const override;
-  void build_page(PlantStream& plant, Transfer& transfer) const override;
-  [[nodiscard]] std::uint64_t mesh_bytes(gpu::MeshKind kind, const WoodShape& shape) const override;
-  [[nodiscard]] std::uint64_t mesh_scratch_bytes(std::uint32_t triangle_count) const override;
-  Result<gpu::MeshBlock> build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const override;
-  [[nodiscard]] MeshLayout mesh_layout(const gpu::MeshBlock& block) const override;
-  [[nodiscard]] std::uint64_t reserved_bytes(std::uint64_t) const override { return 0; }
-
- private:
-  bool mesh_leaves_;
-};
-
-/// The form for a renderer that draws no small triangles as leaves.
-extern const ClusterForm kClusterForm;
+/// The renderer's form. mesh_leaves: gpu::MeshSource::leaves
+const ChunkForm& cluster_form(bool mesh_leaves);
 
 }  // namespace coppice

@@ -120,7 +120,7 @@ void evict(Evictions& evictions, Budget& budget, const CurrentFrame& frame, Plan
   chunk.next_evicting = nullptr;
   (evictions.last != nullptr ? evictions.last->next_evicting : evictions.first) = &chunk;
   evictions.last = &chunk;
-  evictions.evicted.add(chunk.id);
+  evictions.evicted.push_back(chunk.id);
 }
 
 void release_evicted(Evictions& evictions, Budget& budget, const PlantSet& plants, const CurrentFrame& frame) {

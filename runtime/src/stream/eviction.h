@@ -11,31 +11,10 @@
 
 namespace coppice {
 
-/// A list for the GPU side with a fixed capacity: filled between calls, handed out once.
-template <class T>
-struct HandOut {
-  HookArray<T> items;
-  std::size_t count = 0;
-  bool handed_out = false;
-
-  /// Drops elements that were handed out; the others stay for the next call.
-  void begin() {
-    if (handed_out) count = 0;
-    handed_out = false;
-  }
-  [[nodiscard]] bool full() const { return count == items.size(); }
-  void add(const T& item) { items[count++] = item; }
-  std::span<const T> take() {
-    if (handed_out) return {};
-    handed_out = true;
-    return {items.data(), count};
-  }
-};
-
 struct Evictions {
   Chunk* first = nullptr;  ///< chunks that the GPU may still read, in order of eviction
   Chunk* last = nullptr;
-  HandOut<ChunkId> evicted;                             ///< those that the frame has evicted
+  BoundedList<ChunkId> evicted;                         ///< those that have not been handed out
   BoundedList<ChunkId> released;                        ///< those of the last release_evicted
   std::array<std::uint64_t, kChunkKindCount> counts{};  ///< evicted ones since the beginning, by kind
 };

@@ -36,7 +36,7 @@ struct Streamer::State {
   Threshold threshold;
   Loading loading;
   Openings openings;
-  HandOut<std::uint32_t> closed;  ///< plants
+  BoundedList<std::uint32_t> closed;  ///< plants that have not been handed out
   HookArray<DecodedChunk> decoded;
   bool device_lost = false;  ///< true once it has been logged
 
@@ -65,7 +65,7 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   Evictions& evictions = state->evictions;
   COPPICE_CHECK(state->grow_plants());
   COPPICE_CHECK(allocate_into(transfers, hooks.allocator, options.max_in_flight));
-  COPPICE_CHECK(allocate_into(evictions.evicted.items, hooks.allocator, kMaxListed));
+  COPPICE_CHECK(evictions.evicted.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(evictions.released.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
   for (Transfer& transfer : transfers) transfer.queue = &state->loading.completions;
@@ -94,12 +94,11 @@ Result<void> Streamer::State::grow_plants() {
   HookArray<std::unique_ptr<PlantOpening>> more_openings;
   COPPICE_CHECK(allocate_into(more_plants, allocator, count));
   COPPICE_CHECK(allocate_into(more_openings, allocator, count));
-  COPPICE_TRY(more_closed, enlarged_copy(closed.items, allocator, count));
+  COPPICE_CHECK(closed.reserve(allocator, count));
   std::ranges::move(plants.all, more_plants.data());
   std::ranges::move(openings.all, more_openings.data());
   plants.all = std::move(more_plants);
   openings.all = std::move(more_openings);
-  closed.items = std::move(more_closed);
   budget.ledger.reserve((count - now) * kBytesEach);
   return {};
 }
@@ -254,7 +253,6 @@ void Streamer::begin_frame(const StreamFrame& next) {
   State& s = *state_;
   COPPICE_ASSERT(next.frame_number > s.frame.number && s.frame.completed_number < next.frame_number);
   s.frame.last_number = std::exchange(s.frame.number, next.frame_number);
-  s.evictions.evicted.begin();
   s.loading.counters.hand_over_ns = 0;
   drop_cancelled(s.openings, s.budget, s.plants);
   s.take_demand(next);
@@ -300,7 +298,6 @@ void Streamer::State::evict_closing() {
 }
 
 void Streamer::State::finish_closing() {
-  closed.begin();
   for (auto& plant : plants.all.span().first(plants.end)) {
     if (!plant || plant->close_frame == 0 || closed.full()) continue;
     const auto gone = [](const Chunk& chunk) { return chunk.residency == Residency::absent || chunk.residency == Residency::failed; };
@@ -308,7 +305,7 @@ void Streamer::State::finish_closing() {
     if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
     trim(budget, *plant);
     budget.ledger.release(plant->base_bytes);
-    closed.add(plant->index);
+    closed.push_back(plant->index);
     free_index(openings, plant->index);
     plant.reset();
   }
@@ -322,10 +319,10 @@ void Streamer::State::enforce_budget() {
 }
 
 std::span<const ChunkId> Streamer::take_evicted() {
-  return state_->evictions.evicted.take();
+  return state_->evictions.evicted.take_all();
 }
 std::span<const std::uint32_t> Streamer::take_closed_plants() {
-  return state_->closed.take();
+  return state_->closed.take_all();
 }
 
 namespace {

@@ -33,11 +33,11 @@ namespace coppice {
 
 /// Memory that the GPU side will need for a chunk; the streamer reserves it before it starts a read.
 struct GpuSizes {
-  std::uint64_t plant_bytes = 0;                ///< per open plant: tables, descriptors
-  std::uint64_t slack_bytes = 0;                ///< stays free beside all chunks, for the rounding of images and buffers
-  std::uint64_t max_staged_bytes = UINT64_MAX;  ///< a larger chunk has a copy of itself while it is uploaded
-  const ChunkForm* form = &kClusterForm;        ///< outlives the streamer
-  bool block_textures = false;                  ///< BC1 and BC3 are read; otherwise textures come out of take_decoded() as RGBA8
+  std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
+  std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks, for the rounding of images and buffers
+  std::uint64_t max_staged_bytes = UINT64_MAX;   ///< a larger chunk has a copy of itself while it is uploaded
+  const ChunkForm* form = &cluster_form(false);  ///< outlives the streamer
+  bool block_textures = false;                   ///< BC1 and BC3 are read; otherwise textures come out of take_decoded() as RGBA8
 };
 
 /// The source that a plant is read from.
@@ -191,13 +191,13 @@ class Streamer {
 
   /// Valid until the next release. completed_number  the GPU has finished every frame up to this one
   [[nodiscard]] std::span<const ChunkId> release(std::uint64_t completed_number);
-  /// Those of the last release; empty at the second call.
+  /// Those since the last call. Valid until the next release
   [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
 
   /// Enforces the ledger's budget, and frees as much as was refused lately, as far as chunks that are not pinned can be evicted.
   void begin_frame(const StreamFrame& frame);
 
-  /// Those of the last begin_frame; empty at the second call.
+  /// Those since the last call. Valid until the next begin_frame
   [[nodiscard]] std::span<const ChunkId> take_evicted();
 
   /// Chunks to upload, by value, and pages of a plant in order, at most about max_bytes of GPU memory but at least one chunk if there is

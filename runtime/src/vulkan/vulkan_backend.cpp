@@ -38,14 +38,13 @@ Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with
 
 VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
     : renderer_(std::move(renderer)),
-      form_(renderer_->has_raster()),
       limits_{.max_instances = renderer_->max_instances(),
               .max_plants = renderer_->max_plants(),
               .max_view_width_px = renderer_->device().max_view_width,
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
                         .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                        .form = &form_,
+                        .form = &cluster_form(renderer_->has_raster()),
                         .block_textures = renderer_->device().block_textures}} {}
 
 std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
@@ -118,8 +117,8 @@ void VulkanBackend::drop_chunk(ChunkId id) {
   }
 }
 
-Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) {
-  return renderer_->record_upload_end(instances, residency);
+Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) {
+  return renderer_->record_upload_end(instances, plants);
 }
 
 void VulkanBackend::show_view(std::uint32_t index, const coppice_camera& camera, const LodView& lod) {

@@ -38,7 +38,7 @@ class VulkanBackend final : public Backend {
   Result<void> upload_chunk(const DecodedChunk& chunk) override;
   void hide_chunk(ChunkId id) override;
   void drop_chunk(ChunkId id) override;
-  Result<void> end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) override;
+  Result<void> end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) override;
   void remove_view(std::uint32_t view) override { renderer_->remove_view(view); }
   void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) override;
   [[nodiscard]] bool has_reversed_depth(std::uint32_t view) const override;
@@ -51,7 +51,6 @@ class VulkanBackend final : public Backend {
 
   std::unique_ptr<gpu::Renderer> renderer_;
   FrameWind wind_;
-  ClusterForm form_;
   BackendLimits limits_;
 };
 

@@ -25,10 +25,6 @@ std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
 }
 
-std::uint32_t index_of(coppice_plant plant) {
-  return unpack_handle(plant).index;
-}
-
 /// The contexts of a process share only this counter, which tells their handles apart.
 std::uint32_t next_tag() {
   static std::atomic<std::uint32_t> created{0};
@@ -71,18 +67,15 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
   context->tag_ = next_tag();
-  COPPICE_TRY(hooks, complete_hooks(options.hooks));
-  context->hooks_ = std::move(hooks);
-  COPPICE_TRY(backend, make_backend(backend_options(options, context->hooks_.hooks, context->ledger_)));
-  context->backend_ = std::move(backend);
+  COPPICE_CHECK(move_into(context->hooks_, complete_hooks(options.hooks)));
+  COPPICE_CHECK(move_into(context->backend_, make_backend(backend_options(options, context->hooks_.hooks, context->ledger_))));
   const BackendLimits& limits = context->limits();
   context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, limits.max_instances, context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == COPPICE_TRUE,
                             context->hooks_.real_files};
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
-  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
-  context->streamer_ = std::move(streamer);
+  COPPICE_CHECK(move_into(context->streamer_, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits))));
   context->max_plants_ = limits.max_plants - kReloadSlots;
   context->min_budget_bytes_ = context->backend_->min_budget_bytes(context->ledger_.reserved());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
@@ -114,14 +107,6 @@ Result<void> Context::set_memory_budget(std::uint64_t bytes) {
   ledger_.set_budget(bytes);
   backend_->set_memory_budget(bytes);
   return {};
-}
-
-const Context::PlantEntry& Context::entry(coppice_plant plant) const {
-  return plants_[index_of(plant)];
-}
-
-Context::PlantEntry& Context::entry(coppice_plant plant) {
-  return plants_[index_of(plant)];
 }
 
 Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
@@ -217,7 +202,7 @@ coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state)
 }
 
 bool Context::is_open(coppice_plant plant) const {
-  const std::uint32_t index = index_of(plant);
+  const std::uint32_t index = unpack_handle(plant).index;
   return index < plants_.count && plants_[index].open && plant == pack_handle({HandleKind::plant, tag_, plants_[index].generation, index});
 }
 

@@ -15,6 +15,7 @@
 #include "coppice/coppice.h"
 #include "demand.h"
 #include "eye_motion.h"
+#include "handle.h"
 #include "hooks.h"
 #include "instances.h"
 #include "leaf_budget.h"
@@ -76,8 +77,8 @@ class Context {
   Result<coppice_scene> open_scene(const char* path, const gpu::Pose& pose);
   [[nodiscard]] bool is_scene(coppice_scene scene) const;
   /// scene: is_scene
-  [[nodiscard]] OpenScene* scene(coppice_scene scene);
-  [[nodiscard]] const OpenScene* scene(coppice_scene scene) const;
+  [[nodiscard]] OpenScene* scene(coppice_scene scene) { return scenes_[unpack_handle(scene).index].scene.get(); }
+  [[nodiscard]] const OpenScene* scene(coppice_scene scene) const { return scenes_[unpack_handle(scene).index].scene.get(); }
   void close_scene(coppice_scene scene);
   /// kNoPlant if it is not open or could not be opened. plant: any, also 0
   [[nodiscard]] std::uint32_t usable_slot(coppice_plant plant) const;
@@ -209,8 +210,8 @@ class Context {
   [[nodiscard]] coppice_scene scene_handle(std::uint32_t index) const;
   /// The tree in a slot; none for an instance with a handle.
   [[nodiscard]] coppice_scene_tree tree_at(std::uint32_t slot) const;
-  [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
-  [[nodiscard]] PlantEntry& entry(coppice_plant plant);
+  [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const { return plants_[unpack_handle(plant).index]; }
+  [[nodiscard]] PlantEntry& entry(coppice_plant plant) { return plants_[unpack_handle(plant).index]; }
   Result<std::uint32_t> open_slot(const PlantSource& source);
   /// max_plants_ if all are in use.
   [[nodiscard]] std::uint32_t free_entry() const;
@@ -237,8 +238,8 @@ class Context {
   void note_residency(std::uint32_t slot);
   /// Tells a program that draws by itself that a slot has opened.
   void tell_opened(std::uint32_t slot) { backend_->tell({COPPICE_CHANGE_PLANT_OPENED, slots_[slot].plant, {.plant = slot}}); }
-  [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
-  [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
+  [[nodiscard]] ViewEntry& entry_of_view(coppice_view view) { return views_[unpack_handle(view).index]; }
+  [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const { return views_[unpack_handle(view).index]; }
   [[nodiscard]] std::size_t smallest_group() const;
   /// What the backend has drawn, or the program has asked for with draws().
   [[nodiscard]] ViewCounts counts_of(const ViewEntry& view) const;

@@ -58,14 +58,6 @@ bool Context::is_view(coppice_view view) const {
   return index < views_.size() && views_[index].open && view == pack_handle({HandleKind::view, tag_, views_[index].generation, index});
 }
 
-Context::ViewEntry& Context::entry_of_view(coppice_view view) {
-  return views_[unpack_handle(view).index];
-}
-
-const Context::ViewEntry& Context::entry_of_view(coppice_view view) const {
-  return views_[unpack_handle(view).index];
-}
-
 // An orthographic view from the sun that just holds the sphere, with depth from three radii before its surface to one behind. The picture's
 // axes depend on the sun alone.
 coppice_camera Context::sun_camera(coppice_view handle, const coppice_sun_desc& desc) const {

@@ -17,15 +17,9 @@ namespace {
 
 constexpr std::uint32_t kDemandWindowFrames = 8;
 
-/// Maps a chunk of the file to one of ours; false if the streamer does not load it by itself.
-bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
-  if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
-  if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
-  if (entry.kind == COPPICE_CHUNK_TEXTURE) kind = ChunkKind::texture;
-  if (entry.kind == COPPICE_CHUNK_LEAF_MESH) kind = ChunkKind::leaf_mesh;
-  return entry.kind == COPPICE_CHUNK_PAGE || entry.kind == COPPICE_CHUNK_WOOD || entry.kind == COPPICE_CHUNK_TEXTURE ||
-         entry.kind == COPPICE_CHUNK_LEAF_MESH;
-}
+/// The kinds of chunks that the streamer loads by itself, by ChunkKind.
+constexpr std::array<std::uint32_t, kChunkKindCount> kStreamedKinds = {COPPICE_CHUNK_PAGE, COPPICE_CHUNK_WOOD, COPPICE_CHUNK_TEXTURE,
+                                                                       COPPICE_CHUNK_LEAF_MESH};
 
 Result<void> allocate_arrays(PlantStream& plant) {
   const coppice_file_plant& counts = plant.file.plant;
@@ -46,8 +40,9 @@ void index_chunks(PlantStream& plant) {
   std::size_t found = 0;
   for (std::uint32_t i = 0; i < plant.file.chunks.size(); ++i) {
     const coppice_file_chunk& entry = plant.file.chunks[i];
-    ChunkKind kind{};
-    if (!streamed_chunk(entry, kind)) continue;
+    const auto position = std::ranges::find(kStreamedKinds, entry.kind);
+    if (position == kStreamedKinds.end()) continue;
+    const auto kind = static_cast<ChunkKind>(position - kStreamedKinds.begin());
     Chunk& chunk = plant.chunk(kind, entry.index);
     chunk.id = {plant.index, kind, entry.index};
     chunk.file_chunk = i;

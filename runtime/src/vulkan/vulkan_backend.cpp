@@ -47,10 +47,6 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
                         .form = &cluster_form(renderer_->has_raster()),
                         .block_textures = renderer_->device().block_textures}} {}
 
-std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
-  return renderer_->min_budget_bytes(reserved_bytes);
-}
-
 void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
   stats.pipelines_wanted = renderer_->pipelines().requested_count();
@@ -60,23 +56,6 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.longest_pipeline_ms = static_cast<float>(times.longest_ms);
   stats.longest_pipeline = times.longest;
   stats.missing_pipeline = renderer_->pipelines().missing();
-}
-
-std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& needed) {
-  return renderer_->reserve_bytes({needed.slots, needed.plants});
-}
-
-Result<void> VulkanBackend::reserve(const SceneSize& needed) {
-  return renderer_->reserve({needed.slots, needed.plants});
-}
-
-std::uint64_t VulkanBackend::slot_upload_bytes(std::uint32_t slot_count) const {
-  return renderer_->slot_upload_bytes(slot_count);
-}
-
-Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
-                                      std::span<const std::uint32_t> lod_words) {
-  return renderer_->add_plant(plant, file, appearance, lod_words);
 }
 
 void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
@@ -115,10 +94,6 @@ void VulkanBackend::drop_chunk(ChunkId id) {
     case ChunkKind::leaf_mesh:
       return renderer_->plants().drop_mesh(id.plant, gpu::kMaxWoodLods + id.index);
   }
-}
-
-Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) {
-  return renderer_->record_upload_end(instances, plants);
 }
 
 void VulkanBackend::show_view(std::uint32_t index, const coppice_camera& camera, const LodView& lod) {

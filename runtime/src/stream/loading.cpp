@@ -132,7 +132,7 @@ void start_page_run(Loading& loading, Budget& budget, const CurrentFrame& frame,
 }
 
 void push_request(Loading& loading, const CurrentFrame& frame, PlantStream& plant, Chunk& chunk) {
-  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !demanded_now(plant, chunk)) return;
+  if (chunk.residency != Residency::absent || chunk.bytes != 0 || !is_demanded(plant, plant.demanded.now, chunk)) return;
   loading.requests.push_back({&plant, &chunk, chunk_value(plant, chunk, frame)});
   std::ranges::push_heap(loading.requests.span(), has_lower_priority);
 }

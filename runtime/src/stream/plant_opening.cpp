@@ -194,7 +194,7 @@ void drop_opening(Openings& openings, std::uint32_t plant, Budget& budget, const
   release(*opening, budget);
   if (opening->step != Step::queued) --openings.started_count;
   opening.reset();
-  if (plants.all[plant] == nullptr) free_index(openings, plant);
+  if (plants.all[plant] == nullptr) openings.first_free = std::min(openings.first_free, plant);
 }
 
 void drop_cancelled(Openings& openings, Budget& budget, const PlantSet& plants) {

@@ -60,9 +60,5 @@ void restart_opening(Openings& openings, PlantOpening& opening, Budget& budget, 
 void drop_opening(Openings& openings, std::uint32_t plant, Budget& budget, const PlantSet& plants);
 /// Drops cancelled openings whose work has come back.
 void drop_cancelled(Openings& openings, Budget& budget, const PlantSet& plants);
-/// Lets the plant's index be used again.
-inline void free_index(Openings& openings, std::uint32_t plant) {
-  openings.first_free = std::min(openings.first_free, plant);
-}
 
 }  // namespace coppice

@@ -17,6 +17,10 @@ namespace {
 
 constexpr std::uint32_t kDemandWindowFrames = 8;
 
+DemandedDetail no_demand(const PlantStream& plant) {
+  return {.finest_wood = plant.file.plant.wood_lod_count};
+}
+
 /// The kinds of chunks that the streamer loads by itself, by ChunkKind.
 constexpr std::array<std::uint32_t, kChunkKindCount> kStreamedKinds = {COPPICE_CHUNK_PAGE, COPPICE_CHUNK_WOOD, COPPICE_CHUNK_TEXTURE,
                                                                        COPPICE_CHUNK_LEAF_MESH};
@@ -297,10 +301,6 @@ void update_demand(GroupDemand& of, const PlantDemand& demand) {
   recent.current_window_px = std::max(recent.current_window_px, demand.max_size_px);
 }
 
-DemandedDetail no_demand(const PlantStream& plant) {
-  return {.finest_wood = plant.file.plant.wood_lod_count};
-}
-
 float max_size_px(const GroupDemand& demand, DemandSize size) {
   return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
 }
@@ -379,10 +379,6 @@ void give_up(PlantStream& plant, const Chunk& chunk) {
 // A pinned chunk is only absent if the device had no memory for it.
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
   return (chunk.pinned && !plant.closing) || demanded_by(plant, demanded, chunk);
-}
-
-bool demanded_now(const PlantStream& plant, const Chunk& chunk) {
-  return is_demanded(plant, plant.demanded.now, chunk);
 }
 
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk) {

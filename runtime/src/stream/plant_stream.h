@@ -185,7 +185,6 @@ enum class DemandSize : std::uint8_t { now, recent };
 float max_size_px(const GroupDemand& demand, DemandSize size);
 /// The demand of all view groups for the plant; none for one that is closing.
 DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
-DemandedDetail no_demand(const PlantStream& plant);
 /// Counts all chunks that are not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
 /// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.
@@ -193,7 +192,7 @@ void give_up(PlantStream& plant, const Chunk& chunk);
 /// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
-bool demanded_now(const PlantStream& plant, const Chunk& chunk);
+/// The same for what is kept, plant.demanded.recent.
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
 /// Allocates the output of a page's decoding; the page's chunk is in the transfer.

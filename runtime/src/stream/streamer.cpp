@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <new>
-#include <numeric>
 
 #include "check.h"
 #include "loading.h"
@@ -306,7 +305,7 @@ void Streamer::State::finish_closing() {
     trim(budget, *plant);
     budget.ledger.release(plant->base_bytes);
     closed.push_back(plant->index);
-    free_index(openings, plant->index);
+    openings.first_free = std::min(openings.first_free, plant->index);
     plant.reset();
   }
 }
@@ -538,19 +537,18 @@ StreamStats Streamer::stats() const {
   return stats;
 }
 
-ChunkCounts& ChunkCounts::operator+=(const ChunkCounts& other) {
-  loaded += other.loaded;
-  evicted += other.evicted;
-  failed += other.failed;
-  cancelled += other.cancelled;
-  in_flight += other.in_flight;
-  wanted += other.wanted;
-  queued += other.queued;
-  return *this;
-}
-
 ChunkCounts StreamStats::all() const {
-  return std::accumulate(chunks.begin(), chunks.end(), ChunkCounts{}, [](ChunkCounts sum, const ChunkCounts& of) { return sum += of; });
+  ChunkCounts sum;
+  for (const ChunkCounts& of : chunks) {
+    sum.loaded += of.loaded;
+    sum.evicted += of.evicted;
+    sum.failed += of.failed;
+    sum.cancelled += of.cancelled;
+    sum.in_flight += of.in_flight;
+    sum.wanted += of.wanted;
+    sum.queued += of.queued;
+  }
+  return sum;
 }
 
 }  // namespace coppice

@@ -114,8 +114,6 @@ struct ChunkCounts {
   std::uint32_t in_flight = 0;  ///< being read or decoded
   std::uint32_t wanted = 0;     ///< in demand by a view at the threshold in use, not resident
   std::uint32_t queued = 0;     ///< the wanted ones that are not requested yet
-
-  ChunkCounts& operator+=(const ChunkCounts& other);
 };
 
 struct StreamStats {

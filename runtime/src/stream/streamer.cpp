@@ -88,7 +88,7 @@ Result<void> Streamer::State::grow_plants() {
   const std::uint32_t count = std::min(options.max_plants, std::max(kFirstPlants, 2 * now));
   const coppice_allocator& allocator = openings.hooks.allocator;
   constexpr std::uint64_t kBytesEach = sizeof plants.all[0] + sizeof openings.all[0] + sizeof closed.items[0];
-  if (now > 0 && !budget.ledger.fits(count * kBytesEach)) return refusal(budget, plants, count * kBytesEach);
+  if (now > 0 && !budget.ledger.fits(count * kBytesEach)) return coppice::refusal(budget, plants, count * kBytesEach);
   HookArray<std::unique_ptr<PlantStream>> more_plants;
   HookArray<std::unique_ptr<PlantOpening>> more_openings;
   COPPICE_CHECK(allocate_into(more_plants, allocator, count));

@@ -30,6 +30,7 @@ void for_each_open(const PlantSet& plants, const Use& use) {
     if (plant && !plant->closing) use(*plant);
 }
 
+/// The memory of chunks, which is reserved from the ledger.
 struct Budget {
   Ledger& ledger;
   GpuSizes gpu;

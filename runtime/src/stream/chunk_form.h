@@ -32,7 +32,7 @@ class ChunkForm {
 
   /// Memory of a page in the backend.
   [[nodiscard]] virtual std::uint64_t page_bytes(std::uint64_t split_count) const = 0;
-  /// Memory of a decoded page beside its nodes until it is uploaded.
+  /// Memory of a decoded page beside its nodes until it is uploaded. Takes the page, and the plant's leaf count.
   [[nodiscard]] virtual std::uint64_t page_upload_bytes(std::uint32_t, std::uint32_t) const { return 0; }
   /// Allocates that memory for the transfer's page, in `data`, and what build_page needs. errors  out_of_memory
   virtual Result<void> prepare_page(PlantStream&, Transfer&, PageData&) const { return {}; }
@@ -41,7 +41,7 @@ class ChunkForm {
 
   /// Maximum length of a mesh's block.
   [[nodiscard]] virtual std::uint64_t mesh_bytes(gpu::MeshKind kind, const WoodShape& shape) const = 0;
-  /// Temporary memory of build_mesh.
+  /// Temporary memory of build_mesh for a number of triangles.
   [[nodiscard]] virtual std::uint64_t mesh_scratch_bytes(std::uint32_t) const { return 0; }
   /// errors  out_of_memory
   virtual Result<gpu::MeshBlock> build_mesh(const PlantStream& plant, gpu::MeshKind kind, const WoodSpan& mesh) const = 0;

@@ -28,7 +28,7 @@ bool has_lower_priority(const ValuedChunk& a, const ValuedChunk& b);
 void retry_reads(Loading& loading, Budget& budget);
 /// Takes over finished transfers until the frame's time for it is up, but at least `minimum` of them.
 void collect(Loading& loading, Budget& budget, const PlantSet& plants, const CurrentFrame& frame, std::uint32_t minimum);
-/// Cancels all reads.
+/// Cancels all reads: those that run end without a result.
 void cancel_reads(Loading& loading, Budget& budget);
 /// Starts reads of the chunks in demand, highest value first, as far as memory and slots are free.
 void issue_requests(Loading& loading, Evictions& evictions, Budget& budget, const PlantSet& plants, const CurrentFrame& frame);

@@ -31,7 +31,7 @@
 
 namespace coppice {
 
-/// Memory that the GPU side will need for a chunk; the streamer reserves it before it starts a read.
+/// What chunks become on the GPU side, and the memory that they need there; the streamer reserves it before it starts a read.
 struct GpuSizes {
   std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
   std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks, for the rounding of images and buffers

@@ -35,7 +35,7 @@ std::uint32_t metric_view_count(Metric metric, std::uint32_t leaf_count);
 /// view, too.
 std::uint32_t metric_resolution_px(Metric metric, const Foliage& foliage, std::uint32_t resolution_px);
 
-/// Options of --quick, ten times faster than the defaults: fewer and smaller views, fewer candidates. bake/README.md says what it costs.
+/// Options of --quick, four to eight times faster than the defaults: fewer and smaller views, fewer candidates. bake/README.md says what it costs.
 inline constexpr std::uint32_t kQuickViewCount = 14, kQuickResolution_px = 128, kQuickCandidateCount = 4;
 
 struct BakeOptions {

@@ -173,7 +173,7 @@ std::vector<BakeOption> bake_group() {
       1, kMaxCandidateCount, [](auto& o) -> auto& { return o.collapse.candidate_count; }));
   table.push_back(flag(
       "quick",
-      "About ten times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and --candidates "
+      "Four to eight times faster, for a first look: fewer and smaller views, fewer candidates, where --views, --resolution and --candidates "
       "do "
       "not say otherwise. The picture's error grows by about 5 %, of plants a few pixels large by a fifth",
       [](BakeRequest& request, bool on) { request.quick = on; }, [](const BakeOptions&) { return false; }));

@@ -168,12 +168,14 @@ typedef uint64_t coppice_view;
 /* A hook is a struct of functions that coppice_context_desc points at. The struct is copied when the context is created. `user`, and
  * everything that the functions need, must outlive the context. A struct whose functions are all null counts as not given. */
 
-/* Allocates host memory that grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the streamer's
- * tables, a plant's front and its path, a scene's tiles and species. The memory budget does not count the renderer's notes about a plant
- * beside its tables. Some memory is neither allocated by the hook nor counted: Draco's output while a job has the chunk, error texts, and
- * the context itself. The chunk's counts bound Draco's output; if malloc fails there, the chunk fails with COPPICE_ERROR_OUT_OF_MEMORY.
- * allocate returns memory aligned to `align` (a power of two), or null, which makes the operation fail with COPPICE_ERROR_OUT_OF_MEMORY. It
- * must not call back into Coppice. thread: any that runs a job or calls the context. */
+/* Allocates host memory. allocate returns memory aligned to `align` (a power of two), or null, which makes the operation fail with
+ * COPPICE_ERROR_OUT_OF_MEMORY. Neither function may call back into Coppice.
+ *   by the hook      everything that grows with plants, pages, instances and scenes: chunks as read and as decoded, instances, the
+ *                    streamer's tables, a plant's front and path, a scene's tiles and species. The memory budget counts it, but for the
+ *                    renderer's notes about a plant beside its tables
+ *   not by the hook  and not counted: Draco's output while a job decodes a chunk, error texts, the context itself. The chunk's counts bound
+ *                    Draco's output; if malloc fails there, the chunk fails with COPPICE_ERROR_OUT_OF_MEMORY
+ * thread: any that runs a job or calls the context. */
 typedef struct coppice_allocator {
   uint32_t struct_size;
   void* user;
@@ -185,9 +187,9 @@ static inline void coppice_allocator_init(coppice_allocator* hook) {
 }
 
 /* Runs decoding and the building of pipelines. submit may run `function(argument)` on any thread, or inline before it returns, which makes
- * tests deterministic. Every submitted function must run before the context is destroyed: coppice_context_destroy waits for them. submit
- * must not call back into Coppice except through `function`. thread: the one inside the function that creates a context,
- * coppice_frame_begin, coppice_record_upload or coppice_record_cull. */
+ * tests deterministic. Every submitted function must run: coppice_context_destroy waits for them. submit must not call back into Coppice
+ * except through `function`. thread: the one inside the function that creates a context, coppice_frame_begin, coppice_record_upload or
+ * coppice_record_cull. */
 typedef struct coppice_jobs {
   uint32_t struct_size;
   void* user;
@@ -197,17 +199,20 @@ static inline void coppice_jobs_init(coppice_jobs* hook) {
   coppice_struct_init(COPPICE_STRUCT_JOBS, hook, sizeof *hook);
 }
 
-/* Gives access to files. read must not block. It calls done(argument, bytes_read) once, from any thread, or inline; fewer bytes than
- * `bytes`, or a negative number, mean failure. `destination` stays valid until done is called. coppice_plant_open and coppice_scene_open
- * wait for their reads, so done must not depend on the calling thread. A failure is reported as -errno, which the log spells out, or as -1
- * if the reason is unknown. open returns -EINVAL for anything but a regular file. A read that fails or comes short is retried after 50, 200
- * and 800 ms while frames go on; then the chunk, or the opening, has failed. A file is closed once no read of a closed plant is in flight.
+/* Gives access to files.
+ *   open   returns a handle >= 0, or a failure: -errno, which the log spells out, or -1 if the reason is unknown. It returns -EINVAL for
+ *          anything but a regular file
+ *   read   must not block. It calls done(argument, bytes_read) once, from any thread, or inline. Fewer bytes than `bytes`, or a failure as
+ *          of open, is retried after 50, 200 and 800 ms while frames go on; then the chunk, or the opening, has failed. `destination`
+ *          stays valid until done is called. coppice_plant_open and coppice_scene_open wait for their reads, so done must not depend on
+ *          the calling thread
+ *   close  is called once the plant or scene is closed and none of its reads is in flight
  * thread: the one inside coppice_plant_open, coppice_plant_reload, coppice_plant_close, coppice_scene_open, coppice_scene_close,
  * coppice_frame_begin or coppice_context_destroy. */
 typedef struct coppice_io {
   uint32_t struct_size;
   void* user;
-  int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* a handle >= 0, or -errno */
+  int64_t (*open)(void* user, const char* path, uint64_t* file_bytes); /* file_bytes: out, the file's size */
   void (*close)(void* user, int64_t file);
   void (*read)(void* user, int64_t file, uint64_t offset, void* destination, size_t bytes, void (*done)(void* argument, int64_t bytes_read),
                void* argument);
@@ -257,8 +262,8 @@ typedef struct coppice_trace_span {
   uint64_t end_ns;
 } coppice_trace_span;
 
-/* Hears what the library spent time on, after it ended, on the thread where it ended. `span` and its strings are valid during the call. It
- * must not call back into Coppice. Without this hook the library reads no clock for it. */
+/* Receives a span whenever the library has finished a piece of work that takes time. `span` and its strings are valid during the call. The
+ * function must not call back into Coppice. Without this hook no clock is read for spans. thread: the one that finished the work. */
 typedef struct coppice_trace {
   uint32_t struct_size;
   void* user;
@@ -396,9 +401,9 @@ COPPICE_API coppice_status coppice_plant_close(coppice_context* context, coppice
 
 /* Reloads a plant from `path`, or from the file or memory that it was opened from if path is null. It reads the front as coppice_plant_open
  * does.
- * after: plant and instance handles stay valid. The old file is drawn until as much of the new one is resident, for at most two seconds of
- * frames. Until then the plant takes memory twice, and one of the four reloads that a context can run at once. A further reload replaces
- * one that is running
+ * after: plant and instance handles stay valid. The old file is drawn until everything in demand of the new one is resident, for at most
+ * 120 frames. Until then the plant takes memory twice. A context can run four reloads at once. A further reload of the same plant replaces
+ * the one that is running
  * cost: as coppice_plant_open. errors: as coppice_plant_open, and nothing has changed; COPPICE_ERROR_INVALID_ARGUMENT also for a plant that
  * is not ready */
 COPPICE_API coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);
@@ -421,8 +426,8 @@ COPPICE_API coppice_status coppice_plant_get_info(const coppice_context* context
  * bytes, sizeof(coppice_placement) or that of a struct that begins with one. Fields that a shorter record lacks have their defaults. */
 typedef struct coppice_placement {
   double position[3]; /* metres; within 3.3e7 of the context's first origin, see coppice_set_origin. Kept to within 0.03 mm */
-  /* 1e-6 to 1e6; default 1. A negative scale of the same size mirrors the plant in its origin. With a rotation that ends in a half turn
-   * about x, * (1, 0, 0, 0), it exchanges left and right */
+  /* 1e-6 to 1e6, or the negative of such a number; default 1. A negative scale mirrors the plant through its origin. To exchange only left
+   * and right, turn it about x as well: rotation * (1, 0, 0, 0) */
   float scale;
   float rotation[4];   /* unit quaternion x y z w, to within half a per cent; default 0 0 0 1 */
   float tint[3];       /* multiplies leaf colour, 0 to 65504, kept to 11 bits; default 1 1 1 */
@@ -460,9 +465,9 @@ COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, co
 
 /* Moves the origin, for engines that move the origin of their coordinates along with the camera. From this call on, positions that are
  * passed (placements, cameras, shadow maps, maps of wind, boxes, rays) and returned (draws, hits, placements of trees) count from `origin`.
- * `origin` itself is in the coordinates of the context's creation: the place p is where p + origin was then. The engine converts numbers
- * that it has kept. Plants keep their places, and nothing is loaded again. Precision does not need this call: positions are doubles, and
- * the GPU computes relative to the eye.
+ * `origin` itself always counts from the origin that the context was created with: a position p means what p + origin meant then. The
+ * engine converts positions that it has kept. Plants keep their places, and nothing is loaded again. Precision does not need this call:
+ * positions are doubles, and the GPU computes relative to the eye.
  * origin: [3] m, within 3.3e7 of 0; at first 0 0 0. before: not within a frame */
 COPPICE_API coppice_status coppice_set_origin(coppice_context* context, const double* origin);
 
@@ -500,8 +505,8 @@ static inline void coppice_scene_placement_init(coppice_scene_placement* placeme
  * counted in scene_species_failed. Placing tiles and opening plants takes about streaming_ms a frame, but at least one of each. Scenes
  * share the limits of a context; each gets at least its part of a quarter of the memory budget. The engine's own plants and instances may
  * stand beside them.
- * Cuts differ a little with an instance's slot, and slots depend on the order in which tiles arrive. A settled picture does not change, but
- * another run may differ where two cuts are equally good. If jobs and reads run inside the hooks' calls, slots are the same each time.
+ * A settled picture does not change, but another run may show other cuts where two are equally good: that depends on an instance's slot,
+ * and slots depend on the order in which tiles arrive. If jobs and reads run inside the hooks' calls, slots are the same each time.
  * placement: may be null: default. scene: out, 0 on errors
  * after: nothing is loaded yet; coppice_is_settled says when everything in demand is
  * cost: waits for two reads and their retries (see coppice_io): call it while loading
@@ -680,10 +685,10 @@ COPPICE_API coppice_status coppice_view_create(coppice_context* context, const c
  * after: its memory is freed once the GPU has finished the frames that drew it (see coppice_frame) */
 COPPICE_API coppice_status coppice_view_destroy(coppice_context* context, coppice_view view);
 
-/* Tells whether everything is resident that the view's group (coppice_frame_begin) asked for in the last frame and can have: plants being
- * opened, tiles of scenes (near ones grow up over 16 frames) and chunks. coppice_view_stats.threshold_px has also come to rest then. It is
- * COPPICE_FALSE for a view that the last frame did not show. It does not cover changes since that frame, nor pipelines
- * (coppice_pipelines_ready).
+/* Tells whether everything that the view's group (coppice_frame_begin) demanded in the last frame, and that fits, is resident: plants have
+ * been opened, tiles of scenes are loaded (near ones grow up over 16 frames), and so are chunks. coppice_view_stats.threshold_px has also
+ * come to rest then. Changes since that frame, and pipelines (coppice_pipelines_ready), do not count. COPPICE_FALSE for a view that the
+ * last frame did not show.
  * settled: out; COPPICE_FALSE on errors. thread: as coppice_scene_get_info */
 COPPICE_API coppice_status coppice_is_settled(const coppice_context* context, coppice_view view, uint32_t* settled);
 
@@ -705,12 +710,12 @@ typedef enum coppice_debug_view {
   COPPICE_DEBUG_NONE = 0,
   /* leaves of an instance on a logarithmic ramp: blue is one leaf, red is all; leaf meshes are white */
   COPPICE_DEBUG_LOD = 1,
-  COPPICE_DEBUG_PATH =
-      2, /* drawn by compute shaders: green, their wood dark green; by the hardware: quads orange, leaf meshes magenta, wood blue */
-  COPPICE_DEBUG_OVERDRAW =
-      3, /* how often compute shaders drew a pixel: blue once, green 5 times, red 32; grey: by the hardware, not counted */
-  COPPICE_DEBUG_OCCLUSION =
-      4, /* the culling pass that drew it: blue the first, whose depth hides later ones, red the last; grey: by the hardware */
+  /* drawn by compute shaders: leaves green, wood dark green; by the hardware: quads orange, leaf meshes magenta, wood blue */
+  COPPICE_DEBUG_PATH = 2,
+  /* how often compute shaders drew a pixel: blue once, green 5 times, red 32; grey: by the hardware, not counted */
+  COPPICE_DEBUG_OVERDRAW = 3,
+  /* the culling pass that drew it: blue the first, whose depth hides later ones, red the last; grey: by the hardware */
+  COPPICE_DEBUG_OCCLUSION = 4,
   /* error of an instance's cut at its size, logarithmic: blue 0.5 px and less, green 4, red 32 */
   COPPICE_DEBUG_ERROR = 5,
   COPPICE_DEBUG_RESIDENCY = 6, /* leaves of the plant that are resident, logarithmic: blue all, red only one */
@@ -744,9 +749,9 @@ typedef struct coppice_camera {
   uint32_t height_px;
   int32_t x_px; /* place of the picture's first pixel in the attachments */
   int32_t y_px;
-  /* Threshold, > 0, at most 1e6; default 2. The error of a cut at its size on screen was measured when the plant was baked: it is the side,
-   * in px, of a square of wholly wrong pixels that is as wrong as all pixels of the plant together. 1 is hard to tell from all leaves; 2 is
-   * seen in a direct comparison; 8 is coarse, for shadows or slow devices. */
+  /* Threshold, px, > 0, at most 1e6; default 2. The error of a cut at its size on screen was measured when the plant was baked. An error of
+   * e px means: all pixels of the plant together are as wrong as a square of e x e pixels that are wholly wrong. 1 is hard to tell from all
+   * leaves; 2 is seen in a direct comparison; 8 is coarse, for shadows or slow devices. */
   float error_px;
   coppice_lod_mode lod;
   /* The number of leaves that the view may draw. 0, the default, draws what error_px asks for. Otherwise the threshold rises gradually
@@ -763,17 +768,17 @@ typedef struct coppice_camera {
   uint32_t temporal_frame;
   uint32_t layer_mask; /* instances whose layer_mask shares a bit with it are drawn and streamed; default COPPICE_ALL_LAYERS */
 
-  /* Null, the default, or the second eye of a stereo pair; read within the call. Both eyes are culled and selected for at once: an instance
-   * is drawn if one of them sees it, at its size from the middle between them, from where light is computed too. So both eyes show the same
-   * leaves. Both are perspectives of width_px x height_px, mirrored or not alike. The eyes may be turned against each other. */
+  /* Null, the default, or the second eye of a stereo pair; read within the call. Both eyes show the same leaves: an instance is drawn in
+   * both if one of them sees it, and its cut and its light are those seen from the middle between the eyes. Both eyes are perspectives of
+   * width_px x height_px, both mirrored or neither. They may be turned against each other. */
   const coppice_eye* second_eye;
 } coppice_camera;
 static inline void coppice_camera_init(coppice_camera* camera) {
   coppice_struct_init(COPPICE_STRUCT_CAMERA, camera, sizeof *camera);
 }
 
-/* Describes a square of the sun's view that holds a sphere, and the casters between the sphere and the sun for three more radii. Radius and
- * size must be set. */
+/* Describes what a shadow map covers: a sphere, and what may cast shadows on it up to three radii further towards the sun. Radius and size
+ * must be set. */
 typedef struct coppice_sun_desc {
   uint32_t struct_size;
   float sun_direction[3]; /* unit, towards the sun, world space; default 0 1 0 */
@@ -806,7 +811,7 @@ typedef struct coppice_wind {
   float speed;
   float gustiness; /* 0 to 1: how far gusts depart from the mean; default 0.5 */
   double time_s;   /* seconds since any moment, 0 to 1e9; default 0 */
-  /* time_s of the frame before. Velocities are the motion since then, computed with the wind of then. Default 0 */
+  /* time_s of the frame before; default 0. Velocities are the motion since then. They use the wind of that frame */
   double time_before_s;
   /* Velocities that are added to the wind: gusts, rotors, explosions. Null, the default, adds none, and the fields below are ignored. The
    * array is [map_height][map_width][2], x and z in world space, m/s, each within -100 to 100. A plant takes the velocity where it stands,
@@ -857,7 +862,7 @@ COPPICE_API coppice_status coppice_wind_gusts(const coppice_context* context, co
 typedef struct coppice_frame {
   uint32_t struct_size;
   uint64_t frame_number; /* number of the frame that begins; grows by at least 1 each call; the first is >= 1 */
-  /* GPU or host are done with every frame up to this; 0: with none yet. Below frame_number, and never falls */
+  /* The GPU, or the host, has finished every frame up to this number; 0: none yet. Below frame_number; never falls */
   uint64_t completed_number;
   const coppice_camera* cameras; /* [camera_count], one for each view that is drawn; read within the call */
   uint32_t camera_count;         /* may be 0: then nothing is drawn, and nothing is in demand */
@@ -938,8 +943,8 @@ typedef struct coppice_stats {
   uint32_t scene_tiles_wanted;  /* in demand by a view, resident or not */
   uint32_t scene_tiles_missing; /* in demand, not resident, and not given up as damaged */
   uint32_t scene_tiles_failed;
-  uint32_t
-      scene_species_failed; /* plants that a scene names and that could not be opened or are not allowed; their instances are left out */
+  /* plants that a scene names and that could not be opened or are not allowed; their instances are left out */
+  uint32_t scene_species_failed;
   float scene_threshold_px; /* the largest limit of all scenes; above 1 if not everything larger than a pixel fits */
 
   /* creation time of the pipeline that took longest; see coppice_vulkan_desc.pipeline_cache */
@@ -1001,8 +1006,8 @@ typedef struct coppice_leaf_node {
    * 1, 2) and (0, 2, 3). Corner i shows coppice_card.uv[i] */
   uint16_t corners[4][3];
   uint8_t card;
-  /* low four bits: sixteenths of its pixels that are shown, minus one; high four: brightness b, which multiplies linear colour by ((8 + b)
-   * / 16)^2 */
+  /* low four bits: (their number + 1) sixteenths of the quad's pixels are shown. High four: brightness b multiplies linear colour by
+   * ((8 + b) / 16)^2 */
   uint8_t fade;
   uint16_t reserved; /* any value */
   uint32_t split;    /* the split that replaces it; 0xffffffff: none */
@@ -1036,13 +1041,12 @@ typedef struct coppice_change {
   uint32_t index;          /* index among chunks of its kind: page, wood LoD (0 is the finest), texture, part of the leaf meshes */
   uint32_t texture_format; /* coppice_texture_format of coppice/format.h */
   /* The content of a chunk that was added; null for one that was dropped. Valid until the change is confirmed; aligned to 4 bytes.
-   *   page               coppice_leaf_node[node_count], starting with node first_node. Pages come in order: the resident ones are a prefix
-   *   wood, leaf mesh    coppice_mesh_vertex[vertex_count], then uint32_t[index_count], three a triangle
-   *   texture            mip_count levels of texels, largest first, tightly packed; each level has half the sides of the one before, at
-   *   least
-   *                      1. The first row is v = 0, glTF's uppermost. A normal map is a texture too: from the sampled alpha a and green g
-   *                      (g
-   *                      converted from sRGB to linear) the normal is x = 2a - 1 along u, y = 2g - 1 against v, z out of the surface */
+   *   page             coppice_leaf_node[node_count], starting with node first_node. Pages come in order: the resident ones are a prefix
+   *   wood, leaf mesh  coppice_mesh_vertex[vertex_count], then uint32_t[index_count], three a triangle
+   *   texture          mip_count levels of texels, largest first, tightly packed. Each level has half the sides of the one before, at
+   *                    least 1. The first row is v = 0, glTF's uppermost
+   * A normal map is a texture too. With the sampled alpha a, and green g converted from sRGB to linear, the normal is x = 2a - 1 along u, y
+   * = 2g - 1 against v, and z out of the surface. */
   const void* bytes;
   uint64_t byte_count;
   uint32_t first_node;
@@ -1141,7 +1145,8 @@ typedef struct coppice_draw {
   coppice_instance instance; /* 0 if a scene placed it */
   coppice_scene_tree tree;   /* its tree; 0 if the engine placed it */
   uint32_t file;
-  /* the cut has ceil(leaf_count * 0.999999) leaves; changes evenly with distance. 0: leaf meshes are drawn instead */
+  /* the size of the cut, which has ceil(leaf_count * 0.999999) leaves. Not rounded, so that it changes evenly with distance. 0: leaf meshes
+   * are drawn instead */
   float leaf_count;
   uint32_t node_end;    /* the cut's nodes are below it; it is 2 m - 1 */
   uint32_t wood_lod;    /* COPPICE_NONE: no wood */
@@ -1151,8 +1156,8 @@ typedef struct coppice_draw {
   float scale;          /* below 0: mirrored */
   float rotation[4];    /* unit quaternion x y z w */
   float tint[3];        /* multiplies leaf colour */
-  /* The host applies it: leaf_count and coppice_write_leaves count all leaves. Our renderer leaves out single leaves by a hash and shrinks
-   * merged ones; no host matches it leaf by leaf */
+  /* share of the leaves to draw, 0 to 1. The host applies it: leaf_count and coppice_write_leaves count all leaves. Our renderer leaves out
+   * single leaves by a hash and shrinks merged ones; a host need not choose the same leaves */
   float leaf_share;
   uint32_t reserved; /* 0 */
 } coppice_draw;

@@ -171,9 +171,9 @@ COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_des
  * first plants arrive: wood without a texture, normal maps, leaf meshes, a debug view. No frame waits for them. Meanwhile
  * coppice_stats.pipelines_built is below pipelines_wanted, and a replacement draws if there is one: the hardware for the compute
  * rasteriser, the pipeline with textures for plants without, quads for leaf meshes. Normal maps, debug views and everything else are
- * missing. An engine may show a loading screen until the first pipelines are ready, with frames or without. If the processor does the GPU's
- * work they take seconds of time, however many frames that is; the default pool runs reads and decodes first. A pipeline that cannot be
- * built is an error in the log, and what it draws stays missing.
+ * missing. An engine may show a loading screen until the first pipelines are ready, with frames or without. Building takes seconds if the
+ * processor does the GPU's work; the default pool runs reads and decodes first. A pipeline that cannot be built is an error in the log, and
+ * what it draws stays missing.
  * ready: out; VK_FALSE on an error
  * errors: COPPICE_ERROR_INVALID_ARGUMENT; else the error of the first pipeline that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
  * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
@@ -195,10 +195,12 @@ typedef enum coppice_content {
   /* translucency; the share of the sun that arrives (through the plant's own crown, and past coppice_light.shadow_maps); octahedral face */
   COPPICE_CONTENT_LIGHT = 4,
   COPPICE_CONTENT_USER = 5, /* coppice_placement.user_data, a byte each, lowest first: R8G8B8A8_UNORM is exact */
-  /* x and y: px that the place has moved since the frame before, including shifts (jitter) of the cameras' projections. z is 1 if the
-   * instance came with this frame, grows up, or was moved together with more than an eighth of the instance slots; then only the camera and
-   * the wind count. z is 1, and x and y are 0, where the place lay behind the eye then. The camera has no motion in a view that the frame
-   * before did not show. R16G16B16A16_SFLOAT is precise enough. */
+  /* x, y: how far the place has moved since the frame before, px, including shifts (jitter) of the cameras' projections. z is 0, but 1 in
+   * two cases:
+   *   the instance came with this frame, grows up, or was moved together with more than an eighth of the instance slots; then x and y are
+   *   the motion by the camera and the wind alone
+   *   the place lay behind the eye in the frame before; then x and y are 0
+   * In a view that the frame before did not show the camera counts as still. R16G16B16A16_SFLOAT is precise enough. */
   COPPICE_CONTENT_VELOCITY = 6,
   /* nothing is drawn to it: an attachment of the engine's own. Needs the feature independentBlend */
   COPPICE_CONTENT_NONE = 7,
@@ -219,12 +221,12 @@ typedef struct coppice_vulkan_view_desc {
    * Default VK_FALSE: no stencil attachment is bound. With a render_pass it is ignored: stencil is never changed. */
   VkBool32 has_stencil;
   coppice_content contents[COPPICE_MAX_COLORS]; /* one for each of color_formats; default COPPICE_CONTENT_DEFAULT */
-  /* If not null, coppice_record_draw draws inside this subpass of a classic render pass, or of any compatible one. Null, the default:
-   * inside dynamic rendering. The formats and samples above must be those of the subpass: color_formats has an entry for each of its colour
-   * references, with COPPICE_CONTENT_NONE and any colour format for one that is VK_ATTACHMENT_UNUSED. Vulkan gives no way to check that.
-   * Multiview is not supported. Jobs build pipelines with the pass whenever a plant needs another, so it must live until the context is
-   * destroyed. An engine that recreates its passes keeps a compatible one for Coppice. Views share pipelines if render_pass and subpass are
-   * the same. */
+  /* render_pass null, the default: coppice_record_draw draws inside dynamic rendering. Otherwise it draws inside this subpass of the pass,
+   * or of any compatible pass. The formats and samples above must be those of the subpass: color_formats has an entry for each of its
+   * colour references, with COPPICE_CONTENT_NONE and any colour format for one that is VK_ATTACHMENT_UNUSED. Vulkan gives no way to check
+   * that. Multiview is not supported. Jobs build pipelines with the pass whenever a plant needs another, so it must live until the context
+   * is destroyed. An engine that recreates its passes keeps a compatible one for Coppice. Views share pipelines if render_pass and subpass
+   * are the same. */
   uint32_t subpass; /* default 0 */
   VkRenderPass render_pass;
 } coppice_vulkan_view_desc;
@@ -264,13 +266,12 @@ typedef struct coppice_shadow_map {
 
 /* The depth that the engine has drawn in this frame before plants are culled: terrain, buildings, a depth prepass. Plants behind it are
  * neither rasterised nor drawn. The picture does not change, provided that the attachment that plants are drawn to has that depth too.
- *   depth       drawn with the camera's matrices, for each eye its own, in a viewport with depth from 0 to 1; in the direction of the
- *   view's
- *               depth_compare; in the view's depth_format, or copied to D32_SFLOAT. Empty pixels hold the far plane's depth
- *   samples     one. If the attachments have more, pass the farthest sample of each pixel, by VK_RESOLVE_MODE_MIN_BIT for reversed depth,
- *               else MAX
- * It works with compute_raster, from the second frame on that has one; the first starts building its pipeline. It hides nothing in views
- * that the hardware draws entirely. coppice_view_stats counts what it hides as occluded, or as not drawn. */
+ *   depth    drawn with the camera's matrices, for each eye its own, in a viewport with depth from 0 to 1, in the direction of the view's
+ *            depth_compare. In the view's depth_format, or copied to D32_SFLOAT. Empty pixels hold the far plane's depth
+ *   samples  one. If the attachments have more, pass the farthest sample of each pixel: resolve by VK_RESOLVE_MODE_MIN_BIT for reversed
+ *            depth, else by VK_RESOLVE_MODE_MAX_BIT
+ * It needs compute_raster, and hides nothing in views that the hardware draws entirely. The first frame with an occluder only starts
+ * building its pipeline. coppice_view_stats counts what it hides as occluded, or as not drawn. */
 typedef struct coppice_occluder {
   uint32_t struct_size;
   /* The place of the picture's first pixel in the image, in addition to its place in the attachments (coppice_camera.x_px and y_px, or

@@ -1,6 +1,7 @@
 #include "abi.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace coppice {
@@ -128,9 +129,12 @@ std::string records_problem(const void* records, std::size_t count, std::uint32_
   return std::string(name) + " are " + std::to_string(bytes) + " bytes apart: give the size of one";
 }
 
-void init_zeroed(void* theirs, std::uint32_t bytes) {
+void init_kind(std::span<const StructInit> by_kind, std::size_t kind, void* theirs, std::size_t bytes) {
+  if (theirs == nullptr || bytes < sizeof(std::uint32_t) || bytes > kMaxStructBytes) return;
+  const auto size = static_cast<std::uint32_t>(bytes);
+  if (kind < by_kind.size()) return by_kind[kind](theirs, size);
   std::memset(theirs, 0, bytes);
-  std::memcpy(theirs, &bytes, sizeof bytes);
+  std::memcpy(theirs, &size, sizeof size);
 }
 
 void write_bytes(const void* ours, std::size_t our_bytes, void* theirs) {
@@ -144,67 +148,35 @@ void write_bytes(const void* ours, std::size_t our_bytes, void* theirs) {
 }  // namespace coppice
 
 void coppice_struct_init(coppice_struct kind, void* data, size_t bytes) {
-  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMaxStructBytes) return;
-  const auto size = static_cast<uint32_t>(bytes);
-  switch (kind) {
-    case COPPICE_STRUCT_CONTEXT_DESC:
-      return coppice::init_struct<coppice_context_desc>(data, size);
-    case COPPICE_STRUCT_ALLOCATOR:
-      return coppice::init_struct<coppice_allocator>(data, size);
-    case COPPICE_STRUCT_JOBS:
-      return coppice::init_struct<coppice_jobs>(data, size);
-    case COPPICE_STRUCT_IO:
-      return coppice::init_struct<coppice_io>(data, size);
-    case COPPICE_STRUCT_LOG:
-      return coppice::init_struct<coppice_log>(data, size);
-    case COPPICE_STRUCT_TRACE:
-      return coppice::init_struct<coppice_trace>(data, size);
-    case COPPICE_STRUCT_PLANT_INFO:
-      return coppice::init_struct<coppice_plant_info>(data, size);
-    case COPPICE_STRUCT_SCENE_INFO:
-      return coppice::init_struct<coppice_scene_info>(data, size);
-    case COPPICE_STRUCT_SCENE_PLANT_INFO:
-      return coppice::init_struct<coppice_scene_plant_info>(data, size);
-    case COPPICE_STRUCT_STATS:
-      return coppice::init_struct<coppice_stats>(data, size);
-    case COPPICE_STRUCT_VIEW_DESC:
-      return coppice::init_struct<coppice_view_desc>(data, size);
-    case COPPICE_STRUCT_CAMERA:
-      return coppice::init_struct<coppice_camera>(data, size);
-    case COPPICE_STRUCT_EYE:
-      return coppice::init_struct<coppice_eye>(data, size);
-    case COPPICE_STRUCT_SUN_DESC:
-      return coppice::init_struct<coppice_sun_desc>(data, size);
-    case COPPICE_STRUCT_FRAME:
-      return coppice::init_struct<coppice_frame>(data, size);
-    case COPPICE_STRUCT_VIEW_STATS:
-      return coppice::init_struct<coppice_view_stats>(data, size);
-    case COPPICE_STRUCT_SCENE_PLACEMENT:
-      return coppice::init_struct<coppice_scene_placement>(data, size);
-    case COPPICE_STRUCT_CHANGE:
-      return coppice::init_struct<coppice_change>(data, size);
-    case COPPICE_STRUCT_FILE_INFO:
-      return coppice::init_struct<coppice_file_info>(data, size);
-    case COPPICE_STRUCT_MATERIAL:
-      return coppice::init_struct<coppice_material>(data, size);
-    case COPPICE_STRUCT_CARD:
-      return coppice::init_struct<coppice_card>(data, size);
-    case COPPICE_STRUCT_LEAF_LAYOUT:
-      return coppice::init_struct<coppice_leaf_layout>(data, size);
-    case COPPICE_STRUCT_LEAF_OUTPUT:
-      return coppice::init_struct<coppice_leaf_output>(data, size);
-    case COPPICE_STRUCT_TREE_INFO:
-      return coppice::init_struct<coppice_tree_info>(data, size);
-    case COPPICE_STRUCT_RAY:
-      return coppice::init_struct<coppice_ray>(data, size);
-    case COPPICE_STRUCT_HIT:
-      return coppice::init_struct<coppice_hit>(data, size);
-    case COPPICE_STRUCT_WIND:
-      return coppice::init_struct<coppice_wind>(data, size);
-    case COPPICE_STRUCT_GUSTS:
-      return coppice::init_struct<coppice_gusts>(data, size);
-    case COPPICE_STRUCT_MAX_ENUM:
-      break;
-  }
-  coppice::init_zeroed(data, size);
+  using coppice::init_struct;
+  static constexpr coppice::StructInit kInits[] = {init_struct<coppice_context_desc>,
+                                                   init_struct<coppice_allocator>,
+                                                   init_struct<coppice_jobs>,
+                                                   init_struct<coppice_io>,
+                                                   init_struct<coppice_log>,
+                                                   init_struct<coppice_trace>,
+                                                   init_struct<coppice_plant_info>,
+                                                   init_struct<coppice_scene_info>,
+                                                   init_struct<coppice_scene_plant_info>,
+                                                   init_struct<coppice_stats>,
+                                                   init_struct<coppice_view_desc>,
+                                                   init_struct<coppice_camera>,
+                                                   init_struct<coppice_sun_desc>,
+                                                   init_struct<coppice_frame>,
+                                                   init_struct<coppice_view_stats>,
+                                                   init_struct<coppice_scene_placement>,
+                                                   init_struct<coppice_change>,
+                                                   init_struct<coppice_file_info>,
+                                                   init_struct<coppice_material>,
+                                                   init_struct<coppice_card>,
+                                                   init_struct<coppice_leaf_layout>,
+                                                   init_struct<coppice_leaf_output>,
+                                                   init_struct<coppice_eye>,
+                                                   init_struct<coppice_tree_info>,
+                                                   init_struct<coppice_ray>,
+                                                   init_struct<coppice_hit>,
+                                                   init_struct<coppice_wind>,
+                                                   init_struct<coppice_gusts>};
+  static_assert(std::size(kInits) == COPPICE_STRUCT_GUSTS + 1);
+  coppice::init_kind(kInits, static_cast<std::size_t>(kind), data, bytes);
 }

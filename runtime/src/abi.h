@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 
 #include "coppice/coppice.h"
@@ -85,13 +86,15 @@ void write_struct(const T& ours, T* theirs) {
   write_bytes(&ours, sizeof(T), theirs);
 }
 
-/// Fills a struct of a kind that this version does not know: all 0. theirs: not null
-void init_zeroed(void* theirs, std::uint32_t bytes);
 /// Fills a struct of kind T with its defaults. theirs: not null
 template <class T>
 void init_struct(void* theirs, std::uint32_t bytes) {
   std::memcpy(theirs, &bytes, sizeof bytes);
   write_struct(struct_defaults<T>(), static_cast<T*>(theirs));
 }
+using StructInit = void (*)(void* theirs, std::uint32_t bytes);
+/// Fills a struct with its defaults, or with zeros if this version does not know its kind. Does nothing if theirs is null or `bytes` is no
+/// size of a struct. by_kind: for each kind its init_struct
+void init_kind(std::span<const StructInit> by_kind, std::size_t kind, void* theirs, std::size_t bytes);
 
 }  // namespace coppice

@@ -1,5 +1,6 @@
 // The C API: checks the engine's arguments, translates, forwards. No logic.
 
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
@@ -8,9 +9,7 @@
 #include "abi.h"
 #include "api_call.h"
 #include "api_checks.h"
-#include "api_options.h"
 #include "frame_wind.h"
-#include "sun_camera.h"
 
 namespace {
 
@@ -113,27 +112,17 @@ uint32_t coppice_version() {
 }
 
 const char* coppice_status_text(coppice_status status) {
-  switch (status) {
-    case COPPICE_OK:
-      return "success";
-    case COPPICE_ERROR_INVALID_ARGUMENT:
-      return "invalid argument";
-    case COPPICE_ERROR_IO:
-      return "a file could not be read";
-    case COPPICE_ERROR_BAD_FILE:
-      return "not a file of the kind, damaged, or of another version";
-    case COPPICE_ERROR_UNSUPPORTED:
-      return "the device lacks something required";
-    case COPPICE_ERROR_OUT_OF_MEMORY:
-      return "out of memory";
-    case COPPICE_ERROR_DEVICE_LOST:
-      return "the Vulkan device is lost";
-    case COPPICE_ERROR_INTERNAL:
-      return "internal error";
-    case COPPICE_STATUS_MAX_ENUM:
-      break;
-  }
-  return "unknown status";
+  static constexpr const char* kTexts[] = {"success",
+                                           "invalid argument",
+                                           "a file could not be read",
+                                           "not a file of the kind, damaged, or of another version",
+                                           "the device lacks something required",
+                                           "out of memory",
+                                           "the Vulkan device is lost",
+                                           "internal error"};
+  static_assert(std::size(kTexts) == COPPICE_ERROR_INTERNAL + 1);
+  const auto index = static_cast<std::size_t>(status);
+  return index < std::size(kTexts) ? kTexts[index] : "unknown status";
 }
 
 void coppice_context_destroy(coppice_context* context) {
@@ -284,11 +273,7 @@ coppice_status coppice_sun_camera(const coppice_context* context, coppice_view v
   COPPICE_REFUSE_IF(coppice::struct_size_problem(camera, "camera"));
   if (const std::string problem = coppice::sun_problem(ours, view_limits(*context)); !problem.empty())
     return call.refuse("desc." + problem);
-  auto sun = coppice::struct_defaults<coppice_camera>();
-  sun.view = view;
-  sun.width_px = sun.height_px = ours.size_px;
-  coppice::set_sun_camera(sun, ours, context->context->has_reversed_depth(view));
-  coppice::write_struct(sun, camera);
+  coppice::write_struct(context->context->sun_camera(view, ours), camera);
   return COPPICE_OK;
 }
 

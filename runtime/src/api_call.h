@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "abi.h"
 #include "context.h"
 #include "coppice/coppice.h"
 #include "result.h"
@@ -107,8 +108,28 @@ std::string view_problem(const coppice_context& context, coppice_view view, cons
 /// Ends a call that opens a file and has logged its error already.
 coppice_status finish_open(const Call& call, const char* path, const Result<std::uint64_t>& opened, std::uint64_t* handle);
 
-/// Ends a call that failed without a context. log: may lack a function
-coppice_status fail_without_context(const coppice_log& log, const char* function, coppice_status status, const std::string& message);
+// The next functions are for calls that create contexts.
+
+/// Reads an optional hook; without one `ours` has no functions. Returns what is wrong, or an empty string.
+template <class Hook>
+std::string read_hook(const Hook* theirs, const char* name, Hook& ours) {
+  ours = struct_defaults<Hook>();
+  return theirs == nullptr ? "" : read_struct(theirs, name, ours);
+}
+
+/// Adds the struct's name to the problem of one of its fields; empty stays empty.
+std::string in_struct(const char* name, const std::string& problem);
+
+/// Returns what is wrong with the desc or one of its hooks, or an empty string. options.hooks.log is set as soon as it can be read.
+std::string read_options(const coppice_context_desc* desc, ContextOptions& options);
+
+/// Logs the error of a call without a context to the options' log, and returns its status.
+coppice_status fail(const ContextOptions& options, const char* function, const Error& error);
+coppice_status refuse(const ContextOptions& options, const char* function, const std::string& problem);
+
+/// context: not null. function: the API's name for it
+coppice_status create_context(const ContextOptions& options, const MakeBackend& make_backend, const char* function,
+                              coppice_context** context);
 
 }  // namespace coppice
 

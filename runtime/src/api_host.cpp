@@ -6,7 +6,6 @@
 
 #include "api_call.h"
 #include "api_checks.h"
-#include "api_options.h"
 #include "host_backend.h"
 #include "leaf_writer.h"
 

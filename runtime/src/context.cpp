@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "handle.h"
-#include "trace_scope.h"
 
 namespace coppice {
 namespace {
@@ -24,10 +23,6 @@ constexpr std::uint32_t kFirstHostPlants = 16;
 
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
-}
-
-std::uint32_t index_of(coppice_plant plant) {
-  return unpack_handle(plant).index;
 }
 
 /// The contexts of a process share only this counter, which tells their handles apart.
@@ -72,18 +67,15 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   std::unique_ptr<Context> context(new (std::nothrow) Context);
   if (!context) return Error{Status::out_of_memory, "context"};
   context->tag_ = next_tag();
-  COPPICE_TRY(hooks, complete_hooks(options.hooks));
-  context->hooks_ = std::move(hooks);
-  COPPICE_TRY(backend, make_backend(backend_options(options, context->hooks_.hooks, context->ledger_)));
-  context->backend_ = std::move(backend);
+  COPPICE_CHECK(move_into(context->hooks_, complete_hooks(options.hooks)));
+  COPPICE_CHECK(move_into(context->backend_, make_backend(backend_options(options, context->hooks_.hooks, context->ledger_))));
   const BackendLimits& limits = context->limits();
   context->instances_ = gpu::InstanceTable(context->hooks_.hooks.allocator, limits.max_instances, context->tag_);
   context->scene_plants_ = {desc.asset_root != nullptr ? desc.asset_root : "", desc.allow_outside == COPPICE_TRUE,
                             context->hooks_.real_files};
   context->streaming_ns_ = nanoseconds(desc.streaming_ms);
   context->prefetch_frames_ = desc.prefetch_frames;
-  COPPICE_TRY(streamer, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits)));
-  context->streamer_ = std::move(streamer);
+  COPPICE_CHECK(move_into(context->streamer_, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits))));
   context->max_plants_ = limits.max_plants - kReloadSlots;
   context->min_budget_bytes_ = context->backend_->min_budget_bytes(context->ledger_.reserved());
   COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
@@ -117,14 +109,6 @@ Result<void> Context::set_memory_budget(std::uint64_t bytes) {
   return {};
 }
 
-const Context::PlantEntry& Context::entry(coppice_plant plant) const {
-  return plants_[index_of(plant)];
-}
-
-Context::PlantEntry& Context::entry(coppice_plant plant) {
-  return plants_[index_of(plant)];
-}
-
 Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
   if (const auto grown = grow_plants(); !grown) {
     log_line(log(), COPPICE_LOG_ERROR, "%s: %s", source.name, grown.error().message().c_str());
@@ -139,7 +123,6 @@ Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
 void Context::add_slot(std::uint32_t slot) {
   slots_.extend(slot + 1);
   for (BoundedList<PlantDemand>& demands : demands_) demands.extend(slot + 1);
-  residency_.extend(slot + 1);
   lod_plants_.extend(slot + 1);
 }
 
@@ -174,7 +157,7 @@ Result<coppice_plant> Context::open_plant(const PlantSource& source) {
   }
   COPPICE_TRY(slot, open_slot(source));
   const coppice_plant plant = take_entry(slot, COPPICE_PLANT_READY);
-  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
+  tell_opened(slot);
   return plant;
 }
 
@@ -194,7 +177,7 @@ void Context::finish_openings() {
     if (!opened) continue;
     if (*opened) opened = show_slot(plant.slot);
     plant.state = *opened ? COPPICE_PLANT_READY : COPPICE_PLANT_FAILED;
-    if (*opened) tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = plant.slot});
+    if (*opened) tell_opened(plant.slot);
     if (!*opened) {
       plant.failure = opened->error().status;
       remove_instances(plant.slot);
@@ -219,7 +202,7 @@ coppice_plant Context::take_entry(std::uint32_t slot, coppice_plant_state state)
 }
 
 bool Context::is_open(coppice_plant plant) const {
-  const std::uint32_t index = index_of(plant);
+  const std::uint32_t index = unpack_handle(plant).index;
   return index < plants_.count && plants_[index].open && plant == pack_handle({HandleKind::plant, tag_, plants_[index].generation, index});
 }
 
@@ -237,7 +220,7 @@ void Context::close_plant(coppice_plant plant) {
 Result<void> Context::reload_plant(coppice_plant plant, const std::optional<PlantSource>& source) {
   COPPICE_TRY(slot, open_slot(source ? *source : streamer_->source(plant_slot(plant))));
   slots_[slot].plant = plant;
-  tell_host(COPPICE_CHANGE_PLANT_OPENED, {.plant = slot});
+  tell_opened(slot);
   PlantEntry& reloading = entry(plant);
   if (reloading.next_slot != kNoSlot) close_slot(reloading.next_slot);
   reloading.next_slot = slot;
@@ -317,8 +300,7 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
 }
 
 std::uint64_t Context::host_bytes() const {
-  std::uint64_t bytes =
-      plants_.items.bytes() + slots_.items.bytes() + residency_.items.bytes() + lod_plants_.items.bytes() + instances_.bytes();
+  std::uint64_t bytes = plants_.items.bytes() + slots_.items.bytes() + lod_plants_.items.bytes() + instances_.bytes();
   for (const BoundedList<PlantDemand>& demands : demands_) bytes += demands.items.bytes();
   return bytes;
 }
@@ -328,15 +310,14 @@ Result<void> Context::reserve_host(std::uint32_t count) {
   const coppice_allocator& allocator = hooks_.hooks.allocator;
   const auto now = static_cast<std::uint32_t>(slots_.items.size());
   const std::uint32_t room = roomy_count({.now = now, .needed = count, .first = kFirstHostPlants, .maximum = limits().max_plants});
-  constexpr std::uint64_t kBytesEach = sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) +
-                                       sizeof(gpu::PlantResidency) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
+  constexpr std::uint64_t kBytesEach =
+      sizeof(PlantEntry) + sizeof(PlantSlot) + kMaxViewGroups * sizeof(PlantDemand) + sizeof(LodPlant) + gpu::InstanceTable::kPlantBytes;
   COPPICE_CHECK(check_fits((room - now) * kBytesEach));
   const std::uint64_t before = host_bytes();
   auto reserved = [&]() -> Result<void> {
     COPPICE_CHECK(instances_.reserve_plants(room));
     COPPICE_CHECK(plants_.reserve(allocator, room));
     for (BoundedList<PlantDemand>& demands : demands_) COPPICE_CHECK(demands.reserve(allocator, room));
-    COPPICE_CHECK(residency_.reserve(allocator, room));
     COPPICE_CHECK(lod_plants_.reserve(allocator, room));
     return slots_.reserve(allocator, room);
   }();
@@ -396,7 +377,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   for (const std::uint32_t plant : streamer_->take_closed_plants())
     if (std::exchange(slots_[plant].in_backend, false)) {
       backend_->remove_plant(plant);
-      tell_host(COPPICE_CHANGE_PLANT_CLOSED, {.plant = plant});
+      backend_->tell({COPPICE_CHANGE_PLANT_CLOSED, slots_[plant].plant, {.plant = plant}});
     }
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
   finish_openings();
@@ -410,9 +391,9 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   streamer_->begin_frame(stream_frame());
   for (const ChunkId& id : streamer_->take_evicted()) {
     backend_->hide_chunk(id);
-    tell_host(COPPICE_CHANGE_CHUNK_DROPPED, id);
+    if (backend_->tell({COPPICE_CHANGE_CHUNK_DROPPED, slots_[id.plant].plant, id})) streamer_->await_freed(id);
+    if (slots_[id.plant].open) note_residency(id.plant);
   }
-  if (backend_->host() != nullptr) note_residency();
   return device_state();
 }
 
@@ -448,7 +429,6 @@ void Context::note_residency() {
 
 void Context::note_residency(std::uint32_t slot) {
   const PlantState state = streamer_->state(slot);
-  residency_[slot] = {state.resident_leaf_count, state.resident_wood_mask, state.leaf_meshes_resident};
   LodPlant& plant = lod_plants_[slot];
   plant.resident_leaf_count = state.resident_leaf_count;
   plant.resident_wood_mask = state.resident_wood_mask;
@@ -460,7 +440,7 @@ Result<void> Context::upload() {
   COPPICE_CHECK(upload_decoded());
   note_residency();
   ledger_.release(std::exchange(slot_upload_bytes_, 0));
-  auto recorded = backend_->end_upload(instances_, residency_.span());
+  auto recorded = backend_->end_upload(instances_, lod_plants_.span());
   COPPICE_CHECK(device_state());
   return recorded;
 }

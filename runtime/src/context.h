@@ -15,6 +15,7 @@
 #include "coppice/coppice.h"
 #include "demand.h"
 #include "eye_motion.h"
+#include "handle.h"
 #include "hooks.h"
 #include "instances.h"
 #include "leaf_budget.h"
@@ -76,8 +77,8 @@ class Context {
   Result<coppice_scene> open_scene(const char* path, const gpu::Pose& pose);
   [[nodiscard]] bool is_scene(coppice_scene scene) const;
   /// scene: is_scene
-  [[nodiscard]] OpenScene* scene(coppice_scene scene);
-  [[nodiscard]] const OpenScene* scene(coppice_scene scene) const;
+  [[nodiscard]] OpenScene* scene(coppice_scene scene) { return scenes_[unpack_handle(scene).index].scene.get(); }
+  [[nodiscard]] const OpenScene* scene(coppice_scene scene) const { return scenes_[unpack_handle(scene).index].scene.get(); }
   void close_scene(coppice_scene scene);
   /// kNoPlant if it is not open or could not be opened. plant: any, also 0
   [[nodiscard]] std::uint32_t usable_slot(coppice_plant plant) const;
@@ -117,7 +118,8 @@ class Context {
   /// view: open, here and below
   void destroy_view(coppice_view view);
   [[nodiscard]] bool is_view(coppice_view view) const;
-  [[nodiscard]] bool has_reversed_depth(coppice_view view) const;
+  /// Returns the camera of the sun's shadow map in the view. desc: checked
+  [[nodiscard]] coppice_camera sun_camera(coppice_view view, const coppice_sun_desc& desc) const;
   [[nodiscard]] std::uint32_t backend_view(coppice_view view) const { return entry_of_view(view).backend_view; }
   [[nodiscard]] bool is_settled(coppice_view view) const;
 
@@ -130,7 +132,7 @@ class Context {
   enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
 
-  // In context_host.cpp. before: the backend's host() is not null
+  // In context_host.cpp, for a program that draws by itself.
   [[nodiscard]] coppice_change next_change();
   /// errors  invalid_argument: the chunk does not wait for this outcome
   Result<void> acknowledge(ChunkId id, coppice_outcome outcome);
@@ -187,7 +189,7 @@ class Context {
     std::size_t group = 0;          ///< its view group
     std::uint64_t shown_frame = 0;  ///< the last frame with a camera for it
     LodView shown;                  ///< as in that frame
-    ViewCounts counts;              ///< a host's: of its last get_draws
+    ViewCounts counts;              ///< those of the last get_draws
     LeafBudget budget;
     DemandAhead ahead;
   };
@@ -208,8 +210,8 @@ class Context {
   [[nodiscard]] coppice_scene scene_handle(std::uint32_t index) const;
   /// The tree in a slot; none for an instance with a handle.
   [[nodiscard]] coppice_scene_tree tree_at(std::uint32_t slot) const;
-  [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const;
-  [[nodiscard]] PlantEntry& entry(coppice_plant plant);
+  [[nodiscard]] const PlantEntry& entry(coppice_plant plant) const { return plants_[unpack_handle(plant).index]; }
+  [[nodiscard]] PlantEntry& entry(coppice_plant plant) { return plants_[unpack_handle(plant).index]; }
   Result<std::uint32_t> open_slot(const PlantSource& source);
   /// max_plants_ if all are in use.
   [[nodiscard]] std::uint32_t free_entry() const;
@@ -231,16 +233,15 @@ class Context {
   /// Reserves memory for one more plant. errors  out_of_memory; no plant was added
   Result<void> grow_plants();
   Result<void> upload_decoded();
-  /// Stores what is resident of each plant, for draws.
+  /// Stores what is resident of the plants, for draws.
   void note_residency();
   void note_residency(std::uint32_t slot);
-  /// Queues a change for next_change if a host draws.
-  void tell_host(coppice_change_kind kind, ChunkId id);
-  [[nodiscard]] coppice_change change_of(const DecodedChunk& chunk) const;
-  [[nodiscard]] ViewEntry& entry_of_view(coppice_view view);
-  [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const;
+  /// Tells a program that draws by itself that a slot has opened.
+  void tell_opened(std::uint32_t slot) { backend_->tell({COPPICE_CHANGE_PLANT_OPENED, slots_[slot].plant, {.plant = slot}}); }
+  [[nodiscard]] ViewEntry& entry_of_view(coppice_view view) { return views_[unpack_handle(view).index]; }
+  [[nodiscard]] const ViewEntry& entry_of_view(coppice_view view) const { return views_[unpack_handle(view).index]; }
   [[nodiscard]] std::size_t smallest_group() const;
-  /// The counts of draws() for a host.
+  /// What the backend has drawn, or the program has asked for with draws().
   [[nodiscard]] ViewCounts counts_of(const ViewEntry& view) const;
   /// lod: with its own threshold; afterwards with that of streaming
   void show_view(const coppice_camera& camera, LodView& lod);
@@ -263,9 +264,8 @@ class Context {
   std::array<BoundedList<PlantDemand>, kMaxViewGroups> demands_;  ///< by view group
   GroupViews group_views_;                                        ///< those of the frame
   std::vector<ViewEntry> views_;
-  std::vector<LodView> lods_;  ///< those of the frame's views
-  BoundedList<gpu::PlantResidency> residency_;
-  BoundedList<LodPlant> lod_plants_;  ///< by slot: the same for selection on the CPU
+  std::vector<LodView> lods_;         ///< those of the frame's views
+  BoundedList<LodPlant> lod_plants_;  ///< by slot: for draws
   std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
   std::uint64_t min_budget_bytes_ = 0;

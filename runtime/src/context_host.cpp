@@ -9,10 +9,8 @@
 #include "convert.h"
 #include "coppice_light.h"
 #include "cut_nodes.h"
-#include "host_backend.h"
 #include "leaf_writer.h"
 #include "page_codec.h"
-#include "visible.h"
 
 namespace coppice {
 namespace {
@@ -53,38 +51,45 @@ void describe_bytes(const DecodedChunk& chunk, const PlantFile& file, coppice_ch
   }
 }
 
+/// Without the bytes of an added chunk.
+coppice_change change_of(const BackendEvent& event) {
+  return {.struct_size = sizeof(coppice_change),
+          .kind = event.kind,
+          .plant = event.plant,
+          .file = event.chunk.plant,
+          .chunk = static_cast<coppice_streamed>(event.chunk.kind),
+          .index = event.chunk.index};
+}
+
+/// Finds the instances that a view sees, first by blocks and then one by one, as the shaders do. Calls take(slot), in order, for each
+/// instance of the view's layers whose sphere, enlarged by the motion of wind, reaches into the view.
+template <class Take>
+void for_each_visible(const InstanceBlocks& instances, const LodView& view, const Take& take) {
+  for (std::size_t block = 0; block < instances.bounds.size(); ++block) {
+    const InstanceBounds& bounds = instances.bounds[block];
+    if (bounds.radius_m < 0.0f || (bounds.any_layer & view.layer_mask) == 0) continue;
+    const float block_depth_m = depth_in_view(view, bounds.center_m);
+    const float block_reach_m = bounds.radius_m + wind_reach_m(view, bounds.max_instance_radius_m);
+    if (block_depth_m < -block_reach_m) continue;
+    const bool whole = block_depth_m >= block_reach_m;
+    const std::size_t first = block * kInstanceBlockSlots, end = std::min(first + kInstanceBlockSlots, instances.slots.size());
+    for (std::size_t slot = first; slot < end; ++slot) {
+      const InstanceSphere& sphere = instances.slots[slot];
+      if (sphere.plant == InstanceSphere::kNoPlant || (sphere.layer_mask & view.layer_mask) == 0) continue;
+      const float reach_m = sphere.radius_m + wind_reach_m(view, sphere.radius_m);
+      if (whole || depth_in_view(view, sphere.center_m) >= -reach_m) take(static_cast<std::uint32_t>(slot));
+    }
+  }
+}
+
 }  // namespace
 
-void Context::tell_host(coppice_change_kind kind, ChunkId id) {
-  if (HostBackend* host = backend_->host(); host != nullptr) host->events().push_back({kind, slots_[id.plant].plant, id});
-}
-
 coppice_change Context::next_change() {
-  coppice_change change{.struct_size = sizeof(coppice_change)};
-  std::deque<HostEvent>& events = backend_->host()->events();
-  if (!events.empty()) {
-    const HostEvent event = events.front();
-    events.pop_front();
-    change.kind = event.kind;
-    change.plant = event.plant;
-    change.file = event.chunk.plant;
-    if (event.kind != COPPICE_CHANGE_CHUNK_DROPPED) return change;
-    change.chunk = static_cast<coppice_streamed>(event.chunk.kind);
-    change.index = event.chunk.index;
-    return change;
-  }
-  const auto chunk = streamer_->next_pending();
-  return chunk ? change_of(*chunk) : change;
-}
-
-coppice_change Context::change_of(const DecodedChunk& chunk) const {
-  coppice_change change{.struct_size = sizeof(coppice_change)};
-  change.kind = COPPICE_CHANGE_CHUNK_ADDED;
-  change.plant = slots_[chunk.id.plant].plant;
-  change.file = chunk.id.plant;
-  change.chunk = static_cast<coppice_streamed>(chunk.id.kind);
-  change.index = chunk.id.index;
-  describe_bytes(chunk, streamer_->file(chunk.id.plant), change);
+  if (const auto event = backend_->next_event()) return change_of(*event);
+  const auto added = streamer_->next_pending();
+  if (!added) return {.struct_size = sizeof(coppice_change)};
+  coppice_change change = change_of({COPPICE_CHANGE_CHUNK_ADDED, slots_[added->id.plant].plant, added->id});
+  describe_bytes(*added, file(added->id.plant), change);
   return change;
 }
 

@@ -15,8 +15,7 @@ Result<coppice_scene> Context::open_scene(const char* path, const gpu::Pose& pos
     return Error{Status::out_of_memory, "COPPICE_MAX_SCENES are open"};
   }
   const auto index = static_cast<std::uint32_t>(entry - scenes_.begin());
-  COPPICE_TRY(scene, OpenScene::open(*this, index, path, pose));
-  entry->scene = std::move(scene);
+  COPPICE_CHECK(move_into(entry->scene, OpenScene::open(*this, index, path, pose)));
   ++entry->generation;
   return scene_handle(index);
 }
@@ -28,14 +27,6 @@ coppice_scene Context::scene_handle(std::uint32_t index) const {
 bool Context::is_scene(coppice_scene scene) const {
   const std::uint32_t index = unpack_handle(scene).index;
   return index < scenes_.size() && scenes_[index].scene != nullptr && scene == scene_handle(index);
-}
-
-OpenScene* Context::scene(coppice_scene scene) {
-  return scenes_[unpack_handle(scene).index].scene.get();
-}
-
-const OpenScene* Context::scene(coppice_scene scene) const {
-  return scenes_[unpack_handle(scene).index].scene.get();
 }
 
 void Context::close_scene(coppice_scene scene) {

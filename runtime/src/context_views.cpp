@@ -1,10 +1,14 @@
 // The views of a context: their demand, and their statistics.
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
+#include "abi.h"
 #include "context.h"
 #include "handle.h"
+#include "vectors.h"
 
 namespace coppice {
 namespace {
@@ -54,20 +58,39 @@ bool Context::is_view(coppice_view view) const {
   return index < views_.size() && views_[index].open && view == pack_handle({HandleKind::view, tag_, views_[index].generation, index});
 }
 
-Context::ViewEntry& Context::entry_of_view(coppice_view view) {
-  return views_[unpack_handle(view).index];
-}
+// An orthographic view from the sun that just holds the sphere, with depth from three radii before its surface to one behind. The picture's
+// axes depend on the sun alone.
+coppice_camera Context::sun_camera(coppice_view handle, const coppice_sun_desc& desc) const {
+  const bool reversed_depth = backend_->has_reversed_depth(backend_view(handle));
+  auto view = struct_defaults<coppice_camera>();
+  view.view = handle;
+  view.width_px = view.height_px = desc.size_px;
+  constexpr float kRadiiBefore = 4.0f, kRadiiBehind = 2.0f;
+  const vec3 sun = normalize(vec3(desc.sun_direction));
+  const vec3 right = normalize(cross(std::abs(sun.y) < 0.99f ? vec3(0, 1, 0) : vec3(1, 0, 0), sun));
+  const vec3 up = cross(sun, right);
+  const std::array<vec3, 3> axes{right, up, sun};
+  std::fill_n(view.view_from_world, 16, 0.0);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) view.view_from_world[4 * column + row] = axes[row][column];
+    for (std::size_t i = 0; i < 3; ++i) view.view_from_world[12 + row] -= double{axes[row][i]} * desc.center[i];
+  }
+  view.view_from_world[14] -= double{kRadiiBefore} * double{desc.radius_m};
+  view.view_from_world[15] = 1.0;
 
-const Context::ViewEntry& Context::entry_of_view(coppice_view view) const {
-  return views_[unpack_handle(view).index];
-}
-
-bool Context::has_reversed_depth(coppice_view view) const {
-  return backend_->has_reversed_depth(backend_view(view));
+  // The near plane contains the eye.
+  const float depth_per_m = 1.0f / ((kRadiiBefore + kRadiiBehind) * desc.radius_m);
+  std::fill_n(view.clip_from_view, 16, 0.0f);
+  view.clip_from_view[0] = 1.0f / desc.radius_m;
+  view.clip_from_view[5] = -1.0f / desc.radius_m;
+  view.clip_from_view[10] = reversed_depth ? depth_per_m : -depth_per_m;
+  view.clip_from_view[14] = reversed_depth ? 1.0f : 0.0f;
+  view.clip_from_view[15] = 1.0f;
+  return view;
 }
 
 ViewCounts Context::counts_of(const ViewEntry& view) const {
-  return backend_->host() != nullptr ? view.counts : backend_->view_counts(view.backend_view);
+  return backend_->view_counts(view.backend_view).value_or(view.counts);
 }
 
 void Context::show_view(const coppice_camera& camera, LodView& lod) {

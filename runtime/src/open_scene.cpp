@@ -58,8 +58,7 @@ Result<std::unique_ptr<OpenScene>> OpenScene::open(Context& context, std::uint32
   static_assert(std::uint64_t{COPPICE_MAX_SCENES} * COPPICE_MAX_SCENE_TILES < gpu::TileMember::kNoTile);
   std::unique_ptr<OpenScene> scene(new (std::nothrow) OpenScene(context, index, pose));
   if (!scene) return Error{Status::out_of_memory, "scene"};
-  COPPICE_TRY(stream, SceneStream::open(context.hooks(), context.ledger(), path, {.plants = context.scene_plants()}));
-  scene->stream_ = std::move(stream);
+  COPPICE_CHECK(move_into(scene->stream_, SceneStream::open(context.hooks(), context.ledger(), path, {.plants = context.scene_plants()})));
   if (auto allocated = scene->allocate(); !allocated) {
     log_line(context.log(), COPPICE_LOG_ERROR, "%s: %s", path, allocated.error().message().c_str());
     return allocated.error();

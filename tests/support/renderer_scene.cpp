@@ -207,7 +207,7 @@ RendererScene::RendererScene(const VulkanDevice& gpu, std::uint32_t max_instance
                                       .depth_compare = options.depth_compare}));
   instances_ = gpu::InstanceTable(default_allocator(), max_instances);
   expect(instances_.reserve_plants(kMaxPlants));
-  residency_.resize(kMaxPlants);
+  lod_plants_.resize(kMaxPlants);
 }
 
 namespace {
@@ -253,7 +253,7 @@ void RendererScene::upload_plant(const Pending& pending) {
     std::vector<std::uint8_t> clusters(gpu::kPageBytes);
     gpu::build_page(source, page, nodes, *scratch, clusters);
     expect(renderer_->upload_page({.plant = index, .page = page, .clusters = clusters, .ready_cuts = &cuts}));
-    residency_[index].leaf_count = page * COPPICE_PAGE_SPLITS + count / 2 + 1;
+    lod_plants_[index].resident_leaf_count = page * COPPICE_PAGE_SPLITS + count / 2 + 1;
   }
   if (pending.page_count == 0) return;
   const auto upload_mesh = [&](gpu::MeshKind kind, std::uint32_t mesh, const WoodSpan& decoded) {
@@ -264,20 +264,20 @@ void RendererScene::upload_plant(const Pending& pending) {
   for (std::uint32_t lod = 0; lod < plant.wood.size(); ++lod) {
     if (plant.wood[lod].indices.empty()) continue;
     upload_mesh(gpu::MeshKind::wood, lod, plant.wood[lod]);
-    residency_[index].wood_mask |= 1u << lod;
+    lod_plants_[index].resident_wood_mask |= 1u << lod;
   }
   for (std::uint32_t texture = 0; texture < plant.textures.size(); ++texture)
     expect(renderer_->upload_texture(index, texture, plant.textures[texture]));
   for (std::uint32_t mesh = 0; mesh < plant.leaf_meshes.size(); ++mesh)
     upload_mesh(gpu::MeshKind::leaves, gpu::kMaxWoodLods + mesh, plant.leaf_meshes[mesh]);
-  residency_[index].leaf_meshes = !plant.leaf_meshes.empty();
+  lod_plants_[index].leaf_meshes_resident = !plant.leaf_meshes.empty();
 }
 
 void RendererScene::upload(VkCommandBuffer cmd) {
   renderer_->record_upload_begin(cmd);
   for (const Pending& pending : pending_) upload_plant(pending);
   pending_.clear();
-  const auto ended = renderer_->record_upload_end(instances_, residency_);
+  const auto ended = renderer_->record_upload_end(instances_, lod_plants_);
   upload_failed_ = !ended;
   if (!frames_may_fail_) expect(ended);
 }

@@ -89,10 +89,8 @@ class RendererScene {
   void place(std::uint32_t plant, const std::vector<coppice_placement>& placements);
   [[nodiscard]] gpu::Renderer& renderer() { return *renderer_; }
   gpu::InstanceTable& instances() { return instances_; }
-  [[nodiscard]] const std::vector<gpu::PlantResidency>& residency() const { return residency_; }
-
   /// As when pages have been evicted.
-  void set_resident_leaves(std::uint32_t plant, std::uint32_t leaf_count) { residency_[plant].leaf_count = leaf_count; }
+  void set_resident_leaves(std::uint32_t plant, std::uint32_t leaf_count) { lod_plants_[plant].resident_leaf_count = leaf_count; }
 
   /// Whether record_upload_end failed in the last frame.
   [[nodiscard]] bool upload_failed() const { return upload_failed_; }
@@ -126,7 +124,7 @@ class RendererScene {
   Ledger ledger_;
   std::unique_ptr<gpu::Renderer> renderer_;
   gpu::InstanceTable instances_;
-  std::vector<gpu::PlantResidency> residency_;
+  std::vector<LodPlant> lod_plants_;
   std::vector<Pending> pending_;
   std::uint32_t plant_count_ = 0;
   std::uint32_t view_ = 0;

@@ -17,10 +17,17 @@
 #include "io_result.h"
 #include "mentions.h"
 #include "print_reading.h"
-#include "transfer.h"
 
 namespace coppice {
 namespace hooks_test {
+
+/// One attempt.
+Result<void> read_once(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
+  AwaitedRead read;
+  read.start(io, file, offset, out);
+  read.wait();
+  return read.result();
+}
 
 struct CountingAllocator {
   std::size_t live_bytes = 0, calls = 0, fail_at = SIZE_MAX;
@@ -127,9 +134,9 @@ TEST_P(DefaultIo, ReadsFromTheOffset) {
   ASSERT_GE(file, 0);
   EXPECT_EQ(bytes, 10u);
   std::array<std::uint8_t, 4> four{};
-  EXPECT_TRUE(read_now(io, file, 3, four));
+  EXPECT_TRUE(read_once(io, file, 3, four));
   EXPECT_EQ(std::string(four.begin(), four.end()), "3456");
-  const auto past_the_end = read_now(io, file, 8, four);
+  const auto past_the_end = read_once(io, file, 8, four);
   ASSERT_FALSE(past_the_end);
   EXPECT_EQ(past_the_end.error().status, Status::io);
   EXPECT_EQ(past_the_end.error().offset, 8u);
@@ -156,8 +163,8 @@ TEST_P(DefaultIo, AFailingAllocatorFailsTheRead) {
   std::uint64_t bytes = 0;
   const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
   std::array<std::uint8_t, 4> four{};
-  EXPECT_EQ(read_now(io, file, 0, four).error().status, Status::out_of_memory);
-  EXPECT_TRUE(read_now(io, file, 0, four));
+  EXPECT_EQ(read_once(io, file, 0, four).error().status, Status::out_of_memory);
+  EXPECT_TRUE(read_once(io, file, 0, four));
   io.close(io.user, file);
   EXPECT_EQ(allocator.live_bytes, 0u);
 }

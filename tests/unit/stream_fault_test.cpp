@@ -28,7 +28,7 @@ using test::demand_of;
 using test::ReadFault;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr GpuSizes kGpuSizes = {.plant_bytes = 1000};
+const GpuSizes kGpuSizes = {.plant_bytes = 1000};
 constexpr std::uint32_t kLeaves = 3000, kChunks = 9;  // six pages, two wood LoDs, a texture
 
 Bytes plant_bytes(std::uint32_t seed) {

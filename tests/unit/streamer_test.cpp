@@ -51,7 +51,7 @@ std::vector<std::uint8_t> poster_file(std::uint32_t texture_side) {
                      bake::TextureCoding::rgba8);
 }
 
-constexpr GpuSizes kGpuSizes = {.plant_bytes = 1000, .block_textures = true};
+const GpuSizes kGpuSizes = {.plant_bytes = 1000, .block_textures = true};
 
 class StreamerTest : public test::StreamerFixture {
  protected:

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <random>
 
-#include "decoder_set.h"
 #include "symbol_writer.h"
 
 namespace coppice {

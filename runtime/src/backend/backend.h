@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "coppice/coppice.h"
@@ -15,14 +16,12 @@
 #include "hooks.h"
 #include "instances.h"
 #include "ledger.h"
-#include "plant_residency.h"
 #include "result.h"
 #include "select.h"
 #include "streamer.h"
 
 namespace coppice {
 
-class HostBackend;
 namespace gpu {
 class Renderer;
 }
@@ -54,6 +53,13 @@ struct SceneSize {
 /// FrameCounts and GPU times of a recent frame.
 struct ViewCounts : gpu::FrameCounts {
   std::array<float, COPPICE_PASS_COUNT> pass_ms{};
+};
+
+/// A change for a program that draws by itself, other than an added chunk.
+struct BackendEvent {
+  coppice_change_kind kind = COPPICE_CHANGE_NONE;
+  coppice_plant plant = 0;
+  ChunkId chunk;  ///< its plant is the file
 };
 
 /// Calls in a frame: begin_frame; show_view for each view; upload_chunk and drop_chunk, any number of times; end_upload.
@@ -97,18 +103,22 @@ class Backend {
   /// From here on no new frame may draw the chunk. drop_chunk follows once the frames that may have drawn it are finished.
   virtual void hide_chunk(ChunkId id) = 0;
   virtual void drop_chunk(ChunkId id) = 0;
-  /// residency: [plants], all that were ever added. errors  out_of_memory: the frame draws nothing
-  virtual Result<void> end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) = 0;
+  /// plants: all that were ever added, with what may be drawn of them. errors  out_of_memory: the frame draws nothing
+  virtual Result<void> end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) = 0;
 
   /// view: the backend's own index, here and below
   virtual void remove_view(std::uint32_t view) = 0;
   virtual void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) = 0;
   [[nodiscard]] virtual bool has_reversed_depth(std::uint32_t view) const = 0;
-  [[nodiscard]] virtual ViewCounts view_counts(std::uint32_t view) const = 0;
+  /// What the backend has drawn; nothing if the program draws by itself.
+  [[nodiscard]] virtual std::optional<ViewCounts> view_counts(std::uint32_t view) const = 0;
 
-  /// Our renderer; null if this is a host's backend.
+  /// Keeps an event for next_event. True if the program will acknowledge that it has freed a dropped chunk.
+  virtual bool tell(const BackendEvent&) { return false; }
+  /// The first event that has not been handed out.
+  virtual std::optional<BackendEvent> next_event() { return std::nullopt; }
+  /// Our renderer; null if the program draws by itself.
   [[nodiscard]] virtual gpu::Renderer* renderer() { return nullptr; }
-  [[nodiscard]] virtual HostBackend* host() { return nullptr; }
 };
 
 }  // namespace coppice

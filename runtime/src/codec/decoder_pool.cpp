@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "decoder_set.h"
+#include "symbol_reader.h"
 
 namespace coppice {
 

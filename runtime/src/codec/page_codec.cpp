@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
-#include "decoder_set.h"
 #include "reader.h"
+#include "symbol_reader.h"
 
 namespace coppice {
 

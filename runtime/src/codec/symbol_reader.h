@@ -4,20 +4,21 @@
 // vectors, so a reader is made once with space for any page and used for one page after another. Draco trusts lengths, so they are checked
 // here.
 //
-// Only decoder_set.h includes this: Draco stays inside.
+// Draco stays inside: only decoder_pool.cpp and page_codec.cpp include this.
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <draco/compression/bit_coders/direct_bit_decoder.h>
 #include <draco/compression/entropy/ans.h>
 #include <draco/core/decoder_buffer.h>
 
-#include "page_model.h"
+#include "decoder_pool.h"
 #include "symbol_tables.h"
 
 namespace coppice {
@@ -116,6 +117,19 @@ class BitReader {
   draco::DirectBitDecoder draco_;
   std::size_t bit_count_ = 0, used_ = 0;
   bool ended_ = false;
+};
+
+/// One page's decoders.
+struct DecoderPool::Set {
+  std::array<SymbolReader, page_model::kContextCount> symbols = readers(std::make_index_sequence<page_model::kContextCount>());
+  std::array<std::size_t, page_model::kContextCount> usual{};  ///< number of symbols of a reader's default table; 0 if it has another table
+  BitReader bits;
+
+ private:
+  template <std::size_t... kContext>
+  static std::array<SymbolReader, page_model::kContextCount> readers(std::index_sequence<kContext...>) {
+    return {SymbolReader(page_model::kAlphabet[kContext])...};
+  }
 };
 
 }  // namespace coppice

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <utility>
 
 #include "hooks.h"
 
@@ -42,11 +43,14 @@ struct BoundedList {
   }
   /// Removes and returns the last element. before: not empty
   T pop_back() { return items[--count]; }
+  /// Empties the list, and returns its elements until the next one is added.
+  std::span<const T> take_all() { return items.span().first(std::exchange(count, 0)); }
   /// Extends the list to this many elements, within its capacity. New elements are default-constructed.
   void extend(std::size_t to) { count = std::max(count, to); }
   [[nodiscard]] T& operator[](std::size_t i) { return span()[i]; }
   [[nodiscard]] const T& operator[](std::size_t i) const { return span()[i]; }
   [[nodiscard]] bool empty() const { return count == 0; }
+  [[nodiscard]] bool full() const { return count == items.size(); }
   [[nodiscard]] std::span<T> span() { return items.span().first(count); }
   [[nodiscard]] std::span<const T> span() const { return items.span().first(count); }
 };

@@ -156,8 +156,7 @@ Result<HookSet> complete_hooks(const Hooks& hooks, Reading reading) {
     if (auto uring = UringIo::create(set.hooks.allocator)) set.defaults->uring = *std::move(uring);
   const bool by_uring = set.defaults->uring != nullptr;
   if (jobs == Given::none || (io == Given::none && !by_uring)) {
-    COPPICE_TRY(pool, ThreadPool::create(0));
-    set.defaults->pool = std::move(pool);
+    COPPICE_CHECK(move_into(set.defaults->pool, ThreadPool::create(0)));
   }
   if (jobs == Given::none) {
     set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};

@@ -1,10 +1,13 @@
 #pragma once
 
-// Results of the I/O hook: errors with the system's reason, and when to retry a failed read.
+// Reads through the I/O hook: errors with the system's reason, when to retry a failed read, and waiting for one.
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "completion_queue.h"
+#include "coppice/coppice.h"
 #include "result.h"
 
 namespace coppice {
@@ -33,5 +36,42 @@ struct ReadRetry {
 
 /// Sleeps until the clock reaches a time, for callers that may block.
 void wait_until(std::uint64_t (*clock_ns)(), std::uint64_t until_ns);
+
+/// A read that is awaited, one at a time. It may end on any thread; all functions are the frame's thread's.
+class AwaitedRead {
+ public:
+  AwaitedRead() = default;
+  AwaitedRead(const AwaitedRead&) = delete;
+  AwaitedRead& operator=(const AwaitedRead&) = delete;
+  ~AwaitedRead() { wait(); }
+
+  /// out: does not move until the read is back
+  void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
+  /// True if it has returned.
+  [[nodiscard]] bool back() const { return queue_.all_back(); }
+  void wait() const { queue_.wait_for_all(); }
+  /// True if it gave all its bytes. before: back(), here and below
+  [[nodiscard]] bool whole() const { return read_.bytes_read == static_cast<std::int64_t>(read_.out.size()); }
+  /// Starts the same read again.
+  void repeat(const coppice_io& io, std::int64_t file) { start(io, file, read_.offset, read_.out); }
+  /// errors  as read_error
+  [[nodiscard]] Result<void> result() const;
+
+ private:
+  struct Read {
+    CompletionQueue<Read>* queue = nullptr;
+    std::uint64_t offset = 0;
+    std::span<std::uint8_t> out;
+    std::int64_t bytes_read = 0;
+    Read* next = nullptr;  ///< in the queue
+  };
+  static void on_done(void* argument, std::int64_t bytes_read);
+
+  Read read_;
+  CompletionQueue<Read> queue_;
+};
+
+/// Reads the start of a file and waits, also for the pauses of ReadRetry. errors  as read_error
+Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)());
 
 }  // namespace coppice

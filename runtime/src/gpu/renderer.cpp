@@ -214,19 +214,19 @@ Result<void> Renderer::stage_instances(InstanceTable& instances) {
   return {};
 }
 
-Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency) {
+Result<void> Renderer::stage_frame(InstanceTable& instances, std::span<const LodPlant> plants) {
   COPPICE_CHECK(stage_indices());
   COPPICE_CHECK(plants_.upload_tables(scene_.tables));
   COPPICE_CHECK(wind_maps_.upload(uploads_, scene_.wind_maps));
   COPPICE_CHECK(stage_instances(instances));
-  COPPICE_CHECK(views_.prepare(instances, residency, desc_.memory_budget_bytes));
+  COPPICE_CHECK(views_.prepare(instances, plants, desc_.memory_budget_bytes));
   instances.forget_moves();
   return {};
 }
 
-Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency) {
-  COPPICE_ASSERT(upload_state_ == UploadState::recording && residency.size() >= plants_.count());
-  auto staged = stage_frame(instances, residency);
+Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<const LodPlant> plants) {
+  COPPICE_ASSERT(upload_state_ == UploadState::recording && plants.size() >= plants_.count());
+  auto staged = stage_frame(instances, plants);
   if (timer_.exists()) timer_.begin(device_, upload_cmd_, frame_, completed_);
   memory_barrier(device_, upload_cmd_, kReadStages | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
                  VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT);

@@ -80,9 +80,9 @@ class Renderer {
   }
   /// For hiding and dropping chunks.
   [[nodiscard]] PlantStore& plants() { return plants_; }
-  /// instances: no more slots than capacity(). residency: [plants], all that were ever added; leaf_meshes is set only if all of them have
+  /// instances: no more slots than capacity(). plants: all that were ever added; leaf_meshes_resident is set only if all of them have
   /// been uploaded. errors  out_of_memory: the frame's uploads do not fit; the frame draws nothing
-  Result<void> record_upload_end(InstanceTable& instances, std::span<const PlantResidency> residency);
+  Result<void> record_upload_end(InstanceTable& instances, std::span<const LodPlant> plants);
 
   /// attachments: checked. errors  out_of_memory, device_lost
   Result<std::uint32_t> add_view(const AttachmentDesc& attachments);
@@ -120,7 +120,7 @@ class Renderer {
   void lower_limits();
   Result<void> create_buffers();
   [[nodiscard]] BufferSizes sizes(const Capacity& needed);
-  Result<void> stage_frame(InstanceTable& instances, std::span<const PlantResidency> residency);
+  Result<void> stage_frame(InstanceTable& instances, std::span<const LodPlant> plants);
   Result<void> stage_indices();
   Result<void> stage_instances(InstanceTable& instances);
 

@@ -9,13 +9,6 @@
 
 namespace coppice {
 
-/// An event for the host, other than an added chunk.
-struct HostEvent {
-  coppice_change_kind kind = COPPICE_CHANGE_NONE;
-  coppice_plant plant = 0;
-  ChunkId chunk;  ///< its plant is the file
-};
-
 class HostBackend final : public Backend {
  public:
   /// errors  out_of_memory
@@ -39,21 +32,19 @@ class HostBackend final : public Backend {
   Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
   void hide_chunk(ChunkId) override {}
   void drop_chunk(ChunkId) override {}
-  Result<void> end_upload(gpu::InstanceTable&, std::span<const gpu::PlantResidency>) override { return {}; }
+  Result<void> end_upload(gpu::InstanceTable&, std::span<const LodPlant>) override { return {}; }
   void remove_view(std::uint32_t) override {}
   void show_view(std::uint32_t, const coppice_camera&, const LodView&) override {}
   [[nodiscard]] bool has_reversed_depth(std::uint32_t) const override { return false; }
-  [[nodiscard]] ViewCounts view_counts(std::uint32_t) const override { return {}; }
-  [[nodiscard]] HostBackend* host() override { return this; }
-
-  /// Events that the host has not taken yet: at most one for each plant opened or closed and each chunk dropped.
-  [[nodiscard]] std::deque<HostEvent>& events() { return events_; }
+  [[nodiscard]] std::optional<ViewCounts> view_counts(std::uint32_t) const override { return std::nullopt; }
+  bool tell(const BackendEvent& event) override;
+  std::optional<BackendEvent> next_event() override;
 
  private:
   explicit HostBackend(const BackendLimits& limits) : limits_(limits) {}
 
   BackendLimits limits_;
-  std::deque<HostEvent> events_;
+  std::deque<BackendEvent> events_;  ///< at most one for each plant opened or closed and each chunk dropped
 };
 
 }  // namespace coppice

@@ -108,8 +108,7 @@ coppice_placement PlacementRecords::operator[](std::size_t index) const {
 
 Result<DirtySlots> DirtySlots::enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const {
   DirtySlots larger;
-  COPPICE_TRY(flags, enlarged_copy(flags_, allocator, block_count(slot_count, kDirtyBlockSlots)));
-  larger.flags_ = std::move(flags);
+  COPPICE_CHECK(move_into(larger.flags_, enlarged_copy(flags_, allocator, block_count(slot_count, kDirtyBlockSlots))));
   larger.first_ = first_;
   larger.end_ = end_;
   return larger;
@@ -142,9 +141,7 @@ std::uint64_t InstanceTable::Arrays::bytes() const {
 Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) const {
   Arrays larger;
   const auto enlarge = [&](auto& to, const auto& from, std::uint32_t block_slots) -> Result<void> {
-    COPPICE_TRY(copy, enlarged_copy(from, allocator_, block_count(slot_count, block_slots)));
-    to = std::move(copy);
-    return {};
+    return move_into(to, enlarged_copy(from, allocator_, block_count(slot_count, block_slots)));
   };
   COPPICE_CHECK(enlarge(larger.instances, arrays_.instances, 1));
   COPPICE_CHECK(enlarge(larger.spheres, arrays_.spheres, 1));
@@ -153,12 +150,9 @@ Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) 
   COPPICE_CHECK(enlarge(larger.freed_blocks, arrays_.freed_blocks, kDirtyBlockSlots));
   COPPICE_CHECK(enlarge(larger.bounds, arrays_.bounds, kInstanceBlockSlots));
   COPPICE_CHECK(enlarge(larger.moved, arrays_.moved, kMovedShare));
-  COPPICE_TRY(told, arrays_.told.enlarged(allocator_, slot_count));
-  larger.told = std::move(told);
-  COPPICE_TRY(dirty, arrays_.dirty.enlarged(allocator_, slot_count));
-  COPPICE_TRY(unbounded, arrays_.unbounded.enlarged(allocator_, slot_count));
-  larger.dirty = std::move(dirty);
-  larger.unbounded = std::move(unbounded);
+  COPPICE_CHECK(move_into(larger.told, arrays_.told.enlarged(allocator_, slot_count)));
+  COPPICE_CHECK(move_into(larger.dirty, arrays_.dirty.enlarged(allocator_, slot_count)));
+  COPPICE_CHECK(move_into(larger.unbounded, arrays_.unbounded.enlarged(allocator_, slot_count)));
   for (Instance& instance : larger.instances.span().subspan(capacity())) instance.plant = kNoPlant;
   if (const std::uint32_t rest = slot_count % kDirtyBlockSlots; rest > 0)
     larger.blocks[slot_count / kDirtyBlockSlots].used = ~std::uint64_t{0} << rest;

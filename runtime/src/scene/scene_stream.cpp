@@ -62,22 +62,6 @@ void run_decode(void* argument) {
   read->queue->push(read);
 }
 
-/// Reads the start of the file through the hook and waits, also for retries.
-Result<void> read_now(const coppice_io& io, std::int64_t file, std::span<std::uint8_t> out, std::uint64_t (*clock_ns)()) {
-  CompletionQueue<Read> queue;
-  Read read;
-  read.queue = &queue;
-  for (;;) {
-    queue.expect();
-    io.read(io.user, file, 0, out.data(), out.size(), on_read, &read);
-    queue.wait_for_all();
-    queue.take();
-    if (read.bytes_read == static_cast<std::int64_t>(out.size())) return {};
-    if (!read.retry.pause(clock_ns())) return read_error(read.bytes_read, out.size(), 0);
-    wait_until(clock_ns, read.retry.again_ns);
-  }
-}
-
 std::string_view folder_of(std::string_view path) {
   const std::size_t slash = path.rfind('/');
   return slash == std::string_view::npos ? std::string_view() : path.substr(0, slash + 1);

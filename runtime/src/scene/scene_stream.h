@@ -16,10 +16,10 @@
 #include <span>
 #include <string>
 
+#include "asset_path.h"
 #include "hooks.h"
 #include "ledger.h"
 #include "scene_reader.h"
-#include "species_path.h"
 #include "tile_selection.h"
 
 namespace coppice {

@@ -4,35 +4,47 @@
 #include <utility>
 
 #include "check.h"
+#include "plant_tables.h"
+#include "threshold.h"
 
 namespace coppice {
 
-void PlantOpening::wait() {
-  read.wait();
-  decoded.wait_for_all();
+namespace {
+
+using Step = PlantOpening::Step;
+
+constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr,
+                               [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
+
+void release(PlantOpening& opening, Budget& budget) {
+  budget.ledger.release(std::exchange(opening.reserved_bytes, 0));
 }
 
-void PlantOpening::clear_pinned() {
-  while (decoded.take() != nullptr) continue;
-  pinned.reset();
-}
-
-void PlantOpening::restart(std::uint64_t frame) {
-  step = Step::queued;
-  start_frame = frame;
-  clear_pinned();
-  front = {};
-  retry = {};
-  plant.reset();
-}
-
-Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu) {
-  COPPICE_CHECK(move_into(opening.plant, open_plant_file(hooks, gpu, opening.source, opening.index)));
-  opening.step = PlantOpening::Step::header;
-  opening.read.start(opening.plant->hooks.io, opening.plant->io_file, 0, opening.header);
+// Memory is reserved before anything is read or decoded. If there is none, begin_frame frees some: the GPU may still read what is evicted
+// now.
+Result<void> reserve(PlantOpening& opening, Budget& budget, const PlantSet& plants, std::uint64_t more_bytes) {
+  const std::uint64_t all_bytes = opening.reserved_bytes + more_bytes;
+  release(opening, budget);
+  if (!budget.ledger.fits(all_bytes)) return refusal(budget, plants, all_bytes);
+  budget.ledger.reserve(all_bytes);
+  opening.reserved_bytes = all_bytes;
   return {};
 }
 
+/// Bytes of the plant's places in the lists of requests, which grow by half.
+std::uint64_t list_bytes(const PlantStream& plant) {
+  return max_requests(plant) * (sizeof(ValuedChunk) + sizeof(Indivisible)) * 3 / 2;
+}
+
+/// Bytes of the pinned chunks while they are decoded.
+std::uint64_t pinned_bytes(const PlantStream& plant) {
+  std::uint64_t bytes = plant.gpu.slack_bytes + gpu::place_plant_tables(plant.file).bytes;
+  for (const Chunk& chunk : plant.chunks.span())
+    if (chunk.pinned) bytes += chunk_bytes(plant, chunk).total();
+  return bytes;
+}
+
+/// True if the read of the step has failed and is retried, at once or after a pause.
 bool repeat_read(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
   if (opening.read.whole()) {
     opening.retry = {};
@@ -45,6 +57,13 @@ bool repeat_read(PlantOpening& opening, std::uint64_t (*clock_ns)()) {
   return true;
 }
 
+Result<void> start_header(PlantOpening& opening, const Openings& openings, const GpuSizes& gpu) {
+  COPPICE_CHECK(move_into(opening.plant, open_plant_file(openings.hooks, gpu, opening.source, opening.index)));
+  opening.step = Step::header;
+  opening.read.start(opening.plant->hooks.io, opening.plant->io_file, 0, opening.header);
+  return {};
+}
+
 Result<void> take_header(PlantOpening& opening) {
   COPPICE_CHECK(opening.read.result());
   return move_into(opening.plant->file.header, read_header(opening.header, opening.plant->file_bytes));
@@ -53,23 +72,12 @@ Result<void> take_header(PlantOpening& opening) {
 Result<void> start_front(PlantOpening& opening) {
   const PlantStream& plant = *opening.plant;
   COPPICE_CHECK(allocate_into(opening.front, plant.hooks.allocator, static_cast<std::size_t>(plant.file.header.first_read_bytes)));
-  opening.step = PlantOpening::Step::front;
+  opening.step = Step::front;
   opening.read.start(plant.hooks.io, plant.io_file, 0, opening.front.span());
   return {};
 }
 
-Result<void> take_front(PlantOpening& opening) {
-  PlantStream& plant = *opening.plant;
-  COPPICE_CHECK(opening.read.result());
-  return take_front(plant, opening.front.span());
-}
-
-namespace {
-
-constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr,
-                               [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
-
-/// Prepares a pinned chunk of the front for a job.
+/// Prepares a pinned chunk of the front for a job. errors  bad_file: the front does not hold it; out_of_memory
 Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk, Transfer& transfer) {
   PlantStream& plant = *opening.plant;
   const coppice_file_chunk& entry = plant.file_chunk(chunk);
@@ -85,11 +93,9 @@ Result<void> prepare_pinned(PlantOpening& opening, Chunk& chunk, Transfer& trans
   return chunk.id.kind == ChunkKind::page ? prepare_page(plant, transfer) : Result<void>();
 }
 
-}  // namespace
-
 Result<void> start_pinned(PlantOpening& opening) {
   PlantStream& plant = *opening.plant;
-  opening.step = PlantOpening::Step::decoding;
+  opening.step = Step::decoding;
   COPPICE_CHECK(allocate_into(opening.pinned, plant.hooks.allocator,
                               static_cast<std::size_t>(std::ranges::count(plant.chunks.span(), true, &Chunk::pinned))));
   Transfer* next = opening.pinned.data();
@@ -115,6 +121,86 @@ Result<void> take_pinned(PlantOpening& opening) {
   }
   take_coarse_wood(plant);
   return {};
+}
+
+}  // namespace
+
+void PlantOpening::wait() {
+  read.wait();
+  decoded.wait_for_all();
+}
+
+Result<bool> advance_opening(Openings& openings, PlantOpening& opening, Budget& budget, const PlantSet& plants, const CurrentFrame& frame) {
+  while (opening.idle()) {
+    if (opening.step != Step::queued && opening.step != Step::decoding && repeat_read(opening, openings.clock_ns)) return false;
+    switch (opening.step) {
+      case Step::queued: {
+        const bool must_wait = frame.number < opening.start_frame || openings.started_count >= Streamer::kMaxOpening;
+        if (!opening.blocking && must_wait) return false;
+        COPPICE_CHECK(start_header(opening, openings, budget.gpu));
+        opening.plant->decoders = &openings.decoders;
+        ++openings.started_count;
+        break;
+      }
+      case Step::header:
+        COPPICE_CHECK(take_header(opening));
+        COPPICE_CHECK(reserve(opening, budget, plants, opening.plant->file.header.first_read_bytes));
+        COPPICE_CHECK(start_front(opening));
+        break;
+      case Step::front:
+        COPPICE_CHECK(opening.read.result());
+        COPPICE_CHECK(take_front(*opening.plant, opening.front.span()));
+        opening.plant->base_bytes += list_bytes(*opening.plant);
+        COPPICE_CHECK(reserve(opening, budget, plants, opening.plant->base_bytes));
+        opening.step = Step::read;
+        break;
+      case Step::read:
+        COPPICE_CHECK(reserve(opening, budget, plants, pinned_bytes(*opening.plant)));
+        COPPICE_CHECK(start_pinned(opening));
+        break;
+      case Step::decoding:
+        COPPICE_CHECK(take_pinned(opening));
+        return true;
+    }
+  }
+  return false;
+}
+
+std::unique_ptr<PlantStream> take_opened(PlantOpening& opening, Budget& budget) {
+  PlantStream& plant = *opening.plant;
+  release(opening, budget);
+  budget.ledger.reserve(plant.base_bytes);
+  for (Chunk& chunk : plant.chunks.span()) {
+    const ChunkBytes bytes = chunk_bytes(plant, chunk);
+    if (chunk.pinned) set_bytes(budget, chunk, bytes.gpu + bytes.kept + bytes.upload);
+  }
+  return std::move(opening.plant);
+}
+
+void restart_opening(Openings& openings, PlantOpening& opening, Budget& budget, std::uint64_t start_frame) {
+  release(opening, budget);
+  if (opening.step != Step::queued) --openings.started_count;
+  opening.step = Step::queued;
+  opening.start_frame = start_frame;
+  while (opening.decoded.take() != nullptr) continue;
+  opening.pinned.reset();
+  opening.front = {};
+  opening.retry = {};
+  opening.plant.reset();
+}
+
+void drop_opening(Openings& openings, std::uint32_t plant, Budget& budget, const PlantSet& plants) {
+  std::unique_ptr<PlantOpening>& opening = openings.all[plant];
+  release(*opening, budget);
+  if (opening->step != Step::queued) --openings.started_count;
+  opening.reset();
+  if (plants.all[plant] == nullptr) openings.first_free = std::min(openings.first_free, plant);
+}
+
+void drop_cancelled(Openings& openings, Budget& budget, const PlantSet& plants) {
+  for (std::uint32_t plant = 0; plant < plants.end; ++plant)
+    if (const auto& opening = openings.all[plant]; opening && opening->cancelled && opening->idle())
+      drop_opening(openings, plant, budget, plants);
 }
 
 }  // namespace coppice

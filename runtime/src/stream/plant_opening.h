@@ -1,13 +1,13 @@
 #pragma once
 
-// A plant that is being opened. Its header is read, then its front, then a job decodes the pinned chunks. Each step starts when the one
-// before is done, so nobody has to wait.
+// Plants that are being opened. The header of each is read, then its front, then a job decodes the pinned chunks. Each step starts when the
+// one before is done, so nobody has to wait.
 
 #include <array>
 #include <cstdint>
 #include <memory>
 
-#include "plant_stream.h"
+#include "budget.h"
 
 namespace coppice {
 
@@ -38,30 +38,27 @@ struct PlantOpening {
   /// True if nothing is running.
   [[nodiscard]] bool idle() const { return read.back() && decoded.all_back(); }
   void wait();
-  /// before: idle()
-  void clear_pinned();
-  /// Frees its resources, to start again. before: idle()
-  void restart(std::uint64_t frame);
 };
 
-/// Opens the file and starts to read its header. errors  as open_plant_file
-Result<void> start_header(PlantOpening& opening, const Hooks& hooks, const GpuSizes& gpu);
+struct Openings {
+  Hooks hooks;
+  std::uint64_t (*clock_ns)() = now_ns;
+  DecoderPool decoders;                          ///< of all plants
+  HookArray<std::unique_ptr<PlantOpening>> all;  ///< by plant; null: the plant is open, or unused
+  std::uint32_t first_free = 0;                  ///< plants before it are in use
+  std::size_t started_count = 0;                 ///< those that are not queued
+};
 
-/// True if the read of the step has failed and is retried, at once or after a pause. before: opening.read is back
-bool repeat_read(PlantOpening& opening, std::uint64_t (*clock_ns)());
-
-// Each of the next functions uses a finished read (opening.read is back). errors  io, bad_file, unsupported, out_of_memory; path is not in
-// the message
-
-/// For step header; sets plant->file.header.
-Result<void> take_header(PlantOpening& opening);
-/// Call it after take_header.
-Result<void> start_front(PlantOpening& opening);
-/// For step front; fills in the plant's tables.
-Result<void> take_front(PlantOpening& opening);
-/// For step read; lets a job decode the pinned chunks. errors  bad_file: the front does not hold them; out_of_memory
-Result<void> start_pinned(PlantOpening& opening);
-/// For step decoding, and idle(). errors  bad_file, out_of_memory
-Result<void> take_pinned(PlantOpening& opening);
+/// Continues as far as finished work allows. True if the plant's pinned chunks are decoded; take_opened follows. errors  io, bad_file,
+/// unsupported, out_of_memory; path is not in the message
+Result<bool> advance_opening(Openings& openings, PlantOpening& opening, Budget& budget, const PlantSet& plants, const CurrentFrame& frame);
+/// Reserves the memory of the open plant, and returns it. before: advance_opening was true
+std::unique_ptr<PlantStream> take_opened(PlantOpening& opening, Budget& budget);
+/// Puts an opening back into the queue until a frame. before: idle()
+void restart_opening(Openings& openings, PlantOpening& opening, Budget& budget, std::uint64_t start_frame);
+/// plant: its index
+void drop_opening(Openings& openings, std::uint32_t plant, Budget& budget, const PlantSet& plants);
+/// Drops cancelled openings whose work has come back.
+void drop_cancelled(Openings& openings, Budget& budget, const PlantSet& plants);
 
 }  // namespace coppice

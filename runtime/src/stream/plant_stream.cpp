@@ -17,15 +17,13 @@ namespace {
 
 constexpr std::uint32_t kDemandWindowFrames = 8;
 
-/// Maps a chunk of the file to one of ours; false if the streamer does not load it by itself.
-bool streamed_chunk(const coppice_file_chunk& entry, ChunkKind& kind) {
-  if (entry.kind == COPPICE_CHUNK_PAGE) kind = ChunkKind::page;
-  if (entry.kind == COPPICE_CHUNK_WOOD) kind = ChunkKind::wood;
-  if (entry.kind == COPPICE_CHUNK_TEXTURE) kind = ChunkKind::texture;
-  if (entry.kind == COPPICE_CHUNK_LEAF_MESH) kind = ChunkKind::leaf_mesh;
-  return entry.kind == COPPICE_CHUNK_PAGE || entry.kind == COPPICE_CHUNK_WOOD || entry.kind == COPPICE_CHUNK_TEXTURE ||
-         entry.kind == COPPICE_CHUNK_LEAF_MESH;
+DemandedDetail no_demand(const PlantStream& plant) {
+  return {.finest_wood = plant.file.plant.wood_lod_count};
 }
+
+/// The kinds of chunks that the streamer loads by itself, by ChunkKind.
+constexpr std::array<std::uint32_t, kChunkKindCount> kStreamedKinds = {COPPICE_CHUNK_PAGE, COPPICE_CHUNK_WOOD, COPPICE_CHUNK_TEXTURE,
+                                                                       COPPICE_CHUNK_LEAF_MESH};
 
 Result<void> allocate_arrays(PlantStream& plant) {
   const coppice_file_plant& counts = plant.file.plant;
@@ -46,8 +44,9 @@ void index_chunks(PlantStream& plant) {
   std::size_t found = 0;
   for (std::uint32_t i = 0; i < plant.file.chunks.size(); ++i) {
     const coppice_file_chunk& entry = plant.file.chunks[i];
-    ChunkKind kind{};
-    if (!streamed_chunk(entry, kind)) continue;
+    const auto position = std::ranges::find(kStreamedKinds, entry.kind);
+    if (position == kStreamedKinds.end()) continue;
+    const auto kind = static_cast<ChunkKind>(position - kStreamedKinds.begin());
     Chunk& chunk = plant.chunk(kind, entry.index);
     chunk.id = {plant.index, kind, entry.index};
     chunk.file_chunk = i;
@@ -72,8 +71,7 @@ Result<void> fill_tables(PlantStream& plant) {
   COPPICE_CHECK(move_into(plant.lod_words, pack_lod_table(file, plant.hooks.allocator)));
   plant.valued.table = lod_table(file, plant.lod_words);
   plant.valued.leaf_count = file.plant.leaf_count;
-  plant.valued.page_bytes =
-      (plant.gpu.host ? 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode) : gpu::kPageBytes) + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
+  plant.valued.page_bytes = plant.gpu.form->page_bytes(COPPICE_PAGE_SPLITS) + 2 * COPPICE_PAGE_SPLITS * sizeof(PageNode);
   COPPICE_CHECK(move_into(plant.looks, gpu::plant_looks(file, plant.hooks.allocator)));
   plant.file.small_textures.reset();
   plant.leaves = {.root = root_node(file.plant),
@@ -111,42 +109,6 @@ WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
   return {file.plant.wood_vertex_counts[id.index], file.plant.wood_triangle_counts[id.index], file.materials, false};
 }
 
-std::uint64_t host_mesh_bytes(std::uint64_t vertex_count, std::uint64_t triangle_count) {
-  return vertex_count * sizeof(coppice_mesh_vertex) + 3 * triangle_count * sizeof(std::uint32_t);
-}
-
-/// Makes coppice_mesh_vertex[], then indices. errors  out_of_memory
-Result<gpu::MeshBlock> host_mesh(const WoodSpan& mesh, const coppice_allocator& allocator) {
-  gpu::MeshBlock block;
-  COPPICE_CHECK(allocate_into(block.bytes, allocator, host_mesh_bytes(mesh.vertices.size(), mesh.indices.size() / 3)));
-  block.low = block.high = mesh.vertices.empty() ? vec3{} : vec3(mesh.vertices[0].position);
-  std::uint8_t* next = block.bytes.data();
-  for (const WoodVertex& vertex : mesh.vertices) {
-    coppice_mesh_vertex out{};
-    std::ranges::copy(vertex.position, out.position);
-    std::ranges::copy(vertex.normal, out.normal);
-    std::ranges::copy(vertex.uv, out.uv);
-    out.material = vertex.material;
-    std::memcpy(next, &out, sizeof out);
-    next += sizeof out;
-    block.low = min(block.low, vec3(vertex.position));
-    block.high = max(block.high, vec3(vertex.position));
-  }
-  std::memcpy(next, mesh.indices.data(), mesh.indices.size_bytes());
-  block.index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  return block;
-}
-
-/// Layout of a wood block. A vertex begins with its position.
-struct MeshLayout {
-  std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
-};
-MeshLayout mesh_layout(const PlantStream& plant, const gpu::MeshBlock& wood) {
-  static_assert(offsetof(coppice_mesh_vertex, position) == 0 && offsetof(gpu::WoodVertex, position) == 0);
-  if (!plant.gpu.host) return {0, wood.vertices_at, sizeof(gpu::WoodVertex)};
-  return {wood.bytes.size() - wood.index_count * sizeof(std::uint32_t), 0, sizeof(coppice_mesh_vertex)};
-}
-
 gpu::MeshKind mesh_kind(ChunkId id) {
   return id.kind == ChunkKind::wood ? gpu::MeshKind::wood : gpu::MeshKind::leaves;
 }
@@ -154,16 +116,11 @@ gpu::MeshKind mesh_kind(ChunkId id) {
 ChunkBytes mesh_bytes(const PlantStream& plant, ChunkId id) {
   const WoodShape shape = mesh_shape(plant.file, id);
   ChunkBytes bytes;
-  if (plant.gpu.host) {
-    bytes.gpu = bytes.upload = host_mesh_bytes(shape.vertex_count, shape.triangle_count);
-    bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t);
-    return bytes;
-  }
   bytes.gpu = plant.mesh(id).gpu_bytes;
-  if (bytes.gpu == 0) bytes.gpu = gpu::max_mesh_bytes(mesh_kind(id), shape.vertex_count, shape.triangle_count, plant.gpu.mesh_leaves);
+  if (bytes.gpu == 0) bytes.gpu = plant.gpu.form->mesh_bytes(mesh_kind(id), shape);
   bytes.upload = bytes.gpu;
   bytes.work = shape.vertex_count * sizeof(WoodVertex) + 3 * std::uint64_t{shape.triangle_count} * sizeof(std::uint32_t) +
-               gpu::mesh_scratch_bytes(shape.triangle_count);
+               plant.gpu.form->mesh_scratch_bytes(shape.triangle_count);
   return bytes;
 }
 
@@ -248,7 +205,7 @@ void take_coarse_wood(PlantStream& plant) {
   }
   const vec3 low(plant.box.low), size = vec3(plant.box.high) - low;
   const std::uint8_t* bytes = coarsest.bytes.data();
-  const MeshLayout at = mesh_layout(plant, coarsest);
+  const MeshLayout at = plant.gpu.form->mesh_layout(coarsest);
   for (std::size_t i = 0; i < 3 * plant.coarse_wood.size(); ++i) {
     std::uint32_t vertex = 0;
     std::array<float, 3> position{};
@@ -266,9 +223,8 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page) {
     const std::uint64_t splits = page_split_count(plant.file.plant.leaf_count, chunk.id.index);
     bytes.kept = 2 * splits * sizeof(PageNode);
-    bytes.gpu = plant.gpu.host ? bytes.kept : gpu::kPageBytes;  // a host's copy
-    if (!plant.gpu.host) bytes.upload = bytes.gpu;
-    if (chunk.id.index == 0 && !plant.gpu.host) bytes.upload += gpu::ready_cut_bytes(plant.file.plant.leaf_count);
+    bytes.gpu = plant.gpu.form->page_bytes(splits);
+    bytes.upload = plant.gpu.form->page_upload_bytes(chunk.id.index, plant.file.plant.leaf_count);
     bytes.work = sizeof(PageScratch) + sizeof(gpu::ClusterScratch) + DecoderPool::kSetBytes;
   } else if (chunk.id.kind != ChunkKind::texture) {
     bytes = mesh_bytes(plant, chunk.id);
@@ -289,14 +245,14 @@ bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk) {
 
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant) {
   std::uint64_t bytes = 0;
-  for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
+  for (const Chunk& chunk : plant.other_chunks())
     if (chunk.residency == Residency::absent && in_leaf_mesh_set(plant, chunk)) bytes += chunk_bytes(plant, chunk).total();
   return bytes;
 }
 
 bool leaf_meshes_resident(const PlantStream& plant) {
   if (plant.file.plant.leaf_mesh_count == 0) return false;
-  return std::ranges::all_of(plant.chunks.span().subspan(plant.file.plant.page_count),
+  return std::ranges::all_of(plant.other_chunks(),
                              [&](const Chunk& chunk) { return chunk.residency == Residency::resident || !in_leaf_mesh_set(plant, chunk); });
 }
 
@@ -318,9 +274,7 @@ float value_to(const PlantStream& plant, const Chunk& chunk, const PlantDemand& 
   return 0.0f;
 }
 
-}  // namespace
-
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views) {
+float summed_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views) {
   if (plant.closing) return 0.0f;
   if (chunk.pinned) return std::numeric_limits<float>::infinity();
   float value = 0.0f;
@@ -328,6 +282,13 @@ float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews
     if (views[group] && plant.demands[group].now.max_size_px > 0.0f)
       value += value_to(plant, chunk, plant.demands[group].now, *views[group]);
   return value;
+}
+
+}  // namespace
+
+float chunk_value(const PlantStream& plant, Chunk& chunk, const CurrentFrame& frame) {
+  if (std::exchange(chunk.value_frame, frame.number) != frame.number) chunk.value = summed_value(plant, chunk, frame.views);
+  return chunk.value;
 }
 
 void update_demand(GroupDemand& of, const PlantDemand& demand) {
@@ -338,10 +299,6 @@ void update_demand(GroupDemand& of, const PlantDemand& demand) {
     recent.frames_in_window = 1;
   }
   recent.current_window_px = std::max(recent.current_window_px, demand.max_size_px);
-}
-
-DemandedDetail no_demand(const PlantStream& plant) {
-  return {.finest_wood = plant.file.plant.wood_lod_count};
 }
 
 float max_size_px(const GroupDemand& demand, DemandSize size) {
@@ -392,14 +349,13 @@ bool demanded_by(const PlantStream& plant, const DemandedDetail& demanded, const
 
 PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded) {
   PlannedBytes planned;
-  const std::uint32_t page_count = plant.file.plant.page_count;
   if (demanded.page_count > 1) planned.settled += (demanded.page_count - 1) * plant.valued.page_bytes;
   if (plant.decoded_page_count < demanded.page_count) {
     const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
     planned.passing = bytes.upload + bytes.work;
   }
   std::uint64_t set_passing = 0;
-  for (const Chunk& chunk : plant.chunks.span().subspan(page_count)) {
+  for (const Chunk& chunk : plant.other_chunks()) {
     if (chunk.pinned || chunk.residency == Residency::failed || !demanded_by(plant, demanded, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     planned.settled += bytes.gpu + bytes.kept;
@@ -425,10 +381,6 @@ bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const
   return (chunk.pinned && !plant.closing) || demanded_by(plant, demanded, chunk);
 }
 
-bool demanded_now(const PlantStream& plant, const Chunk& chunk) {
-  return is_demanded(plant, plant.demanded.now, chunk);
-}
-
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk) {
   return chunk.pinned || demanded_by(plant, plant.demanded.recent, chunk);
 }
@@ -440,12 +392,7 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   PageData data;
   COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
   COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
-  if (!plant.gpu.host) {
-    COPPICE_CHECK(allocate_into(data.clusters, allocator, gpu::kPageBytes));
-    COPPICE_CHECK(allocate_into(transfer.cluster_scratch, allocator, 1));
-  }
-  if (page == 0 && !plant.gpu.host)
-    COPPICE_CHECK(allocate_into(plant.ready_cuts.bytes, allocator, gpu::ready_cut_bytes(plant.file.plant.leaf_count)));
+  COPPICE_CHECK(plant.gpu.form->prepare_page(plant, transfer, data));
   plant.pages[page] = std::move(data);
   plant.page_nodes[page] = plant.pages[page].nodes.data();
   transfer.page = {{&plant.leaves.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
@@ -460,19 +407,7 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const std::uint32_t page = transfer.chunk->id.index;
   const PageInfo info{page, file.leaf_count, file.card_count, quantised_max(file)};
   COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0], *plant.decoders));
-  if (plant.gpu.host) return {};
-  PageData& data = plant.pages[page];
-  const std::span<const PageNode> nodes = data.nodes.span();
-  gpu::ClusterScratch& scratch = transfer.cluster_scratch[0];
-  if (page == 0) {
-    // Measured once, while the plant is opened, because other jobs read it afterwards.
-    if (plant.leaves.light == nullptr) {
-      plant.light = gpu::measure_crown({plant.leaves.root, nodes, plant.looks.cards(), plant.leaves.box});
-      plant.leaves.light = &plant.light;
-    }
-    gpu::build_ready_cuts(plant.leaves, nodes, scratch, plant.ready_cuts);
-  }
-  gpu::build_page(plant.leaves, page, nodes, scratch, data.clusters.span());
+  plant.gpu.form->build_page(plant, transfer);
   return {};
 }
 
@@ -498,9 +433,7 @@ Result<void> decode_chunk(Transfer& transfer) {
   if (chunk.id.kind == ChunkKind::page) return decode_page_chunk(transfer);
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id), plant.hooks.allocator));
-  if (plant.gpu.host) return move_into(transfer.mesh, host_mesh(mesh, plant.hooks.allocator));
-  const gpu::MeshSource source{{plant.looks, plant.light}, plant.leaves.box, plant.gpu.mesh_leaves};
-  return move_into(transfer.mesh, gpu::build_mesh(mesh_kind(chunk.id), mesh, source, plant.hooks.allocator));
+  return move_into(transfer.mesh, plant.gpu.form->build_mesh(plant, mesh_kind(chunk.id), mesh));
 }
 
 void accept_decoded(PlantStream& plant, Transfer& transfer) {

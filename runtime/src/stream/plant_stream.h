@@ -64,6 +64,14 @@ struct FrameDemand {
   DemandedDetail recent;     ///< at the threshold in use, with the largest size of the last frames: what is kept
 };
 
+/// The frame that has begun.
+struct CurrentFrame {
+  std::uint64_t number = 0;
+  std::uint64_t last_number = 0;       ///< number of the frame before it
+  std::uint64_t completed_number = 0;  ///< the GPU has finished every frame up to this one
+  GroupViews views;                    ///< with their own thresholds
+};
+
 /// Memory that a demand needs.
 struct PlannedBytes {
   std::uint64_t settled = 0;  ///< once everything is resident
@@ -124,10 +132,20 @@ struct PlantStream {
   [[nodiscard]] const Chunk& chunk(ChunkKind kind, std::uint32_t chunk_index) const {
     return const_cast<PlantStream*>(this)->chunk(kind, chunk_index);
   }
+  /// All chunks but pages.
+  [[nodiscard]] std::span<Chunk> other_chunks() { return chunks.span().subspan(file.plant.page_count); }
+  [[nodiscard]] std::span<const Chunk> other_chunks() const { return chunks.span().subspan(file.plant.page_count); }
   /// id: wood or leaf meshes
   MeshData& mesh(ChunkId id);
   [[nodiscard]] const MeshData& mesh(ChunkId id) const { return const_cast<PlantStream*>(this)->mesh(id); }
   [[nodiscard]] const coppice_file_chunk& file_chunk(const Chunk& of) const { return file.chunks[of.file_chunk]; }
+};
+
+/// A chunk and its value in the frame.
+struct ValuedChunk {
+  PlantStream* plant = nullptr;
+  Chunk* chunk = nullptr;
+  float value = 0.0f;
 };
 
 /// Opens the source; nothing is read.
@@ -145,14 +163,20 @@ void take_coarse_wood(PlantStream& plant);
 
 ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk);
 
+/// Maximum number of the plant's chunks that may be requested at the same time: one page, and all others.
+inline std::size_t max_requests(const PlantStream& plant) {
+  return plant.other_chunks().size() + 1;
+}
+
 /// True if the chunk is one of leaf meshes, or a texture that only they show. All of those are needed, or none.
 bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 
 /// Bytes, as in ChunkBytes::total(), of chunks that the leaf meshes need and that are neither resident nor being loaded.
 std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
 
-/// Value of a chunk under plant.demands and plant.demanded.unlimited, over all view groups; infinite for pinned chunks.
-float chunk_value(const PlantStream& plant, const Chunk& chunk, const GroupViews& views);
+/// Value of a chunk under plant.demands and plant.demanded.unlimited, over all view groups; infinite for pinned chunks. Computed once a
+/// frame.
+float chunk_value(const PlantStream& plant, Chunk& chunk, const CurrentFrame& frame);
 
 /// Updates with a new frame's demand.
 void update_demand(GroupDemand& of, const PlantDemand& demand);
@@ -161,7 +185,6 @@ enum class DemandSize : std::uint8_t { now, recent };
 float max_size_px(const GroupDemand& demand, DemandSize size);
 /// The demand of all view groups for the plant; none for one that is closing.
 DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
-DemandedDetail no_demand(const PlantStream& plant);
 /// Counts all chunks that are not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
 /// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.
@@ -169,7 +192,7 @@ void give_up(PlantStream& plant, const Chunk& chunk);
 /// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
-bool demanded_now(const PlantStream& plant, const Chunk& chunk);
+/// The same for what is kept, plant.demanded.recent.
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
 /// Allocates the output of a page's decoding; the page's chunk is in the transfer.

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <new>
-#include <numeric>
 
 #include "check.h"
-#include "plant_tables.h"
-#include "streamer_state.h"
+#include "loading.h"
+#include "plant_opening.h"
+#include "threshold.h"
 
 namespace coppice {
 
@@ -17,17 +17,42 @@ constexpr std::size_t kMaxListed = 4096;    ///< maximum of evictions and releas
 constexpr std::size_t kMaxUploads = 256;    ///< maximum of chunks in a take_decoded
 constexpr std::uint32_t kFirstPlants = 64;  ///< capacity at the beginning
 
-/// Number of places in the scratch lists.
-std::size_t max_requests(const PlantStream& plant) {
-  return plant.chunks.size() - plant.file.plant.page_count + 1;
-}
-
-/// Bytes of those lists, which grow by half.
-std::uint64_t list_bytes(const PlantStream& plant) {
-  return max_requests(plant) * (sizeof(Request) + sizeof(Indivisible)) * 3 / 2;
-}
-
 }  // namespace
+
+// Each part is a struct with functions in a header of its own, which use it and the parts before it.
+struct Streamer::State {
+  State(const Hooks& hooks, Ledger& ledger, const StreamerOptions& with)
+      : options(with),
+        budget{.ledger = ledger, .gpu = with.gpu},
+        loading{.clock_ns = with.clock_ns, .hand_over_budget_ns = with.hand_over_budget_ns},
+        openings{.hooks = hooks, .clock_ns = with.clock_ns} {}
+
+  StreamerOptions options;
+  CurrentFrame frame;
+  PlantSet plants;
+  Budget budget;
+  Evictions evictions;
+  Threshold threshold;
+  Loading loading;
+  Openings openings;
+  BoundedList<std::uint32_t> closed;  ///< plants that have not been handed out
+  HookArray<DecodedChunk> decoded;
+  bool device_lost = false;  ///< true once it has been logged
+
+  /// Reserves arrays for twice as many plants. errors  out_of_memory; nothing has changed
+  Result<void> grow_plants();
+  Result<std::uint32_t> start(const PlantSource& source, bool blocking);
+  [[nodiscard]] PlantOpening& opening_at(std::uint32_t plant) const;
+  /// Reserves scratch lists for the open plants and one more. errors  out_of_memory
+  Result<void> make_list_room(const PlantStream& plant);
+  /// Continues as far as finished work allows. True if the plant is open. errors  as advance_opening
+  Result<bool> continue_opening(PlantOpening& opening);
+  void take_demand(const StreamFrame& next);
+  void evict_closing();
+  void finish_closing();
+  /// Cancels reads and evicts chunks until the budget is kept.
+  void enforce_budget();
+};
 
 Streamer::Streamer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
@@ -35,13 +60,15 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
   COPPICE_ASSERT(options.max_plants > 0 && options.max_in_flight > 0);
   std::unique_ptr<State> state(new (std::nothrow) State(hooks, ledger, options));
   if (!state) return Error{Status::out_of_memory, "streamer"};
+  HookArray<Transfer>& transfers = state->loading.transfers;
+  Evictions& evictions = state->evictions;
   COPPICE_CHECK(state->grow_plants());
-  COPPICE_CHECK(allocate_into(state->transfers, hooks.allocator, options.max_in_flight));
-  COPPICE_CHECK(allocate_into(state->evicted.items, hooks.allocator, kMaxListed));
-  COPPICE_CHECK(state->released.make_room(hooks.allocator, kMaxListed));
+  COPPICE_CHECK(allocate_into(transfers, hooks.allocator, options.max_in_flight));
+  COPPICE_CHECK(evictions.evicted.make_room(hooks.allocator, kMaxListed));
+  COPPICE_CHECK(evictions.released.make_room(hooks.allocator, kMaxListed));
   COPPICE_CHECK(allocate_into(state->decoded, hooks.allocator, kMaxUploads));
-  for (Transfer& transfer : state->transfers.span()) transfer.queue = &state->completions;
-  ledger.reserve(sizeof(State) + state->transfers.bytes() + state->evicted.items.bytes() + state->released.items.bytes() +
+  for (Transfer& transfer : transfers) transfer.queue = &state->loading.completions;
+  ledger.reserve(sizeof(State) + transfers.bytes() + evictions.evicted.items.bytes() + evictions.released.items.bytes() +
                  state->decoded.bytes() + DecoderPool::kSetBytes);
   std::unique_ptr<Streamer> streamer(new (std::nothrow) Streamer(std::move(state)));
   if (!streamer) return Error{Status::out_of_memory, "streamer"};
@@ -51,138 +78,64 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
 // Reads that return must not start anything: only waiting is left.
 Streamer::~Streamer() {
   if (!state_) return;
-  state_->completions.wait_for_all();
-  state_->openings.reset();  // waits for their reads
-}
-
-PlantStream& Streamer::State::open_plant_at(std::uint32_t plant) const {
-  COPPICE_ASSERT(plant < plants.size() && plants[plant] != nullptr);
-  return *plants[plant];
-}
-
-// Memory is reserved before anything is read or decoded. If there is none, begin_frame frees some: the GPU may still read what is evicted
-// now.
-Result<void> Streamer::State::reserve_for(PlantOpening& opening, std::uint64_t bytes) {
-  const std::uint64_t all_bytes = opening.reserved_bytes + bytes;
-  release(opening);
-  if (!ledger.fits(all_bytes)) return refusal(all_bytes);
-  ledger.reserve(all_bytes);
-  opening.reserved_bytes = all_bytes;
-  return {};
-}
-
-void Streamer::State::release(PlantOpening& opening) {
-  ledger.release(std::exchange(opening.reserved_bytes, 0));
-}
-
-Result<bool> Streamer::State::advance_opening(PlantOpening& opening) {
-  using Step = PlantOpening::Step;
-  while (opening.idle()) {
-    if (opening.step != Step::queued && opening.step != Step::decoding && repeat_read(opening, options.clock_ns)) return false;
-    switch (opening.step) {
-      case Step::queued: {
-        if (!opening.blocking && (frame_number < opening.start_frame || started_count >= kMaxOpening)) return false;
-        COPPICE_CHECK(start_header(opening, hooks, options.gpu));
-        opening.plant->decoders = &decoders;
-        ++started_count;
-        break;
-      }
-      case Step::header:
-        COPPICE_CHECK(take_header(opening));
-        COPPICE_CHECK(reserve_for(opening, opening.plant->file.header.first_read_bytes));
-        COPPICE_CHECK(start_front(opening));
-        break;
-      case Step::front:
-        COPPICE_CHECK(take_front(opening));
-        opening.plant->base_bytes += list_bytes(*opening.plant);
-        COPPICE_CHECK(reserve_for(opening, opening.plant->base_bytes));
-        opening.step = Step::read;
-        break;
-      case Step::read:
-        COPPICE_CHECK(reserve_pinned(opening));
-        COPPICE_CHECK(start_pinned(opening));
-        break;
-      case Step::decoding:
-        COPPICE_CHECK(take_pinned(opening));
-        COPPICE_CHECK(make_list_room(*opening.plant));
-        take_opened(opening);
-        return true;
-    }
-  }
-  return false;
-}
-
-Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
-  std::size_t count = max_requests(plant);
-  for (const auto& open : used_plants())
-    if (open) count += max_requests(*open);
-  COPPICE_CHECK(requests.make_room(hooks.allocator, count));
-  return indivisible.make_room(hooks.allocator, count);
-}
-
-Result<void> Streamer::State::reserve_pinned(PlantOpening& opening) {
-  std::uint64_t pinned_bytes = options.gpu.slack_bytes + gpu::place_plant_tables(opening.plant->file).bytes;
-  for (const Chunk& chunk : opening.plant->chunks.span())
-    if (chunk.pinned) pinned_bytes += chunk_bytes(*opening.plant, chunk).total();
-  return reserve_for(opening, pinned_bytes);
-}
-
-void Streamer::State::take_opened(PlantOpening& opening) {
-  PlantStream& plant = *opening.plant;
-  release(opening);
-  ledger.reserve(plant.base_bytes);
-  for (Chunk& chunk : plant.chunks.span()) {
-    const ChunkBytes bytes = chunk_bytes(plant, chunk);
-    if (chunk.pinned) set_bytes(chunk, bytes.gpu + bytes.kept + bytes.upload);
-  }
-  plants[plant.index] = std::move(opening.plant);
-}
-
-PlantOpening& Streamer::State::opening_at(std::uint32_t plant) const {
-  COPPICE_ASSERT(plant < plant_end && openings[plant] != nullptr && !openings[plant]->cancelled);
-  return *openings[plant];
-}
-
-void Streamer::State::drop_opening(std::uint32_t plant) {
-  release(*openings[plant]);
-  if (openings[plant]->step != PlantOpening::Step::queued) --started_count;
-  openings[plant].reset();
-  if (plants[plant] == nullptr) free_index(plant);
+  state_->loading.completions.wait_for_all();
+  state_->openings.all.reset();  // waits for their reads
 }
 
 Result<void> Streamer::State::grow_plants() {
-  const auto now = static_cast<std::uint32_t>(plants.size());
+  const auto now = static_cast<std::uint32_t>(plants.all.size());
   if (now == options.max_plants) return Error{Status::out_of_memory, "max_plants are open"};
   const std::uint32_t count = std::min(options.max_plants, std::max(kFirstPlants, 2 * now));
-  constexpr std::uint64_t kBytesEach = sizeof plants[0] + sizeof openings[0] + sizeof closed.items[0];
-  if (now > 0 && !ledger.fits(count * kBytesEach)) return refusal(count * kBytesEach);
+  const coppice_allocator& allocator = openings.hooks.allocator;
+  constexpr std::uint64_t kBytesEach = sizeof plants.all[0] + sizeof openings.all[0] + sizeof closed.items[0];
+  if (now > 0 && !budget.ledger.fits(count * kBytesEach)) return coppice::refusal(budget, plants, count * kBytesEach);
   HookArray<std::unique_ptr<PlantStream>> more_plants;
   HookArray<std::unique_ptr<PlantOpening>> more_openings;
-  COPPICE_CHECK(allocate_into(more_plants, hooks.allocator, count));
-  COPPICE_CHECK(allocate_into(more_openings, hooks.allocator, count));
-  COPPICE_TRY(more_closed, enlarged_copy(closed.items, hooks.allocator, count));
-  std::ranges::move(plants.span(), more_plants.data());
-  std::ranges::move(openings.span(), more_openings.data());
-  plants = std::move(more_plants);
-  openings = std::move(more_openings);
-  closed.items = std::move(more_closed);
-  ledger.reserve((count - now) * kBytesEach);
+  COPPICE_CHECK(allocate_into(more_plants, allocator, count));
+  COPPICE_CHECK(allocate_into(more_openings, allocator, count));
+  COPPICE_CHECK(closed.reserve(allocator, count));
+  std::ranges::move(plants.all, more_plants.data());
+  std::ranges::move(openings.all, more_openings.data());
+  plants.all = std::move(more_plants);
+  openings.all = std::move(more_openings);
+  budget.ledger.reserve((count - now) * kBytesEach);
   return {};
 }
 
 Result<std::uint32_t> Streamer::State::start(const PlantSource& source, bool blocking) {
-  while (first_free_plant < plant_end && (plants[first_free_plant] != nullptr || openings[first_free_plant] != nullptr)) ++first_free_plant;
-  const std::uint32_t index = first_free_plant;
-  if (index == plants.size()) COPPICE_CHECK(grow_plants());
+  std::uint32_t& index = openings.first_free;
+  while (index < plants.end && (plants.all[index] != nullptr || openings.all[index] != nullptr)) ++index;
+  if (index == plants.all.size()) COPPICE_CHECK(grow_plants());
   std::unique_ptr<PlantOpening> opening(new (std::nothrow) PlantOpening);
   if (!opening) return Error{Status::out_of_memory, "plant"};
-  COPPICE_CHECK(move_into(opening->name, copied_text(source.name, hooks.allocator)));
+  COPPICE_CHECK(move_into(opening->name, copied_text(source.name, openings.hooks.allocator)));
   opening->source = {opening->name.data(), source.bytes};
   opening->index = index;
   opening->blocking = blocking;
-  openings[index] = std::move(opening);
-  plant_end = std::max(plant_end, index + 1);
+  openings.all[index] = std::move(opening);
+  plants.end = std::max(plants.end, index + 1);
   return index;
+}
+
+PlantOpening& Streamer::State::opening_at(std::uint32_t plant) const {
+  COPPICE_ASSERT(plant < plants.end && openings.all[plant] != nullptr && !openings.all[plant]->cancelled);
+  return *openings.all[plant];
+}
+
+Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
+  std::size_t count = max_requests(plant);
+  for (const auto& open : plants.used())
+    if (open) count += max_requests(*open);
+  COPPICE_CHECK(loading.requests.make_room(plant.hooks.allocator, count));
+  return threshold.indivisible.make_room(plant.hooks.allocator, count);
+}
+
+Result<bool> Streamer::State::continue_opening(PlantOpening& opening) {
+  COPPICE_TRY(decoded_pinned, advance_opening(openings, opening, budget, plants, frame));
+  if (!decoded_pinned) return false;
+  COPPICE_CHECK(make_list_room(*opening.plant));
+  plants.all[opening.index] = take_opened(opening, budget);
+  return true;
 }
 
 Result<std::uint32_t> Streamer::start_open(const PlantSource& source) {
@@ -192,76 +145,76 @@ Result<std::uint32_t> Streamer::start_open(const PlantSource& source) {
 std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
   State& s = *state_;
   PlantOpening& opening = s.opening_at(plant);
-  const auto open = s.advance_opening(opening);
+  const auto open = s.continue_opening(opening);
   if (open && !*open) return std::nullopt;
   if (!open && open.error().status == Status::out_of_memory && !opening.blocking && ++opening.failed_attempts < kOpenAttempts) {
-    s.release(opening);
-    if (opening.step != PlantOpening::Step::queued) --s.started_count;
-    opening.restart(s.frame_number + kOpenRetryFrames);
+    restart_opening(s.openings, opening, s.budget, s.frame.number + kOpenRetryFrames);
     return std::nullopt;
   }
-  if (!open) log_line(s.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name, open.error().message().c_str());
-  s.drop_opening(plant);
+  if (!open) log_line(s.openings.hooks.log, COPPICE_LOG_ERROR, "%s: %s", opening.source.name, open.error().message().c_str());
+  drop_opening(s.openings, plant, s.budget, s.plants);
   return open ? Result<void>() : Result<void>(open.error());
 }
 
 void Streamer::cancel_open(std::uint32_t plant) {
   PlantOpening& opening = state_->opening_at(plant);
   opening.cancelled = true;
-  if (opening.idle()) state_->drop_opening(plant);
+  if (opening.idle()) drop_opening(state_->openings, plant, state_->budget, state_->plants);
 }
 
 Result<std::uint32_t> Streamer::open_plant(const PlantSource& source) {
-  auto plant = state_->start(source, true);
+  State& s = *state_;
+  auto plant = s.start(source, true);
   if (!plant) {
-    log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name, plant.error().message().c_str());
+    log_line(s.openings.hooks.log, COPPICE_LOG_ERROR, "%s: %s", source.name, plant.error().message().c_str());
     return plant;
   }
   for (;;) {
     if (auto finished = finish_open(*plant); finished) return *finished ? plant : Result<std::uint32_t>(finished->error());
-    PlantOpening& opening = state_->opening_at(*plant);
+    PlantOpening& opening = s.opening_at(*plant);
     opening.wait();
-    wait_until(state_->options.clock_ns, opening.retry.again_ns);
+    wait_until(s.options.clock_ns, opening.retry.again_ns);
   }
 }
 
 void Streamer::close_plant(std::uint32_t plant) {
   COPPICE_ASSERT(is_open(plant));
-  state_->open_plant_at(plant).closing = true;
+  state_->plants.at(plant).closing = true;
 }
 
 bool Streamer::is_open(std::uint32_t plant) const {
-  return plant < state_->plants.size() && state_->plants[plant] != nullptr && !state_->plants[plant]->closing;
+  const PlantSet& plants = state_->plants;
+  return plant < plants.all.size() && plants.all[plant] != nullptr && !plants.all[plant]->closing;
 }
 
 const PlantFile& Streamer::file(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).file;
+  return state_->plants.at(plant).file;
 }
 
 const PlantBox& Streamer::box(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).box;
+  return state_->plants.at(plant).box;
 }
 
 std::span<const BoxTriangle> Streamer::coarse_wood(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).coarse_wood.span();
+  return state_->plants.at(plant).coarse_wood.span();
 }
 
 std::span<const std::uint32_t> Streamer::lod_words(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).lod_words;
+  return state_->plants.at(plant).lod_words;
 }
 
 gpu::PlantAppearance Streamer::appearance(std::uint32_t plant) const {
-  const PlantStream& of = state_->open_plant_at(plant);
+  const PlantStream& of = state_->plants.at(plant);
   return {of.looks, of.light};
 }
 
 PlantState Streamer::state(std::uint32_t plant) const {
-  const PlantStream& of = state_->open_plant_at(plant);
+  const PlantStream& of = state_->plants.at(plant);
   PlantState state;
   state.resident_page_count = of.resident_page_count;
   state.resident_leaf_count = static_cast<std::uint32_t>(
       std::min(std::uint64_t{of.resident_page_count} * COPPICE_PAGE_SPLITS + 1, std::uint64_t{of.file.plant.leaf_count}));
-  for (const Chunk& chunk : of.chunks.span().subspan(of.file.plant.page_count)) {
+  for (const Chunk& chunk : of.other_chunks()) {
     if (chunk.residency != Residency::resident) continue;
     if (chunk.id.kind == ChunkKind::wood) state.resident_wood_mask |= 1u << chunk.id.index;
     if (chunk.id.kind == ChunkKind::texture) ++state.resident_texture_count;
@@ -271,85 +224,104 @@ PlantState Streamer::state(std::uint32_t plant) const {
 }
 
 std::span<const PageNode> Streamer::page_nodes(std::uint32_t plant, std::uint32_t page) const {
-  return state_->open_plant_at(plant).pages[page].nodes.span();
+  return state_->plants.at(plant).pages[page].nodes.span();
+}
+
+const char* Streamer::path(std::uint32_t plant) const {
+  return state_->plants.at(plant).path.data();
+}
+
+PlantSource Streamer::source(std::uint32_t plant) const {
+  const PlantStream& of = state_->plants.at(plant);
+  return {of.path.data(), of.memory};
 }
 
 Error Streamer::refusal(std::uint64_t bytes) const {
-  return state_->refusal(bytes);
+  return coppice::refusal(state_->budget, state_->plants, bytes);
 }
 
 std::span<const ChunkId> Streamer::release(std::uint64_t completed_number) {
   State& s = *state_;
-  s.completed_number = completed_number;
-  s.released.clear();
-  s.closed.begin();
-  s.release_evicted();
+  s.frame.completed_number = completed_number;
+  release_evicted(s.evictions, s.budget, s.plants, s.frame);
   s.finish_closing();
-  return s.released.span();
+  return s.evictions.released.span();
 }
 
-void Streamer::begin_frame(const StreamFrame& frame) {
+void Streamer::begin_frame(const StreamFrame& next) {
   State& s = *state_;
-  COPPICE_ASSERT(frame.frame_number > s.frame_number && s.completed_number < frame.frame_number);
-  s.last_frame_number = s.frame_number;
-  s.frame_number = frame.frame_number;
-  for (std::size_t group = 0; group < kMaxViewGroups; ++group)
-    s.views[group] = frame.view_groups[group] ? std::optional(frame.view_groups[group]->view) : std::nullopt;
-  s.evicted.begin();
-  for (const auto& opening : s.used_openings())
-    if (opening && opening->cancelled && opening->idle()) s.drop_opening(opening->index);
-  for (const auto& plant : s.used_plants()) {
-    if (!plant) continue;
-    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
-      const auto demands = frame.view_groups[group] ? frame.view_groups[group]->demands : std::span<const PlantDemand>();
-      update_demand(plant->demands[group], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
-    }
-    s.trim(*plant);
-  }
-  s.update_demanded();
-  s.counters.hand_over_ns = 0;
-  s.retry_reads();
-  s.collect_in_time(1);
-  for (const auto& plant : s.used_plants())
-    if (plant && plant->closing) s.advance_closing(*plant);
+  COPPICE_ASSERT(next.frame_number > s.frame.number && s.frame.completed_number < next.frame_number);
+  s.frame.last_number = std::exchange(s.frame.number, next.frame_number);
+  s.loading.counters.hand_over_ns = 0;
+  drop_cancelled(s.openings, s.budget, s.plants);
+  s.take_demand(next);
+  update_demanded(s.threshold, s.budget, s.plants, s.frame);
+  retry_reads(s.loading, s.budget);
+  collect(s.loading, s.budget, s.plants, s.frame, 1);
+  s.evict_closing();
   s.enforce_budget();
-  s.issue_requests();
-  s.collect_in_time(0);
+  issue_requests(s.loading, s.evictions, s.budget, s.plants, s.frame);
+  collect(s.loading, s.budget, s.plants, s.frame, 0);
+}
+
+void Streamer::State::take_demand(const StreamFrame& next) {
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+    const std::optional<ViewGroup>& of = next.view_groups[group];
+    frame.views[group] = of ? std::optional(of->view) : std::nullopt;
+    const std::span<const PlantDemand> demands = of ? of->demands : std::span<const PlantDemand>();
+    for (const auto& plant : plants.used())
+      if (plant) update_demand(plant->demands[group], plant->index < demands.size() ? demands[plant->index] : PlantDemand{});
+  }
+  for (const auto& plant : plants.used())
+    if (plant) trim(budget, *plant);
 }
 
 // Pinned chunks are evicted too, last page first.
-void Streamer::State::advance_closing(PlantStream& plant) {
-  if (plant.close_frame == 0) {
-    plant.close_frame = frame_number;
-    plant.last_used_frame = last_frame_number;
+void Streamer::State::evict_closing() {
+  for (const auto& plant : plants.used()) {
+    if (!plant || !plant->closing) continue;
+    if (plant->close_frame == 0) {
+      plant->close_frame = frame.number;
+      plant->last_used_frame = frame.last_number;
+    }
+    if (plant->decoding_page_count > 0) continue;
+    const auto evict_chunk = [&](Chunk& chunk) {
+      const bool loaded = chunk.residency == Residency::decoded || chunk.residency == Residency::resident;
+      if (!loaded || chunk.pending || evictions.evicted.full()) return false;
+      evict(evictions, budget, frame, *plant, chunk);
+      return true;
+    };
+    while (plant->decoded_page_count > 0 && evict_chunk(plant->chunk(ChunkKind::page, plant->decoded_page_count - 1))) continue;
+    for (Chunk& chunk : plant->other_chunks()) evict_chunk(chunk);
   }
-  if (plant.decoding_page_count > 0) return;
-  while (plant.decoded_page_count > 0 && !evicted.full() && !plant.chunk(ChunkKind::page, plant.decoded_page_count - 1).pending)
-    evict(plant.chunk(ChunkKind::page, plant.decoded_page_count - 1));
-  for (Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count))
-    if ((chunk.residency == Residency::decoded || chunk.residency == Residency::resident) && !evicted.full() && !chunk.pending)
-      evict(chunk);
 }
 
 void Streamer::State::finish_closing() {
-  for (auto& plant : used_plants()) {
+  for (auto& plant : plants.all.span().first(plants.end)) {
     if (!plant || plant->close_frame == 0 || closed.full()) continue;
     const auto gone = [](const Chunk& chunk) { return chunk.residency == Residency::absent || chunk.residency == Residency::failed; };
-    if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > completed_number) continue;
+    if (plant->transfer_count > 0 || plant->evicting_count > 0 || plant->last_used_frame > frame.completed_number) continue;
     if (!std::ranges::all_of(plant->chunks.span(), gone)) continue;
-    trim(*plant);
-    ledger.release(plant->base_bytes);
-    closed.add(plant->index);
-    free_index(plant->index);
+    trim(budget, *plant);
+    budget.ledger.release(plant->base_bytes);
+    closed.push_back(plant->index);
+    openings.first_free = std::min(openings.first_free, plant->index);
     plant.reset();
   }
 }
 
+void Streamer::State::enforce_budget() {
+  const std::uint64_t limit = limit_bytes(budget, plants);
+  if (budget.remaining_bytes() <= limit) return;
+  cancel_reads(loading, budget);
+  evict_down_to(limit, evictions, budget, plants, frame);
+}
+
 std::span<const ChunkId> Streamer::take_evicted() {
-  return state_->evicted.take();
+  return state_->evictions.evicted.take_all();
 }
 std::span<const std::uint32_t> Streamer::take_closed_plants() {
-  return state_->closed.take();
+  return state_->closed.take_all();
 }
 
 namespace {
@@ -373,50 +345,56 @@ DecodedChunk decoded_chunk(PlantStream& plant, const Chunk& chunk) {
   return decoded;
 }
 
+/// Calls offer(plant, chunk) for each decoded chunk that may be uploaded next. The pages of a plant come in order.
+template <class Offer>
+void for_each_decoded(const PlantSet& plants, const Offer& offer) {
+  for_each_open(plants, [&](PlantStream& plant) {
+    const auto offer_decoded = [&](Chunk& chunk) {
+      if (chunk.residency == Residency::decoded && !chunk.pending) offer(plant, chunk);
+    };
+    if (plant.resident_page_count < plant.decoded_page_count) offer_decoded(plant.chunk(ChunkKind::page, plant.resident_page_count));
+    for (Chunk& chunk : plant.other_chunks()) offer_decoded(chunk);
+  });
+}
+
 }  // namespace
 
 std::span<const DecodedChunk> Streamer::take_decoded(std::uint64_t max_bytes) {
   State& s = *state_;
-  s.requests.clear();
+  BoundedList<ValuedChunk>& offers = s.loading.requests;
+  offers.clear();
   const auto push = [&](PlantStream& plant, Chunk& chunk) {
-    if (chunk.residency != Residency::decoded) return;
-    s.requests.push_back({&plant, &chunk, s.value_of(plant, chunk)});
-    std::ranges::push_heap(s.requests.span(), has_lower_priority);
+    offers.push_back({&plant, &chunk, chunk_value(plant, chunk, s.frame)});
+    std::ranges::push_heap(offers.span(), has_lower_priority);
   };
-  const auto push_page = [&](PlantStream& plant, std::uint32_t page) {
-    if (page < plant.decoded_page_count) push(plant, plant.chunk(ChunkKind::page, page));
-  };
-  for (const auto& plant : s.used_plants()) {
-    if (!plant || plant->closing) continue;
-    push_page(*plant, plant->resident_page_count);
-    for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) push(*plant, chunk);
-  }
+  for_each_decoded(s.plants, push);
   std::size_t count = 0;
   std::uint64_t bytes = 0;
-  while (!s.requests.empty() && count < s.decoded.size()) {
-    std::ranges::pop_heap(s.requests.span(), has_lower_priority);
-    const Request offered = s.requests.pop_back();
-    const std::uint64_t more = chunk_bytes(*offered.plant, *offered.chunk).gpu;
+  while (!offers.empty() && count < s.decoded.size()) {
+    std::ranges::pop_heap(offers.span(), has_lower_priority);
+    const auto [plant, chunk, value] = offers.pop_back();
+    const std::uint64_t more = chunk_bytes(*plant, *chunk).gpu;
     if (count > 0 && bytes + more > max_bytes) continue;
     bytes += more;
-    s.decoded[count++] = decoded_chunk(*offered.plant, *offered.chunk);
-    if (offered.chunk->id.kind == ChunkKind::page) push_page(*offered.plant, offered.chunk->id.index + 1);
+    s.decoded[count++] = decoded_chunk(*plant, *chunk);
+    const std::uint32_t next_page = chunk->id.index + 1;
+    if (chunk->id.kind == ChunkKind::page && next_page < plant->decoded_page_count) push(*plant, plant->chunk(ChunkKind::page, next_page));
   }
   return {s.decoded.data(), count};
 }
 
 bool Streamer::begin_upload(ChunkId id) {
   if (!is_open(id.plant)) return false;
-  PlantStream& plant = *state_->plants[id.plant];
+  PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
   if (chunk.residency != Residency::decoded) return false;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).gpu;
-  state_->set_bytes(chunk, chunk.bytes, bytes <= plant.gpu.max_staged_bytes ? bytes : 2 * bytes);
+  set_bytes(state_->budget, chunk, chunk.bytes, bytes <= plant.gpu.max_staged_bytes ? bytes : 2 * bytes);
   return true;
 }
 
 void Streamer::uploaded(ChunkId id) {
-  PlantStream& plant = state_->open_plant_at(id.plant);
+  PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
   if (id.kind == ChunkKind::page) {
     COPPICE_ASSERT(id.index == plant.resident_page_count);
@@ -427,22 +405,22 @@ void Streamer::uploaded(ChunkId id) {
   }
   COPPICE_ASSERT(advance(chunk, Residency::resident));
   const ChunkBytes bytes = chunk_bytes(plant, chunk);
-  state_->set_bytes(chunk, bytes.gpu + bytes.kept, bytes.gpu);
-  ++state_->counts_of(chunk).loaded;
+  set_bytes(state_->budget, chunk, bytes.gpu + bytes.kept, bytes.gpu);
+  ++state_->loading.counts_of(chunk).loaded;
 }
 
 void Streamer::upload_failed(ChunkId id, const Error& error) {
-  PlantStream& plant = state_->open_plant_at(id.plant);
+  PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
   const bool transient = error.status == Status::out_of_memory;
   if (transient) {
-    state_->out_of_memory(plant, error);
+    pause_requests(plant, state_->frame, error);
   } else {
     const bool said = error.status == Status::device_lost && std::exchange(state_->device_lost, true);
     if (!said)
-      log_line(state_->hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(id.kind), id.index,
+      log_line(plant.hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(id.kind), id.index,
                error.message().c_str());
-    ++state_->counts_of(chunk).failed;
+    ++state_->loading.counts_of(chunk).failed;
     give_up(plant, chunk);
   }
   COPPICE_ASSERT(advance(chunk, transient ? Residency::absent : Residency::failed));
@@ -454,31 +432,24 @@ void Streamer::upload_failed(ChunkId id, const Error& error) {
     return;  // the next begin_frame frees their memory: spans that were handed out stay valid until then
   }
   free_decoded(plant, id);
-  state_->set_bytes(chunk, 0);
+  set_bytes(state_->budget, chunk, 0);
 }
 
 std::optional<DecodedChunk> Streamer::next_pending() {
-  State& s = *state_;
-  Request best;
-  const auto consider = [&](PlantStream& plant, Chunk& chunk) {
-    if (chunk.residency != Residency::decoded || chunk.pending) return;
-    const Request offered{&plant, &chunk, s.value_of(plant, chunk)};
+  ValuedChunk best;
+  for_each_decoded(state_->plants, [&](PlantStream& plant, Chunk& chunk) {
+    const ValuedChunk offered{&plant, &chunk, chunk_value(plant, chunk, state_->frame)};
     if (best.chunk == nullptr || has_lower_priority(best, offered)) best = offered;
-  };
-  for (const auto& plant : s.used_plants()) {
-    if (!plant || plant->closing) continue;
-    if (plant->resident_page_count < plant->decoded_page_count) consider(*plant, plant->chunk(ChunkKind::page, plant->resident_page_count));
-    for (Chunk& chunk : plant->chunks.span().subspan(plant->file.plant.page_count)) consider(*plant, chunk);
-  }
+  });
   if (best.chunk == nullptr) return std::nullopt;
   best.chunk->pending = true;
   return decoded_chunk(*best.plant, *best.chunk);
 }
 
 Streamer::Pending Streamer::pending(ChunkId id) const {
-  const State& s = *state_;
-  if (id.plant >= s.plant_end || s.plants[id.plant] == nullptr) return Pending::no;
-  const PlantStream& plant = *s.plants[id.plant];
+  const PlantSet& plants = state_->plants;
+  if (id.plant >= plants.end || plants.all[id.plant] == nullptr) return Pending::no;
+  const PlantStream& plant = plants.at(id.plant);
   const coppice_file_plant& counts = plant.file.plant;
   const std::array<std::uint32_t, kChunkKindCount> maximum = {counts.page_count, counts.wood_lod_count, counts.texture_count,
                                                               counts.leaf_mesh_count};
@@ -489,19 +460,23 @@ Streamer::Pending Streamer::pending(ChunkId id) const {
 }
 
 void Streamer::acknowledge_taken(ChunkId id) {
-  PlantStream& plant = state_->open_plant_at(id.plant);
+  PlantStream& plant = state_->plants.at(id.plant);
   plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) uploaded(id);
 }
 
 void Streamer::acknowledge_refused(ChunkId id) {
-  PlantStream& plant = state_->open_plant_at(id.plant);
+  PlantStream& plant = state_->plants.at(id.plant);
   plant.chunk(id.kind, id.index).pending = false;
   if (!plant.closing) upload_failed(id, {Status::out_of_memory, "the host has no room"});
 }
 
+void Streamer::await_freed(ChunkId id) {
+  state_->plants.at(id.plant).chunk(id.kind, id.index).pending = true;
+}
+
 void Streamer::acknowledge_freed(ChunkId id) {
-  state_->open_plant_at(id.plant).chunk(id.kind, id.index).pending = false;
+  state_->plants.at(id.plant).chunk(id.kind, id.index).pending = false;
 }
 
 namespace {
@@ -518,7 +493,7 @@ void count_missing(const PlantStream& plant, const DemandedDetail& demanded, Cou
   };
   const std::uint32_t wanted_pages = std::min(demanded.page_count, plant.loadable_page_count);
   for (std::uint32_t page = plant.resident_page_count; page < wanted_pages; ++page) count(plant.chunk(ChunkKind::page, page));
-  for (const Chunk& chunk : plant.chunks.span().subspan(plant.file.plant.page_count)) count(chunk);
+  for (const Chunk& chunk : plant.other_chunks()) count(chunk);
 }
 
 bool is_there(const PlantStream& plant, const DemandedDetail& demanded) {
@@ -530,60 +505,50 @@ bool is_there(const PlantStream& plant, const DemandedDetail& demanded) {
 }  // namespace
 
 bool Streamer::is_settled(std::uint32_t plant) const {
-  const PlantStream& of = state_->open_plant_at(plant);
+  const PlantStream& of = state_->plants.at(plant);
   return is_there(of, of.demanded.now);
 }
 
 bool Streamer::is_group_settled(std::size_t group) const {
-  if (state_->threshold_falls) return false;
+  if (state_->threshold.falls) return false;
   GroupViews alone;
-  alone[group] = state_->views_at(state_->threshold_step)[group];
-  return std::ranges::all_of(state_->used_plants(), [&](const auto& plant) {
+  alone[group] = raised_views(state_->threshold, state_->frame)[group];
+  return std::ranges::all_of(state_->plants.used(), [&](const auto& plant) {
     return !plant || plant->closing || is_there(*plant, demanded_at(*plant, DemandSize::now, alone));
   });
 }
 
 float Streamer::threshold_px(std::size_t group) const {
-  const std::optional<LodView> view = state_->views_at(state_->threshold_step)[group];
+  const std::optional<LodView> view = raised_views(state_->threshold, state_->frame)[group];
   return view && !view->full ? view->error_px : 0.0f;
 }
 
-const char* Streamer::path(std::uint32_t plant) const {
-  return state_->open_plant_at(plant).path.data();
-}
-
-PlantSource Streamer::source(std::uint32_t plant) const {
-  const PlantStream& of = state_->open_plant_at(plant);
-  return {of.path.data(), of.memory};
-}
-
 std::uint64_t Streamer::hand_over_ns() const {
-  return state_->counters.hand_over_ns;
+  return state_->loading.counters.hand_over_ns;
 }
 
 StreamStats Streamer::stats() const {
   const State& s = *state_;
-  StreamStats stats = s.counters;
-  for (const Transfer& transfer : s.transfers.span())
+  StreamStats stats = s.loading.counters;
+  for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.chunks[kind].evicted = s.evictions.counts[kind];
+  for (const Transfer& transfer : s.loading.transfers.span())
     if (transfer.chunk != nullptr) ++stats.chunks[static_cast<std::size_t>(transfer.chunk->id.kind)].in_flight;
-  for (const auto& plant : s.used_plants())
-    if (plant && !plant->closing) count_missing(*plant, plant->demanded.now, stats.chunks);
+  for_each_open(s.plants, [&](const PlantStream& plant) { count_missing(plant, plant.demanded.now, stats.chunks); });
   return stats;
 }
 
-ChunkCounts& ChunkCounts::operator+=(const ChunkCounts& other) {
-  loaded += other.loaded;
-  evicted += other.evicted;
-  failed += other.failed;
-  cancelled += other.cancelled;
-  in_flight += other.in_flight;
-  wanted += other.wanted;
-  queued += other.queued;
-  return *this;
-}
-
 ChunkCounts StreamStats::all() const {
-  return std::accumulate(chunks.begin(), chunks.end(), ChunkCounts{}, [](ChunkCounts sum, const ChunkCounts& of) { return sum += of; });
+  ChunkCounts sum;
+  for (const ChunkCounts& of : chunks) {
+    sum.loaded += of.loaded;
+    sum.evicted += of.evicted;
+    sum.failed += of.failed;
+    sum.cancelled += of.cancelled;
+    sum.in_flight += of.in_flight;
+    sum.wanted += of.wanted;
+    sum.queued += of.queued;
+  }
+  return sum;
 }
 
 }  // namespace coppice

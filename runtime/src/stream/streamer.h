@@ -19,6 +19,7 @@
 #include <optional>
 #include <span>
 
+#include "chunk_form.h"
 #include "demand.h"
 #include "hooks.h"
 #include "ledger.h"
@@ -30,16 +31,13 @@
 
 namespace coppice {
 
-/// Memory that the GPU side will need for a chunk; the streamer reserves it before it starts a read.
+/// What chunks become on the GPU side, and the memory that they need there; the streamer reserves it before it starts a read.
 struct GpuSizes {
-  std::uint64_t plant_bytes = 0;                ///< per open plant: tables, descriptors
-  std::uint64_t slack_bytes = 0;                ///< stays free beside all chunks, for the rounding of images and buffers
-  std::uint64_t max_staged_bytes = UINT64_MAX;  ///< a larger chunk has a copy of itself while it is uploaded
-  bool mesh_leaves = false;                     ///< gpu::MeshSource::leaves
-  /// A host draws: meshes and pages are in the form of coppice.h, the streamer counts their memory, and the host acknowledges chunks that
-  /// it has copied or freed.
-  bool host = false;
-  bool block_textures = false;  ///< the GPU reads BC1 and BC3; otherwise textures come out of take_decoded() as RGBA8
+  std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
+  std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks, for the rounding of images and buffers
+  std::uint64_t max_staged_bytes = UINT64_MAX;   ///< a larger chunk has a copy of itself while it is uploaded
+  const ChunkForm* form = &cluster_form(false);  ///< outlives the streamer
+  bool block_textures = false;                   ///< BC1 and BC3 are read; otherwise textures come out of take_decoded() as RGBA8
 };
 
 /// The source that a plant is read from.
@@ -116,8 +114,6 @@ struct ChunkCounts {
   std::uint32_t in_flight = 0;  ///< being read or decoded
   std::uint32_t wanted = 0;     ///< in demand by a view at the threshold in use, not resident
   std::uint32_t queued = 0;     ///< the wanted ones that are not requested yet
-
-  ChunkCounts& operator+=(const ChunkCounts& other);
 };
 
 struct StreamStats {
@@ -193,13 +189,13 @@ class Streamer {
 
   /// Valid until the next release. completed_number  the GPU has finished every frame up to this one
   [[nodiscard]] std::span<const ChunkId> release(std::uint64_t completed_number);
-  /// Those of the last release; empty at the second call.
+  /// Those since the last call. Valid until the next release
   [[nodiscard]] std::span<const std::uint32_t> take_closed_plants();
 
   /// Enforces the ledger's budget, and frees as much as was refused lately, as far as chunks that are not pinned can be evicted.
   void begin_frame(const StreamFrame& frame);
 
-  /// Those of the last begin_frame; empty at the second call.
+  /// Those since the last call. Valid until the next begin_frame
   [[nodiscard]] std::span<const ChunkId> take_evicted();
 
   /// Chunks to upload, by value, and pages of a plant in order, at most about max_bytes of GPU memory but at least one chunk if there is
@@ -214,7 +210,7 @@ class Streamer {
   /// id: begin_upload was true (asserted)
   void upload_failed(ChunkId id, const Error& error);
 
-  // For GpuSizes::host; these replace take_decoded to upload_failed.
+  // For a host that acknowledges each chunk; these replace take_decoded to upload_failed.
 
   /// Hands out the waiting chunk of the highest value, if there is one. Its pointers are valid until it is acknowledged. One page of a
   /// plant at a time.
@@ -227,7 +223,9 @@ class Streamer {
   void acknowledge_taken(ChunkId id);
   /// The host had no memory for it: it is offered again later.
   void acknowledge_refused(ChunkId id);
-  /// The host has freed a chunk that came out of take_evicted. before: pending() is dropped
+  /// A chunk that came out of take_evicted is not released before acknowledge_freed().
+  void await_freed(ChunkId id);
+  /// The host has freed it. before: pending() is dropped
   void acknowledge_freed(ChunkId id);
 
   [[nodiscard]] StreamStats stats() const;

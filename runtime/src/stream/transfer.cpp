@@ -53,28 +53,4 @@ void start_decode(Transfer& first, const coppice_jobs& jobs) {
   jobs.submit(jobs.user, run_decodes, &first);
 }
 
-void AwaitedRead::start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  while (queue_.take() != nullptr) continue;
-  read_ = {&queue_, offset, out};
-  queue_.expect();
-  io.read(io.user, file, offset, out.data(), out.size(), on_done, &read_);
-}
-
-void AwaitedRead::on_done(void* argument, std::int64_t bytes_read) {
-  auto* read = static_cast<Read*>(argument);
-  read->bytes_read = bytes_read;
-  read->queue->push(read);
-}
-
-Result<void> AwaitedRead::result() const {
-  return whole() ? Result<void>() : read_error(read_.bytes_read, read_.out.size(), read_.offset);
-}
-
-Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
-  AwaitedRead read;
-  read.start(io, file, offset, out);
-  read.wait();
-  return read.result();
-}
-
 }  // namespace coppice

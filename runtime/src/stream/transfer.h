@@ -57,41 +57,4 @@ void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std
 /// Hands a run of transfers (linked by next_in_run, stage read) to one job.
 void start_decode(Transfer& first, const coppice_jobs& jobs);
 
-/// A read that is awaited, one at a time. It may end on any thread; all functions are the frame's thread's.
-class AwaitedRead {
- public:
-  AwaitedRead() = default;
-  AwaitedRead(const AwaitedRead&) = delete;
-  AwaitedRead& operator=(const AwaitedRead&) = delete;
-  ~AwaitedRead() { wait(); }
-
-  /// out: does not move until the read is back
-  void start(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
-  /// True if it has returned.
-  [[nodiscard]] bool back() const { return queue_.all_back(); }
-  void wait() const { queue_.wait_for_all(); }
-  /// True if it gave all its bytes. before: back(), here and below
-  [[nodiscard]] bool whole() const { return read_.bytes_read == static_cast<std::int64_t>(read_.out.size()); }
-  /// Starts the same read again.
-  void repeat(const coppice_io& io, std::int64_t file) { start(io, file, read_.offset, read_.out); }
-  /// errors  as read_error
-  [[nodiscard]] Result<void> result() const;
-
- private:
-  struct Read {
-    CompletionQueue<Read>* queue = nullptr;
-    std::uint64_t offset = 0;
-    std::span<std::uint8_t> out;
-    std::int64_t bytes_read = 0;
-    Read* next = nullptr;  ///< in the queue
-  };
-  static void on_done(void* argument, std::int64_t bytes_read);
-
-  Read read_;
-  CompletionQueue<Read> queue_;
-};
-
-/// Reads through the hook and waits, one attempt. errors  as read_error
-Result<void> read_now(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out);
-
 }  // namespace coppice

@@ -1,5 +1,7 @@
 #include "vulkan_abi.h"
 
+#include <iterator>
+
 namespace coppice {
 
 template <>
@@ -33,21 +35,10 @@ coppice_light struct_defaults() {
 }  // namespace coppice
 
 void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
-  if (data == nullptr || bytes < sizeof(uint32_t) || bytes > coppice::kMaxStructBytes) return;
-  const auto size = static_cast<uint32_t>(bytes);
-  switch (kind) {
-    case COPPICE_VULKAN_STRUCT_DESC:
-      return coppice::init_struct<coppice_vulkan_desc>(data, size);
-    case COPPICE_VULKAN_STRUCT_DEVICE_MEMORY:
-      return coppice::init_struct<coppice_device_memory>(data, size);
-    case COPPICE_VULKAN_STRUCT_VIEW_DESC:
-      return coppice::init_struct<coppice_vulkan_view_desc>(data, size);
-    case COPPICE_VULKAN_STRUCT_LIGHT:
-      return coppice::init_struct<coppice_light>(data, size);
-    case COPPICE_VULKAN_STRUCT_OCCLUDER:
-      return coppice::init_struct<coppice_occluder>(data, size);
-    case COPPICE_VULKAN_STRUCT_MAX_ENUM:
-      break;
-  }
-  coppice::init_zeroed(data, size);
+  using coppice::init_struct;
+  static constexpr coppice::StructInit kInits[] = {init_struct<coppice_vulkan_desc>, init_struct<coppice_device_memory>,
+                                                   init_struct<coppice_vulkan_view_desc>, init_struct<coppice_light>,
+                                                   init_struct<coppice_occluder>};
+  static_assert(std::size(kInits) == COPPICE_VULKAN_STRUCT_OCCLUDER + 1);
+  coppice::init_kind(kInits, static_cast<std::size_t>(kind), data, bytes);
 }

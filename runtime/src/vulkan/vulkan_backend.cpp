@@ -44,12 +44,8 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
                         .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
-                        .mesh_leaves = renderer_->has_raster(),
+                        .form = &cluster_form(renderer_->has_raster()),
                         .block_textures = renderer_->device().block_textures}} {}
-
-std::uint64_t VulkanBackend::min_budget_bytes(std::uint64_t reserved_bytes) const {
-  return renderer_->min_budget_bytes(reserved_bytes);
-}
 
 void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.device_allocations = renderer_->device().memory.block_count;
@@ -60,23 +56,6 @@ void VulkanBackend::fill_stats(coppice_stats& stats) const {
   stats.longest_pipeline_ms = static_cast<float>(times.longest_ms);
   stats.longest_pipeline = times.longest;
   stats.missing_pipeline = renderer_->pipelines().missing();
-}
-
-std::uint64_t VulkanBackend::reserve_bytes(const SceneSize& needed) {
-  return renderer_->reserve_bytes({needed.slots, needed.plants});
-}
-
-Result<void> VulkanBackend::reserve(const SceneSize& needed) {
-  return renderer_->reserve({needed.slots, needed.plants});
-}
-
-std::uint64_t VulkanBackend::slot_upload_bytes(std::uint32_t slot_count) const {
-  return renderer_->slot_upload_bytes(slot_count);
-}
-
-Result<void> VulkanBackend::add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
-                                      std::span<const std::uint32_t> lod_words) {
-  return renderer_->add_plant(plant, file, appearance, lod_words);
 }
 
 void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) {
@@ -117,10 +96,6 @@ void VulkanBackend::drop_chunk(ChunkId id) {
   }
 }
 
-Result<void> VulkanBackend::end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) {
-  return renderer_->record_upload_end(instances, residency);
-}
-
 void VulkanBackend::show_view(std::uint32_t index, const coppice_camera& camera, const LodView& lod) {
   renderer_->view(index).show({camera, lod, wind_});
 }
@@ -129,7 +104,7 @@ bool VulkanBackend::has_reversed_depth(std::uint32_t index) const {
   return gpu::is_reversed(view(index).attachments().depth_compare);
 }
 
-ViewCounts VulkanBackend::view_counts(std::uint32_t index) const {
+std::optional<ViewCounts> VulkanBackend::view_counts(std::uint32_t index) const {
   ViewCounts of{view(index).counts(), {}};
   static_assert(COPPICE_PASS_COUNT == static_cast<std::uint32_t>(gpu::Pass::count));
   std::ranges::copy(view(index).timer().pass_ms(), of.pass_ms.begin());

@@ -22,27 +22,33 @@ class VulkanBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const VulkanOptions& vulkan, const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override;
+  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved) const override { return renderer_->min_budget_bytes(reserved); }
   void set_memory_budget(std::uint64_t bytes) override { renderer_->set_memory_budget(bytes); }
   [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
   void fill_stats(coppice_stats& stats) const override;
   [[nodiscard]] std::uint32_t plant_capacity() const override { return renderer_->capacity().plants; }
-  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& needed) override;
-  Result<void> reserve(const SceneSize& needed) override;
-  [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slot_count) const override;
+  [[nodiscard]] std::uint64_t reserve_bytes(const SceneSize& needed) override {
+    return renderer_->reserve_bytes({needed.slots, needed.plants});
+  }
+  Result<void> reserve(const SceneSize& needed) override { return renderer_->reserve({needed.slots, needed.plants}); }
+  [[nodiscard]] std::uint64_t slot_upload_bytes(std::uint32_t slots) const override { return renderer_->slot_upload_bytes(slots); }
   Result<void> add_plant(std::uint32_t plant, const PlantFile& file, const gpu::PlantAppearance& appearance,
-                         std::span<const std::uint32_t> lod_words) override;
+                         std::span<const std::uint32_t> lod_words) override {
+    return renderer_->add_plant(plant, file, appearance, lod_words);
+  }
   void remove_plant(std::uint32_t plant) override { renderer_->remove_plant(plant); }
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) override;
   [[nodiscard]] std::uint64_t staging_bytes() const override { return renderer_->staging_bytes(); }
   Result<void> upload_chunk(const DecodedChunk& chunk) override;
   void hide_chunk(ChunkId id) override;
   void drop_chunk(ChunkId id) override;
-  Result<void> end_upload(gpu::InstanceTable& instances, std::span<const gpu::PlantResidency> residency) override;
+  Result<void> end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) override {
+    return renderer_->record_upload_end(instances, plants);
+  }
   void remove_view(std::uint32_t view) override { renderer_->remove_view(view); }
   void show_view(std::uint32_t view, const coppice_camera& camera, const LodView& lod) override;
   [[nodiscard]] bool has_reversed_depth(std::uint32_t view) const override;
-  [[nodiscard]] ViewCounts view_counts(std::uint32_t view) const override;
+  [[nodiscard]] std::optional<ViewCounts> view_counts(std::uint32_t view) const override;
   [[nodiscard]] gpu::Renderer* renderer() override { return renderer_.get(); }
 
  private:

@@ -48,19 +48,19 @@ Result<void> DrawLists::reserve(std::uint32_t plant_count) {
 }
 
 void DrawLists::fill_meshes(std::uint32_t index, const DrawListInput& input) {
-  const StoredPlant& plant = *input.plants.plant(index);
-  const PlantResidency& residency = input.residency[index];
+  const StoredPlant& plant = *input.store.plant(index);
+  const LodPlant& drawn = input.plants[index];
   Plant& record = records_[index];
   for (std::uint32_t i = 0; i < kMeshCommands; ++i)
     mesh_commands_[index * kMeshCommands + i] = {.index_count = plant.meshes[i].index_count};
   for (std::uint32_t lod = 0; lod < record.wood_lod_count; ++lod) {
     const StoredMesh& wood = plant.meshes[lod];
     record.wood_index_counts[lod] = wood.index_count;
-    if (wood.index_count > 0) record.wood_resident_mask |= residency.wood_mask & 1u << lod;
+    if (wood.index_count > 0) record.wood_resident_mask |= drawn.resident_wood_mask & 1u << lod;
     if (input.raster && wood.cluster_count > 0) record.wood_list_mask |= 1u << lod;
   }
   const auto drawable = [&](const DrawPipelines& pipelines) { return can_draw(plant, pipelines); };
-  if (!residency.leaf_meshes || !std::ranges::all_of(input.pipelines, drawable)) return;
+  if (!drawn.leaf_meshes_resident || !std::ranges::all_of(input.pipelines, drawable)) return;
   record.leaf_mesh_count = record.mesh_list_count = plant.leaf_mesh_count;
   for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
     const StoredMesh& leaves = plant.meshes[kMaxWoodLods + i];
@@ -72,13 +72,13 @@ void DrawLists::fill_meshes(std::uint32_t index, const DrawListInput& input) {
 }
 
 void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
-  const StoredPlant* plant = input.plants.plant(index);
+  const StoredPlant* plant = input.store.plant(index);
   Plant& record = records_[index];
   record = plant != nullptr ? plant->record : Plant{};
   if (plant == nullptr) return;
   record.instance_count = input.instances.plant_count(index);
   if (record.instance_count == 0) return;  // true also for a closing plant, some of whose chunks are gone
-  record.resident_leaf_count = plant->has_cuts ? std::clamp(input.residency[index].leaf_count, 1u, kMaxDrawnLeaves) : 0;
+  record.resident_leaf_count = plant->has_cuts ? std::clamp(input.plants[index].resident_leaf_count, 1u, kMaxDrawnLeaves) : 0;
   fill_meshes(index, input);
 }
 
@@ -145,7 +145,7 @@ bool DrawLists::grow(Device& device, DeferredDeletion& deletion, std::uint64_t n
 
 // All slots have commands for single clusters. Commands for clusters and parts are limited by their share of the budget and by free memory.
 bool DrawLists::fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands) {
-  count_ = input.plants.count();
+  count_ = input.store.count();
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
   const Needed needed = add_up(device);
   const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - needed.single_bytes);

@@ -8,17 +8,16 @@
 #include "growing_buffers.h"
 #include "instances.h"
 #include "passes.h"
-#include "plant_residency.h"
 #include "plant_store.h"
 
 namespace coppice::gpu {
 
 struct DrawListInput {
-  const PlantStore& plants;
+  const PlantStore& store;
   const InstanceTable& instances;
-  std::span<const PlantResidency> residency;  ///< [plants]
-  std::span<const DrawPipelines> pipelines;   ///< leaf meshes are drawn once all have their pipelines
-  bool raster = false;                        ///< the compute rasteriser draws small leaves
+  std::span<const LodPlant> plants;          ///< with what may be drawn of them
+  std::span<const DrawPipelines> pipelines;  ///< leaf meshes are drawn once all have their pipelines
+  bool raster = false;                       ///< the compute rasteriser draws small leaves
   std::uint64_t memory_budget_bytes = 0;
 };
 

@@ -113,11 +113,11 @@ void Views::begin_frame(std::uint64_t frame_number, std::uint64_t completed_numb
     if (view) view->begin_frame(frame_number, completed_number);
 }
 
-Result<void> Views::prepare(const InstanceTable& instances, std::span<const PlantResidency> residency, std::uint64_t memory_budget_bytes) {
+Result<void> Views::prepare(const InstanceTable& instances, std::span<const LodPlant> plants, std::uint64_t memory_budget_bytes) {
   commands_.clear();
   for (const auto& view : views_)
     if (view) commands_.push_back(&view->command_buffer());
-  const DrawListInput input{plants_, instances, residency, draws_, has_raster(), memory_budget_bytes};
+  const DrawListInput input{plants_, instances, plants, draws_, has_raster(), memory_budget_bytes};
   if (lists_.fill(device_, deletion_, input, commands_)) buffers_changed();
   for (const auto& view : views_)
     if (view) COPPICE_CHECK(view->prepare(static_cast<std::uint32_t>(instances.slots().size())));

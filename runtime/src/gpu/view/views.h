@@ -58,8 +58,8 @@ class Views {
   void request_mesh(std::uint32_t plant, std::uint32_t mesh);
 
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number);
-  /// residency: [plants]. errors  out_of_memory: nothing may be culled
-  Result<void> prepare(const InstanceTable& instances, std::span<const PlantResidency> residency, std::uint64_t memory_budget_bytes);
+  /// plants: all that were ever added. errors  out_of_memory: nothing may be culled
+  Result<void> prepare(const InstanceTable& instances, std::span<const LodPlant> plants, std::uint64_t memory_budget_bytes);
   /// The frame's records, for SceneBuffers::plants.
   [[nodiscard]] std::span<const Plant> plant_records() const { return lists_.records(); }
   /// InstanceBlock[]; none without the rasteriser.

@@ -13,9 +13,9 @@
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
 #include "pack.h"
+#include "texture_regions.h"
 #include "tree_order.h"
 #include "unpack.h"
-#include "texture_regions.h"
 
 namespace coppice::bake {
 namespace {

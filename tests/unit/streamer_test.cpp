@@ -17,9 +17,8 @@
 #include "chunk_value.h"
 #include "decoded_pages.h"
 #include "mentions.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "print_reading.h"
-#include "random_tree.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -29,26 +28,13 @@ using test::demand_of;
 
 /// Six pages, two wood LoDs, a texture. Its table asks for m = (size / 20)^2 leaves at the default threshold.
 const std::vector<std::uint8_t>& plant_file() {
-  static const std::vector<std::uint8_t> file = [] {
-    bake::PackSizes sizes;
-    return *bake::pack(test::random_plant({.leaf_count = 3000, .seed = 5}), sizes);
-  }();
-  return file;
-}
-
-const std::vector<std::uint8_t>& small_plant_file() {
-  static const std::vector<std::uint8_t> file = [] {
-    bake::PackSizes sizes;
-    return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 6, .texture_side = 0}), sizes);
-  }();
+  static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = 3000, .seed = 5});
   return file;
 }
 
 /// Few leaves and a large texture.
 std::vector<std::uint8_t> poster_file(std::uint32_t texture_side) {
-  bake::PackSizes sizes;
-  return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = texture_side}), sizes,
-                     bake::TextureCoding::rgba8);
+  return test::packed_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = texture_side}, bake::TextureCoding::rgba8);
 }
 
 constexpr GpuSizes kGpuSizes = {.plant_bytes = 1000, .block_textures = true};
@@ -58,7 +44,7 @@ class StreamerTest : public test::StreamerFixture {
   void SetUp() override {
     io.files["a"] = plant_file();
     io.files["b"] = plant_file();
-    io.files["small"] = small_plant_file();
+    io.files["small"] = test::packed_plant({.leaf_count = 40, .seed = 6, .texture_side = 0});
     options.gpu = kGpuSizes;
   }
 
@@ -66,12 +52,32 @@ class StreamerTest : public test::StreamerFixture {
     StreamerFixture::start();
     empty_bytes = ledger.reserved();
   }
+  /// A streamer with the plant "a" in it, of which all is resident.
+  std::uint32_t start_with_whole_plant() {
+    start();
+    const std::uint32_t plant = open("a");
+    frames(20, {demand_of(5000.0f)});
+    expect_whole(plant);
+    return plant;
+  }
+  void expect_whole(std::uint32_t plant) const {
+    const PlantState state = streamer->state(plant);
+    EXPECT_EQ(state.resident_leaf_count, 3000u);
+    EXPECT_EQ(state.resident_wood_mask, 0b11u);
+    EXPECT_EQ(state.resident_texture_count, 1u);
+  }
+  /// `count` plants "a" that are whole, and their demands.
+  std::vector<PlantDemand> start_with_whole_plants(std::size_t count) {
+    start();
+    for (std::size_t i = 0; i < count; ++i) open("a");
+    std::vector<PlantDemand> demands(count, demand_of(5000.0f));
+    for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
+    EXPECT_EQ(streamer->stats().all().wanted, 0u);
+    return demands;
+  }
   [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
     return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
   }
-  /// Reads of a chunk since the log was cleared.
-  [[nodiscard]] std::ptrdiff_t reads_at(std::uint64_t offset) const { return std::ranges::count(io.log, offset, &test::FakeRead::offset); }
-
   /// Error, px, of a plant's resident leaves at a size; of those that one page less would leave.
   [[nodiscard]] float error_px(std::uint32_t plant, float size_px, std::uint32_t pages_less = 0) const {
     const std::uint32_t pages = streamer->state(plant).resident_page_count - pages_less;
@@ -103,8 +109,7 @@ TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
   frames(20, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  expect_whole(plant);
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
   EXPECT_EQ(streamer->stats().all().loaded, 6u + 2u + 1u);
 }
@@ -114,8 +119,7 @@ TEST_F(StreamerTest, FullDetailWantsEverythingInView) {
   view.full = true;
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(10.0f)});
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  expect_whole(plant);
 }
 
 TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
@@ -134,9 +138,7 @@ TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
 }
 
 TEST_F(StreamerTest, HandsOutWhatTheCodecDecodes) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const PlantFile& file = streamer->file(plant);
   bake::DecodedPages pages(root_node(file.plant), file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant));
   const test::FakeGpuPlant& uploaded = gpu->plants[plant];
@@ -224,7 +226,6 @@ TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
 }
 
 TEST_F(StreamerTest, PagesThatReturnOutOfOrderAreDecodedInOrder) {
-  io.deferred = false;
   start();
   const std::uint32_t plant = open("a");
   frames(1, {PlantDemand{}});
@@ -247,8 +248,8 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   const std::uint64_t floor_bytes = ledger.reserved();
   const std::vector<PlantDemand> demands = {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)};
   frames(20, demands);
-  ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
+  expect_whole(plant);
+  expect_whole(other);
   EXPECT_FLOAT_EQ(streamer->threshold_px(0), 2.0f) << "the view's own while everything fits";
   float threshold_px = 2.0f;
   for (std::uint64_t budget = ledger.reserved(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
@@ -297,9 +298,7 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
 }
 
 TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
-  start();
-  open("a");
-  frames(20, {demand_of(5000.0f)});
+  start_with_whole_plant();
   const std::uint64_t full = ledger.reserved();
   gpu->frames_behind = 3;
   ledger.set_budget(full - 100000);
@@ -357,10 +356,7 @@ class ATwentieth : public StreamerTest {
 
   void SetUp() override {
     StreamerTest::SetUp();
-    static const std::vector<std::uint8_t> file = [] {
-      bake::PackSizes sizes;
-      return *bake::pack(test::random_plant({.leaf_count = 20000, .seed = 8}), sizes);
-    }();
+    static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = 20000, .seed = 8});
     io.files["large"] = file;
     start();
     for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
@@ -447,9 +443,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
 }
 
 TEST_F(StreamerTest, WhatOthersTakeEvicts) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const std::uint64_t budget = ledger.reserved() + 370000;  // a load takes more than what it leaves behind
   ledger.set_budget(budget);
   ledger.reserve(500000);
@@ -463,14 +457,7 @@ TEST_F(StreamerTest, WhatOthersTakeEvicts) {
 
 TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   io.files["poster"] = poster_file(1024);
-  start();
-  std::vector<PlantDemand> demands;
-  for (int i = 0; i < 10; ++i) {
-    open("a");
-    demands.push_back(demand_of(5000.0f));
-  }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
-  ASSERT_EQ(streamer->stats().all().wanted, 0u);
+  std::vector<PlantDemand> demands = start_with_whole_plants(10);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e4f));
   ASSERT_GT(find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes, 10 * 5 * 62000u);
@@ -506,13 +493,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
 
 TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   io.files["poster"] = poster_file(1024);
-  start();
-  std::vector<PlantDemand> demands;
-  for (int i = 0; i < 40; ++i) {
-    open("a");
-    demands.push_back(demand_of(5000.0f));
-  }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
+  std::vector<PlantDemand> demands = start_with_whole_plants(40);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e6f));
   ledger.set_budget(ledger.reserved());
@@ -521,45 +502,48 @@ TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   EXPECT_GT(streamer->stats().all().evicted, 64u);
 }
 
+/// Page 2 cannot be read.
 class BadPage : public StreamerTest {
  protected:
-  /// Page 2 is the bad one.
-  void expect_last_good_cut(std::uint32_t plant, const std::string& reason) {
+  void SetUp() override {
+    StreamerTest::SetUp();
+    start();
+    plant = open("a");
+    page = page_chunk(plant, 2);
+    io.fail_offset = page.offset;
+  }
+  void expect_last_good_cut(const std::string& reason) {
     frames(20, {demand_of(5000.0f)});
     EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1025u);
     EXPECT_EQ(streamer->stats().all().failed, 1u);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for";
     EXPECT_EQ(streamer->stats().all().in_flight, 0u);
     ASSERT_EQ(log.lines.size(), 1u);
-    EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", reason, "byte " + std::to_string(page_chunk(plant, 2).offset)}));
+    EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", reason, "byte " + std::to_string(page.offset)}));
     io.log.clear();
     frames(100, {demand_of(5000.0f)});
     EXPECT_TRUE(io.log.empty()) << "a failed page is not read again";
     EXPECT_EQ(log.lines.size(), 1u);
   }
+
+  std::uint32_t plant = 0;
+  coppice_file_chunk page{};
 };
 
 TEST_F(BadPage, FailedRead) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.fail_offset = page_chunk(plant, 2).offset;
   io.failing_result = -EIO;
-  expect_last_good_cut(plant, std::strerror(EIO));
+  expect_last_good_cut(std::strerror(EIO));
 }
 
 TEST_F(BadPage, ShortRead) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.fail_offset = page_chunk(plant, 2).offset;
-  io.failing_result = static_cast<std::int64_t>(page_chunk(plant, 2).bytes) - 1;
-  expect_last_good_cut(plant, std::to_string(io.failing_result));
+  io.failing_result = static_cast<std::int64_t>(page.bytes) - 1;
+  expect_last_good_cut(std::to_string(io.failing_result));
 }
 
 TEST_F(BadPage, FlippedBit) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.files["a"][page_chunk(plant, 2).offset + 100] ^= 1;
-  expect_last_good_cut(plant, "checksum");
+  io.fail_offset = UINT64_MAX;
+  io.files["a"][page.offset + 100] ^= 1;
+  expect_last_good_cut("checksum");
 }
 
 TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
@@ -597,9 +581,7 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
     frames(40, {demand_of(5000.0f)});
   }
   for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) gpu->upload(chunk);
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
-  EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
+  expect_whole(plant);
   EXPECT_EQ(streamer->stats().all().failed, 0u);
   EXPECT_EQ(log.lines.size(), 2u) << "one line for each time the device had nothing";
 }
@@ -736,15 +718,14 @@ TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
 TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
   options.max_plants = 1;
   start();
-  EXPECT_EQ(streamer->open_plant("missing").error().status, Status::io);
-  EXPECT_TRUE(test::mentions(log.lines.back(), {"missing", std::strerror(ENOENT)}));
   io.files["text"] = std::vector<std::uint8_t>(1000, 'x');
-  EXPECT_EQ(streamer->open_plant("text").error().status, Status::bad_file);
   io.files["empty"] = {};
-  EXPECT_EQ(streamer->open_plant("empty").error().status, Status::bad_file);
   io.files["cut"] = plant_file();
-  io.files["cut"].resize(plant_file().size() - 1);
-  EXPECT_EQ(streamer->open_plant("cut").error().status, Status::bad_file);
+  io.files["cut"].pop_back();
+  for (const auto& [path, status] :
+       {std::pair{"missing", Status::io}, {"text", Status::bad_file}, {"empty", Status::bad_file}, {"cut", Status::bad_file}})
+    EXPECT_EQ(streamer->open_plant(path).error().status, status) << path;
+  EXPECT_TRUE(test::mentions(log.lines.at(0), {"missing", std::strerror(ENOENT)}));
   EXPECT_EQ(io.open_count, 0u) << "every file is closed again";
   EXPECT_EQ(ledger.reserved(), empty_bytes);
   const std::uint32_t plant = open("small");
@@ -854,14 +835,13 @@ TEST_F(StreamerTest, AnOpeningIsTakenBackWithoutWaiting) {
 }
 
 TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
-  start();
-  (void)open("a");
-  frames(20, {demand_of(5000.0f)});
+  start_with_whole_plant();
   const std::uint64_t enough = ledger.budget();
   ledger.set_budget(1);
-  const std::uint32_t plant = *streamer->start_open("b");
+  std::uint32_t plant = *streamer->start_open("b");
+  std::uint64_t waited = 0;  // frames of the last wait
   const auto wait = [&](std::uint64_t most) -> std::optional<Result<void>> {
-    for (std::uint64_t i = 0; i < most; ++i) {
+    for (waited = 0; waited < most; ++waited) {
       if (auto finished = streamer->finish_open(plant)) return finished;
       frames(1, {});
     }
@@ -872,22 +852,17 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
   const auto opened = wait(2 * Streamer::kOpenRetryFrames);
   ASSERT_TRUE(opened && *opened);
   ledger.set_budget(1);
-  ASSERT_EQ(*streamer->start_open("b"), plant + 1);
-  std::uint64_t tried = 0;
-  auto failed = streamer->finish_open(plant + 1);
-  for (; !failed && tried < 1000; ++tried) {
-    frames(1, {});
-    failed = streamer->finish_open(plant + 1);
-  }
+  plant = *streamer->start_open("b");
+  const auto failed = wait(1000);
   ASSERT_TRUE(failed);
   EXPECT_EQ(failed->error().status, Status::out_of_memory);
-  EXPECT_EQ(tried, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
+  EXPECT_EQ(waited, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
 }
 
 TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {
   start();
   io.files["cut"] = plant_file();
-  io.files["cut"].resize(plant_file().size() - 1);
+  io.files["cut"].pop_back();
   io.files["damaged"] = plant_file();
   io.files["damaged"][static_cast<std::size_t>(page_chunk(open("a"), 0).offset) + 100] ^= 1;
   const std::size_t open_count = io.open_count;
@@ -923,18 +898,15 @@ TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
 }
 
 TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const std::uint64_t budget = ledger.reserved() + 130000;  // a page on its way takes decoders, too
   ledger.set_budget(budget);
   gpu->frames_behind = 2;
-  const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
   int attempts = 0;
   for (auto other = streamer->open_plant("b"); !other; other = streamer->open_plant("b")) {
     EXPECT_EQ(other.error().status, Status::out_of_memory);
     ASSERT_LT(++attempts, 12);
-    gpu->frame(view, demands);
+    frames(1, {demand_of(5000.0f)});
     EXPECT_LE(ledger.reserved(), budget);
   }
   EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
@@ -958,16 +930,13 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   EXPECT_EQ(streamer->stats().all().loaded, loaded);
 }
 
-/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more. Of a plant with all that a file can have.
+/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more. The plant has all that a file can have.
 class FailingAllocator : public StreamerTest, public testing::WithParamInterface<bool> {
  protected:
   static constexpr std::uint32_t kLeaves = 1200, kLeafMeshes = 2;
 
   FailingAllocator() {
-    static const std::vector<std::uint8_t> file = [] {
-      bake::PackSizes sizes;
-      return *bake::pack(test::random_plant({.leaf_count = kLeaves, .seed = 5, .leaf_mesh_count = kLeafMeshes}), sizes);
-    }();
+    static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = kLeaves, .seed = 5, .leaf_mesh_count = kLeafMeshes});
     io.files["whole"] = file;
     options.gpu.block_textures = false;  // a job then allocates too
   }
@@ -977,15 +946,11 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     test::FakeAllocator failing;
     failing.fail_at = fail_at;
     failing.fail_for_good = GetParam();
-    {
-      ledger = Ledger(256ull << 20);
-      auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, ledger, options);
-      if (!created) {
-        EXPECT_EQ(created.error().status, Status::out_of_memory);
-      } else {
-        drive(**created, failing);
-      }
-    }
+    ledger = Ledger(256ull << 20);
+    if (auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, ledger, options))
+      drive(**created, failing);
+    else
+      EXPECT_EQ(created.error().status, Status::out_of_memory);
     EXPECT_EQ(failing.live_bytes, 0u) << "leak when allocation " << fail_at << " fails";
     EXPECT_EQ(io.open_count, 0u) << "file left open when allocation " << fail_at << " fails";
     return failing.calls <= fail_at;

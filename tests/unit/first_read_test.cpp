@@ -12,9 +12,8 @@
 #include "generate_plant.h"
 #include "import_gltf.h"
 #include "leaf_cards.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "plants_folder.h"
-#include "random_tree.h"
 #include "reader.h"
 #include "unused_materials.h"
 #include "wood_lods.h"
@@ -47,10 +46,8 @@ std::uint64_t first_read_bytes(Plant plant) {
   baked.sphere = plant_sphere(*foliage, plant.wood);
   for (const WoodLevel& level : wood_levels(plant.wood)) baked.wood.lods.push_back(level.front());
   drop_unused_materials(baked);
-  PackSizes sizes;
-  const auto file = pack(baked, sizes);
-  EXPECT_TRUE(file) << file.error().message();
-  return read_front(*file, file->size())->header.first_read_bytes;
+  const auto file = test::packed(baked);
+  return read_front(file, file.size())->header.first_read_bytes;
 }
 
 TEST(FirstRead, OfABuiltInPlantIsAtMost64KiB) {

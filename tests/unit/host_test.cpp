@@ -6,13 +6,12 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "atomic_file.h"
 #include "coppice/coppice.h"
 #include "demand.h"
 #include "host.h"
@@ -130,8 +129,7 @@ TEST(HostChanges, TheBudgetIsKept) {
 /// The file of a test plant as selection sees it.
 struct OpenFile {
   explicit OpenFile(const char* name) {
-    std::ifstream stream(kPlants + name, std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(stream), {});
+    bytes = *bake::read_file(kPlants + name);
     auto front = read_front(bytes, bytes.size());
     EXPECT_TRUE(front);
     file = *std::move(front);

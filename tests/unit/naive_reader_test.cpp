@@ -6,19 +6,17 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "atomic_file.h"
 #include "coppice_file.h"
 #include "decoded_pages.h"
 #include "inspect.h"
 #include "naive_reader.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "places.h"
-#include "random_tree.h"
 #include "reader.h"
 #include "unpack.h"
 #include "wood_codec.h"
@@ -38,8 +36,7 @@ std::vector<NamedFile> files_below(const std::filesystem::path& folder) {
   std::vector<NamedFile> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".coppice") continue;
-    std::ifstream stream(entry.path(), std::ios::binary);
-    files.push_back({entry.path().lexically_relative(folder).string(), Bytes(std::istreambuf_iterator<char>(stream), {})});
+    files.push_back({entry.path().lexically_relative(folder).string(), *bake::read_file(entry.path())});
   }
   std::ranges::sort(files, {}, &NamedFile::name);
   return files;
@@ -48,10 +45,7 @@ std::vector<NamedFile> files_below(const std::filesystem::path& folder) {
 /// Files of this version with all that a file can have, each small.
 std::vector<NamedFile> made_files() {
   std::vector<NamedFile> files;
-  bake::PackSizes sizes;
-  const auto add = [&](const char* name, const test::RandomPlantOptions& options) {
-    files.push_back({name, *bake::pack(test::random_plant(options), sizes)});
-  };
+  const auto add = [&](const char* name, const test::RandomPlantOptions& options) { files.push_back({name, test::packed_plant(options)}); };
   add("one_leaf", {.leaf_count = 1, .seed = 3, .wood_lod_count = 0, .texture_side = 0});
   add("many_cards", {.leaf_count = 60, .seed = 4, .card_count = 9, .wood_lod_count = 1, .texture_side = 2});
   add("leaf_meshes", {.leaf_count = 40, .seed = 5, .wood_lod_count = 3, .texture_side = 4, .leaf_mesh_count = 2});

@@ -1,30 +1,25 @@
-#include "pack.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
+#include <functional>
+#include <limits>
+#include <set>
 
 #include "error_image.h"
 #include "inspect.h"
+#include "packed_plant.h"
 #include "quantised_tree.h"
-#include "random_tree.h"
 #include "reader.h"
 #include "unpack.h"
 
 namespace coppice::bake {
 namespace pack_test {
 
+using test::packed;
+using test::packed_plant;
 using test::random_plant;
-
-std::vector<std::uint8_t> packed(const BakedPlant& plant) {
-  PackSizes sizes;
-  auto file = pack(plant, sizes);
-  EXPECT_TRUE(file) << file.error().message();
-  return *file;
-}
 
 Quad quad_of(const Tree& tree, std::uint32_t node) {
   Quad quad;
@@ -113,24 +108,21 @@ TEST(Pack, TheFinestCutIsTheSourceLeaves) {
   const auto back = unpack(packed(plant));
   ASSERT_TRUE(back);
   const QuantisationBox box = leaf_box(plant.tree, COPPICE_FINE_QUANTISED_MAX);
-  std::map<std::array<QuantisedPoint, 4>, int> balance;
-  for (std::uint32_t node : cut(plant.tree, 300)) {
-    EXPECT_NE(plant.tree.node_source[node], kNone);
-    std::array<QuantisedPoint, 4> quad;
-    for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(box, quad_of(plant.tree, node)[corner]);
-    ++balance[quad];
-  }
-  for (std::uint32_t node : cut(back->tree, 300)) {
-    EXPECT_NE(back->tree.node_source[node], kNone);
-    std::array<QuantisedPoint, 4> quad;
-    for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(box, quad_of(back->tree, node)[corner]);
-    --balance[quad];
-  }
-  for (const auto& [quad, difference] : balance) EXPECT_EQ(difference, 0);
+  const auto source_leaves = [&](const Tree& tree) {
+    std::multiset<std::array<QuantisedPoint, 4>> quads;
+    for (std::uint32_t node : cut(tree, 300)) {
+      EXPECT_NE(tree.node_source[node], kNone);
+      std::array<QuantisedPoint, 4> quad;
+      for (std::size_t corner = 0; corner < 4; ++corner) quad[corner] = quantise(box, quad_of(tree, node)[corner]);
+      quads.insert(quad);
+    }
+    return quads;
+  };
+  EXPECT_EQ(source_leaves(back->tree), source_leaves(plant.tree));
 }
 
 TEST(Pack, AnyCutHasAsManyLeavesAsAsked) {
-  const auto back = unpack(packed(random_plant({.leaf_count = 700})));
+  const auto back = unpack(packed_plant({.leaf_count = 700}));
   ASSERT_TRUE(back);
   for (std::uint32_t m : {1u, 2u, 350u, 512u, 513u, 514u, 700u}) EXPECT_EQ(cut(back->tree, m).size(), m);
 }
@@ -142,7 +134,7 @@ TEST(Pack, SamePlantSameBytes) {
 
 // The leaf box may differ by a rounding of float: its far side is computed from the last step.
 TEST(Pack, RepackingAnUnpackedFileGivesTheSamePages) {
-  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto file = packed_plant({.leaf_count = 600});
   const auto again = packed(*unpack(file));
   const auto front = read_front(file, file.size()), front_again = read_front(again, again.size());
   for (std::uint32_t page = 0; page < 2; ++page)
@@ -179,7 +171,7 @@ TEST(Pack, TablesComeBackUnchanged) {
 }
 
 TEST(Pack, TheFirstPictureIsOneRead) {
-  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto file = packed_plant({.leaf_count = 600});
   const auto header = read_header(std::span(file).first(64), file.size());
   ASSERT_TRUE(header) << header.error().message();
   const std::vector<std::uint8_t> first_read(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header->first_read_bytes));
@@ -246,32 +238,21 @@ TEST(Pack, KeepsNormalMaps) {
 }
 
 TEST(Pack, RefusesWhatTheFormatCannotHold) {
-  const auto refused = [](const BakedPlant& plant) {
-    PackSizes sizes;
-    const auto file = pack(plant, sizes);
-    EXPECT_FALSE(file);
-    EXPECT_EQ(file.error().status, Status::invalid_argument) << file.error().message();
+  const std::vector<std::function<void(BakedPlant&)>> faults = {
+      [](BakedPlant& plant) { plant.tree.nodes[0].card = 2; },
+      [](BakedPlant& plant) { plant.tree.nodes.back().fade = 0; },  // a source leaf's
+      [](BakedPlant& plant) { plant.tree.vertices[3].y = std::numeric_limits<float>::quiet_NaN(); },
+      [](BakedPlant& plant) { plant.tree.split_parent[1] = plant.tree.split_parent[0]; },
+      [](BakedPlant& plant) { plant.errors.leaf_counts.back() = 9; },
+      [](BakedPlant& plant) { plant.wood = random_plant({.leaf_count = 10, .wood_lod_count = 9}).wood; },
+      [](BakedPlant& plant) { plant.materials.clear(); },
   };
-  BakedPlant plant = random_plant({.leaf_count = 10});
-  plant.tree.nodes[0].card = 2;
-  refused(plant);
-  plant = random_plant({.leaf_count = 10});
-  plant.tree.nodes.back().fade = 0;  // a source leaf's
-  refused(plant);
-  plant = random_plant({.leaf_count = 10});
-  plant.tree.vertices[3].y = std::numeric_limits<float>::quiet_NaN();
-  refused(plant);
-  plant = random_plant({.leaf_count = 10});
-  plant.tree.split_parent[1] = plant.tree.split_parent[0];
-  refused(plant);
-  plant = random_plant({.leaf_count = 10});
-  plant.errors.leaf_counts.back() = 9;
-  refused(plant);
-  plant = random_plant({.leaf_count = 10, .wood_lod_count = 9});
-  refused(plant);
-  plant = random_plant({.leaf_count = 10});
-  plant.materials.clear();
-  refused(plant);
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    BakedPlant plant = random_plant({.leaf_count = 10});
+    faults[i](plant);
+    PackSizes sizes;
+    EXPECT_EQ(pack(plant, sizes).error().status, Status::invalid_argument) << i;
+  }
 }
 
 TEST(Inspect, CountsChunksAndBytes) {
@@ -285,8 +266,7 @@ TEST(Inspect, CountsChunksAndBytes) {
   ASSERT_EQ(summary->textures.size(), 1u);
   EXPECT_EQ(summary->textures[0].mip_count, 4u);
   EXPECT_STREQ(summary->textures[0].format, "bc3");
-  PackSizes plain_sizes;
-  EXPECT_STREQ(inspect(*pack(random_plant({.leaf_count = 6}), plain_sizes, TextureCoding::rgba8))->textures[0].format, "rgba8");
+  EXPECT_STREQ(inspect(packed_plant({.leaf_count = 6}, TextureCoding::rgba8))->textures[0].format, "rgba8");
   std::uint64_t sum = 64;
   for (const ChunkSummary& chunk : summary->chunks) sum += chunk.bytes + 32 * chunk.count;
   EXPECT_EQ(sum, file.size());
@@ -294,7 +274,7 @@ TEST(Inspect, CountsChunksAndBytes) {
 }
 
 TEST(Verify, GoesThroughTheWholeFile) {
-  const auto file = packed(random_plant({.leaf_count = 600}));
+  const auto file = packed_plant({.leaf_count = 600});
   const auto report = verify(file);
   ASSERT_TRUE(report) << report.error().message();
   EXPECT_EQ(report->bytes_checked, file.size());
@@ -306,9 +286,7 @@ TEST(Verify, GoesThroughTheWholeFile) {
 TEST(Verify, NoticesASphereThatIsTooSmall) {
   BakedPlant plant = random_plant({.leaf_count = 20});
   plant.sphere.radius *= 0.9f;
-  const auto report = verify(packed(plant));
-  ASSERT_FALSE(report);
-  EXPECT_STREQ(report.error().what, "plant sphere");
+  EXPECT_STREQ(verify(packed(plant)).error().what, "plant sphere");
 }
 
 }  // namespace pack_test

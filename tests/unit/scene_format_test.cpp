@@ -7,13 +7,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <tuple>
 #include <utility>
 
+#include "atomic_file.h"
+#include "gltf_builder.h"
 #include "mentions.h"
 #include "places.h"
 #include "scene_file.h"
@@ -187,13 +188,21 @@ TEST(SceneFile, EveryFlippedByteUnderRightChecksumsIsRefusedOrValid) {
   EXPECT_GT(refused, static_cast<int>(front)) << "a third of them at least";
 }
 
-/// One value changed under right checksums, and the error it must give.
 /// What an error names before its colon: "tile max_radius" of "tile max_radius: larger than its parent's".
 std::string field_of(const Error& error) {
   const std::string what = error.what;
   return what.substr(0, what.find(':'));
 }
 
+/// Puts a value into a file, under right checksums.
+template <class T>
+Bytes with_value(Bytes bytes, std::size_t at, const T& value) {
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+  test::fix_scene_checksums(bytes);
+  return bytes;
+}
+
+/// One value changed under right checksums, and the field of the error it must give.
 struct Damage {
   const char* field;
   std::size_t at;
@@ -231,19 +240,13 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
       {"instance species", first + offsetof(coppice_scene_instance, species), 7},
   };
   for (const Damage& damage : damages) {
-    Bytes bad = good;
-    std::memcpy(bad.data() + damage.at, &damage.value, sizeof damage.value);
-    test::fix_scene_checksums(bad);
-    const auto read = read_all(bad);
-    ASSERT_FALSE(read) << damage.field;
+    const auto read = read_all(with_value(good, damage.at, damage.value));
     EXPECT_EQ(field_of(read.error()), damage.field);
     EXPECT_EQ(read.error().status, Status::bad_file) << damage.field;
     EXPECT_EQ(read.error().offset, damage.at) << damage.field;
   }
-  Bytes absolute = good;
-  absolute[kSceneHeaderBytes + 2 * sizeof(coppice_scene_species)] = '/';
-  test::fix_scene_checksums(absolute);
-  EXPECT_EQ(field_of(read_all(absolute).error()), "species path");
+  const std::size_t path = kSceneHeaderBytes + 2 * sizeof(coppice_scene_species);
+  EXPECT_EQ(field_of(read_all(with_value(good, path, '/')).error()), "species path") << "it is absolute";
 }
 
 // Each is in range; their ratio is infinite, and an instance of scale 0 would stand at NaN.
@@ -255,15 +258,12 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
     Bytes bytes = good;
     for (std::size_t instance = tile + sizeof(coppice_scene_tile); instance < bytes.size(); instance += sizeof(coppice_scene_instance))
       bytes[instance + offsetof(coppice_scene_instance, scale)] = 0;
-    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_min), &scale_min, sizeof scale_min);
-    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_max), &scale_max, sizeof scale_max);
-    test::fix_scene_checksums(bytes);
-    return bytes;
+    bytes = with_value(bytes, tile + offsetof(coppice_scene_tile, scale_min), scale_min);
+    return with_value(bytes, tile + offsetof(coppice_scene_tile, scale_max), scale_max);
   };
   for (const float scale_min : {1e-45f, 1e-38f, 1e-33f}) {
     const auto read = read_all(with_scales(scale_min, 1e6f));
-    ASSERT_FALSE(read) << scale_min;
-    EXPECT_EQ(field_of(read.error()), "tile scale_min, scale_max");
+    EXPECT_EQ(field_of(read.error()), "tile scale_min, scale_max") << scale_min;
     EXPECT_EQ(read.error().offset, tile + offsetof(coppice_scene_tile, scale_min));
   }
   for (const auto& [scale_min, scale_max] : {std::pair{1e-23f, 1e6f}, std::pair{1e-45f, 1e-44f}}) {
@@ -276,13 +276,6 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
 // One float of the front at a time is NaN, under right checksums.
 TEST(SceneFile, NoFloatMayBeNaN) {
   const Bytes good = test::random_scene(60, 100, 7);
-  const auto nan_at = [&](std::size_t at) {
-    Bytes bytes = good;
-    const float value = std::numeric_limits<float>::quiet_NaN();
-    std::memcpy(bytes.data() + at, &value, sizeof value);
-    test::fix_scene_checksums(bytes);
-    return bytes;
-  };
   const std::size_t tile =
       static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
   std::vector<std::size_t> floats;
@@ -292,7 +285,8 @@ TEST(SceneFile, NoFloatMayBeNaN) {
       floats.push_back(kSceneHeaderBytes + species * sizeof(coppice_scene_species) + offsetof(coppice_scene_species, sphere_center) +
                        4 * i);
   for (std::size_t i = 0; i < 9; ++i) floats.push_back(tile + 4 * i);
-  for (const std::size_t at : floats) EXPECT_FALSE(read_all(nan_at(at))) << "byte " << at;
+  for (const std::size_t at : floats)
+    EXPECT_FALSE(read_all(with_value(good, at, std::numeric_limits<float>::quiet_NaN()))) << "byte " << at;
 }
 
 TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
@@ -310,13 +304,10 @@ TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
 TEST(SceneFile, Version1IsReadForEver) {
   const std::filesystem::path path = std::filesystem::path(test::kTestData) / "scene_v1" / "small.forest";
   if (std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr && !std::filesystem::exists(path)) {
-    const Bytes bytes = test::random_scene(60, 100, 7);
     std::filesystem::create_directories(path.parent_path());
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    test::write_file(path, test::random_scene(60, 100, 7));
   }
-  std::ifstream stream(path, std::ios::binary);
-  ASSERT_TRUE(stream) << path;
-  const Bytes bytes(std::istreambuf_iterator<char>(stream), {});
+  const Bytes bytes = *bake::read_file(path);
   SceneFile scene;
   const auto tiles = read_all(bytes, &scene);
   ASSERT_TRUE(tiles) << tiles.error().message();

@@ -1,7 +1,6 @@
 #include "streamer.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -9,16 +8,17 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "chunk_value.h"
 #include "decoded_pages.h"
+#include "gltf_builder.h"
 #include "mentions.h"
 #include "packed_plant.h"
 #include "print_reading.h"
+#include "process.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -1009,10 +1009,8 @@ INSTANTIATE_TEST_SUITE_P(Automatic, StreamerThreads, testing::Values(Reading::au
 INSTANTIATE_TEST_SUITE_P(ThreadPool, StreamerThreads, testing::Values(Reading::thread_pool));
 
 TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("coppice_streamer_test_" + std::to_string(::getpid()) + ".coppice");
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(plant_file().data()), static_cast<std::streamsize>(plant_file().size()));
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = test::write_file(folder / "plant.coppice", plant_file());
   auto set = complete_hooks({}, GetParam());
   ASSERT_TRUE(set);
   for (int round = 0; round < 5; ++round) {
@@ -1034,7 +1032,6 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
     EXPECT_EQ((*streamer)->stats().all().failed, 0u);
     EXPECT_GT((*streamer)->stats().all().loaded, 6u);
   }
-  std::filesystem::remove(path);
 }
 
 }  // namespace streamer_test

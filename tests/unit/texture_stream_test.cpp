@@ -10,8 +10,7 @@
 #include "fake_gpu.h"
 #include "fake_hooks.h"
 #include "mentions.h"
-#include "pack.h"
-#include "random_tree.h"
+#include "packed_plant.h"
 #include "streamer.h"
 
 namespace coppice {
@@ -22,8 +21,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr std::uint32_t kSide = 150;
 
 Bytes plant_file(bake::TextureCoding coding) {
-  bake::PackSizes sizes;
-  return *bake::pack(test::random_plant({.leaf_count = 40, .wood_lod_count = 0, .texture_side = kSide}), sizes, coding);
+  return test::packed_plant({.leaf_count = 40, .wood_lod_count = 0, .texture_side = kSide}, coding);
 }
 
 class TextureStream : public testing::Test {

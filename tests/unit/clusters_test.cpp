@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -14,6 +15,7 @@
 #include "coppice/format.h"
 #include "coppice_lod.h"
 #include "coppice_transparency.h"
+#include "fake_hooks.h"
 #include "hook_array.h"
 #include "hooks.h"
 #include "made_mesh.h"
@@ -30,6 +32,8 @@ using test::MadeMesh;
 
 using Corners = std::array<std::uint32_t, 6>;
 constexpr std::uint32_t kLeaves = 1500;  // three pages, the last one not full
+
+using LeafName = std::pair<Corners, std::uint32_t>;  ///< corners and card
 
 template <class T>
 T read(std::span<const std::uint8_t> bytes, std::uint64_t at) {
@@ -93,7 +97,7 @@ struct Crown {
     return cuts;
   }
   /// Corners and card of each leaf of cut(leaf_count).
-  [[nodiscard]] std::multiset<std::pair<Corners, std::uint32_t>> cut(std::uint32_t leaf_count) const;
+  [[nodiscard]] std::multiset<LeafName> cut(std::uint32_t leaf_count) const;
 };
 
 Corners packed(const QuantisedQuad& quad) {
@@ -102,14 +106,14 @@ Corners packed(const QuantisedQuad& quad) {
   return words;
 }
 
-std::multiset<std::pair<Corners, std::uint32_t>> Crown::cut(std::uint32_t leaf_count) const {
-  std::multiset<std::pair<Corners, std::uint32_t>> leaves;
+std::multiset<LeafName> Crown::cut(std::uint32_t leaf_count) const {
+  std::multiset<LeafName> leaves;
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
     if (lod::coppice_node_alive(id, nodes[id].split, leaf_count)) leaves.insert({packed(nodes[id].corners), nodes[id].card});
   return leaves;
 }
 
-std::pair<Corners, std::uint32_t> name_of(const Leaf& leaf) {
+LeafName name_of(const Leaf& leaf) {
   Corners words{};
   std::ranges::copy(leaf.corners, words.begin());
   return {words, card_of_leaf(leaf.card)};
@@ -150,7 +154,7 @@ TEST(Clusters, PagesHoldTheNodesOfEveryCutAndNoOthers) {
   for (std::uint32_t page = 0; page < 3; ++page) pages.push_back(crown.built_page(page));
   for (const std::uint32_t leaf_count :
        {65u, 66u, 100u, 127u, 128u, 129u, 130u, 200u, 256u, 257u, 400u, 512u, 513u, 514u, 800u, 1024u, 1025u, 1026u, 1300u, 1499u, 1500u}) {
-    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    std::multiset<LeafName> actual;
     for (std::uint32_t page = 0; page * kPageSplits < leaf_count - 1; ++page)
       show(pages[page], page, leaf_count, [&](const Leaf& leaf) { actual.insert(name_of(leaf)); });
     EXPECT_EQ(actual, crown.cut(leaf_count)) << leaf_count;
@@ -163,7 +167,7 @@ TEST(Clusters, ReadyCutsHoldTheNodesOfTheirs) {
   for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
     const ClusterList& list = cuts.lists[cut];
     EXPECT_EQ(list.leaf_count, lod::coppice_ladder_leaf_count(cut));
-    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    std::multiset<LeafName> actual;
     const std::uint64_t clusters = address_of(read<uvec2>(cuts.bytes.span(), address_of(list.blocks)));
     for (std::uint32_t i = 0; i < list.cluster_count; ++i) {
       const auto cluster = read<Cluster>(cuts.bytes.span(), clusters + i * sizeof(Cluster));
@@ -194,7 +198,7 @@ TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   Crown crown;
   const std::vector<std::uint8_t> opaque = crown.built_page(0);
   EXPECT_FALSE(crown.ready_cuts().has_transparency);
-  std::set<std::pair<Corners, std::uint32_t>> gaps;  // a merged leaf may have the corners of one that it replaced
+  std::set<LeafName> gaps;  // a merged leaf may have the corners of one that it replaced
   for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
     crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
     gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
@@ -298,6 +302,12 @@ TEST(Clusters, AddressesMoveWithThem) {
   }
 }
 
+Cluster cluster_of(const MeshBlock& built, std::uint32_t index) {
+  const std::uint64_t block =
+      address_of(read<uvec2>(built.bytes.span(), address_of(built.list.blocks) + index / kBlockClusters * sizeof(uvec2)));
+  return read<Cluster>(built.bytes.span(), block + index % kBlockClusters * sizeof(Cluster));
+}
+
 /// A list of triangles, taken apart.
 struct Parts {
   std::vector<Cluster> clusters;
@@ -306,9 +316,7 @@ struct Parts {
 
   explicit Parts(const MeshBlock& built) {
     for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) {
-      const std::uint64_t block =
-          address_of(read<uvec2>(built.bytes.span(), address_of(built.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
-      const Cluster& cluster = clusters.emplace_back(read<Cluster>(built.bytes.span(), block + i % kBlockClusters * sizeof(Cluster)));
+      const Cluster& cluster = clusters.emplace_back(cluster_of(built, i));
       for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
         leaves.push_back(read<Leaf>(built.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf)));
         splats.push_back(read<Splat>(built.bytes.span(), address_of(cluster.splats) + at * sizeof(Splat)));
@@ -321,12 +329,16 @@ LeafBox box_of(const ClusterList& list) {
   return {list.box_min, list.box_step, 65535};
 }
 
+MeshBlock block_of(MeshKind kind, const WoodSpan& mesh, const PlantLooks& looks, bool clusters = true) {
+  return *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
+}
+
 MeshBlock wood_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return *build_mesh(MeshKind::wood, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
+  return block_of(MeshKind::wood, mesh, looks);
 }
 
 MeshBlock leaves_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return *build_mesh(MeshKind::leaves, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
+  return block_of(MeshKind::leaves, mesh, looks);
 }
 
 /// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
@@ -354,17 +366,26 @@ PlantLooks half_a_texture() {
   return plant;
 }
 
+/// A material without a texture for each colour, and no card.
+PlantLooks untextured_looks(const std::vector<std::uint32_t>& colors) {
+  PlantLooks plant;
+  plant.materials = hook_array(std::vector<coppice_file_material>(colors.size()));
+  for (coppice_file_material& material : plant.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  plant.looks = hook_array(std::vector<CardLook>(colors.size()));
+  plant.wood_colors = hook_array(colors);
+  std::vector<std::uint32_t> first(colors.size());
+  std::iota(first.begin(), first.end(), 0u);
+  plant.first_wood_color = hook_array(first);
+  return plant;
+}
+
 TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   MadeMesh mesh;
   mesh.vertices = {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
-  PlantLooks looks;
+  PlantLooks looks = untextured_looks({70, 80});
   looks.looks = hook_array(std::vector<CardLook>(5));
-  looks.materials = hook_array(std::vector<coppice_file_material>(2));
-  for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = hook_array<std::uint32_t>({70, 80});
-  looks.first_wood_color = hook_array<std::uint32_t>({0, 1});
   const MeshBlock built = wood_of(mesh, looks);
   const Parts list(built);
   ASSERT_EQ(list.leaves.size(), 2u);
@@ -394,12 +415,7 @@ MadeMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
 }
 
 TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
-  PlantLooks looks;
-  looks.materials = hook_array(std::vector<coppice_file_material>(1));
-  looks.looks = hook_array(std::vector<CardLook>(1));
-  set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = hook_array<std::uint32_t>({0});
-  looks.first_wood_color = hook_array<std::uint32_t>({0});
+  const PlantLooks looks = untextured_looks({0});
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
   const auto facet_m = [&](const MadeMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
   const float size_m = std::sqrt(0.4f);
@@ -501,16 +517,14 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
   }
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool leaves : {true, false}) {
-      const MeshBlock block = *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), leaves}, default_allocator());
+      const MeshBlock block = block_of(kind, mesh, looks, leaves);
       EXPECT_LT(block.list.cluster_count, block.list.range_count) << "a third is nothing but hole";
       EXPECT_TRUE(leaves || block.list.cluster_count == 0);
       std::vector<std::uint32_t> indices(block.index_count);
       std::memcpy(indices.data(), block.bytes.data(), indices.size() * sizeof indices[0]);
       std::uint32_t next = 0;
       for (std::uint32_t i = 0; i < block.list.range_count; ++i) {
-        const std::uint64_t at =
-            address_of(read<uvec2>(block.bytes.span(), address_of(block.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
-        const auto cluster = read<Cluster>(block.bytes.span(), at + i % kBlockClusters * sizeof(Cluster));
+        const Cluster cluster = cluster_of(block, i);
         EXPECT_EQ(cluster.last_death, next);
         next += leaf_count_of(cluster);
         for (std::uint32_t index = 3 * cluster.last_death; index < 3 * next; ++index)
@@ -528,49 +542,35 @@ TEST(Clusters, AMeshIsWholeInItsBlock) {
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool clusters : {true, false}) {
       constexpr std::uint64_t kBase = 0x1fffffff0ull;
-      auto block = build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
-      ASSERT_TRUE(block);
-      EXPECT_LE(block->bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
-      EXPECT_EQ(block->index_count, 6u);
-      EXPECT_EQ(block->materials.count(), 1u);
-      EXPECT_TRUE(block->materials[1]);
-      EXPECT_EQ(block->high.x, 1.0f);
-      EXPECT_EQ(block->high.y, 2.0f);
+      MeshBlock block = block_of(kind, mesh, looks, clusters);
+      EXPECT_LE(block.bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
+      EXPECT_EQ(block.index_count, 6u);
+      EXPECT_EQ(block.materials.count(), 1u);
+      EXPECT_TRUE(block.materials[1]);
+      EXPECT_EQ(block.high.x, 1.0f);
+      EXPECT_EQ(block.high.y, 2.0f);
       std::set<std::array<std::uint32_t, 3>> triangles;
-      for (std::size_t i = 0; i < 2; ++i) triangles.insert(read<std::array<std::uint32_t, 3>>(block->bytes.span(), 12 * i));
+      for (std::size_t i = 0; i < 2; ++i) triangles.insert(read<std::array<std::uint32_t, 3>>(block.bytes.span(), 12 * i));
       EXPECT_EQ(triangles, (std::set<std::array<std::uint32_t, 3>>{{mesh.indices[0], mesh.indices[1], mesh.indices[2]},
                                                                    {mesh.indices[3], mesh.indices[4], mesh.indices[5]}}));
-      EXPECT_EQ(read<WoodVertex>(block->bytes.span(), block->vertices_at).position.y, 0.0f);
-      EXPECT_EQ(block->list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
-      const std::uint64_t list = address_of(block->list.blocks);
-      block->move(kBase);
-      if (block->list.cluster_count == 0) continue;
-      EXPECT_EQ(address_of(block->list.blocks), list + kBase);
-      const std::uint64_t cluster = address_of(read<uvec2>(block->bytes.span(), list)) - kBase;
-      EXPECT_EQ(address_of(read<Cluster>(block->bytes.span(), cluster).leaves), cluster + sizeof(Cluster) + kBase);
+      EXPECT_EQ(read<WoodVertex>(block.bytes.span(), block.vertices_at).position.y, 0.0f);
+      EXPECT_EQ(block.list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
+      const std::uint64_t list = address_of(block.list.blocks);
+      block.move(kBase);
+      if (block.list.cluster_count == 0) continue;
+      EXPECT_EQ(address_of(block.list.blocks), list + kBase);
+      const std::uint64_t cluster = address_of(read<uvec2>(block.bytes.span(), list)) - kBase;
+      EXPECT_EQ(address_of(read<Cluster>(block.bytes.span(), cluster).leaves), cluster + sizeof(Cluster) + kBase);
     }
 }
 
 TEST(Clusters, WithoutMemoryThereIsNoMesh) {
   const PlantLooks looks = half_a_texture();
   for (std::size_t most = 0; most < 2; ++most) {
-    struct Limited {
-      std::size_t left;
-      coppice_allocator real;
-    } limited{most, default_allocator()};
-    coppice_allocator allocator{};
-    allocator.user = &limited;
-    allocator.allocate = [](void* user, std::size_t bytes, std::size_t align) -> void* {
-      auto& own = *static_cast<Limited*>(user);
-      return own.left-- > 0 ? own.real.allocate(own.real.user, bytes, align) : nullptr;
-    };
-    allocator.free = [](void* user, void* pointer, std::size_t bytes) {
-      auto& own = *static_cast<Limited*>(user);
-      own.real.free(own.real.user, pointer, bytes);
-    };
-    const auto block = build_mesh(MeshKind::wood, two_triangles(0.1f, 0.4f), {{looks, CrownLight{}}, Crown::box()}, allocator);
-    ASSERT_FALSE(block);
-    EXPECT_EQ(block.error().status, Status::out_of_memory);
+    test::FakeAllocator allocator{.fail_at = most, .fail_for_good = true};
+    const auto block = build_mesh(MeshKind::wood, two_triangles(0.1f, 0.4f), {{looks, CrownLight{}}, Crown::box()}, allocator.hook());
+    EXPECT_EQ(block.error().status, Status::out_of_memory) << most;
+    EXPECT_EQ(allocator.live_count, 0u) << most;
   }
 }
 

@@ -96,46 +96,34 @@ std::array<MergeCost, 2> costs_of_two_squares(IncrementalImage& image) {
   return costs;
 }
 
-TEST(IncrementalImage, BlocksOfTwoSquaresByHand) {
-  Scene scene = two_squares();
-  scene.image_options = {.pixel_weight = 0, .scales = {{3, 1}}, .coverage_weight = 0};
-  IncrementalImage image = incremental_image(scene);
-  ASSERT_EQ(image.areas(0)[0], 16u);
-  ASSERT_EQ(image.areas(1)[0], 16u);
-  // A block of 8 x 8 px counts 16 times (units of 1/1024 px^2). Four blocks of 8 new px each, 255 in each of four channels; or, if only
-  // the left square stays, two blocks that lose 8 px each.
-  const std::int64_t block = std::int64_t{8 * 255} * (8 * 255);
-  const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * 2 * (4 * block)));
-  EXPECT_EQ(image.areas(2)[0], 64u);
-  EXPECT_EQ(image.areas(image.background())[0], 256u - 64u);
-}
-
-TEST(IncrementalImage, PixelsOfTwoSquaresByHand) {
-  Scene scene = two_squares();
-  scene.image_options = {.pixel_weight = 3, .scales = {{3, 1}}, .coverage_weight = 0};
-  IncrementalImage image = incremental_image(scene);
-  // On top of the blocks: 32 px more, or 16 less, each 1024 units, three times, of 255^2 in four channels.
-  const std::int64_t pixel = std::int64_t{3 * 1024} * 4 * 255 * 255, block = std::int64_t{8 * 255} * (8 * 255);
-  const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(32 * pixel + 16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * pixel + 16 * 2 * (4 * block)));
-}
-
-TEST(IncrementalImage, CoverageOfTwoSquaresByHand) {
-  Scene scene = two_squares();
-  scene.image_options = {.pixel_weight = 0, .scales = {{3, 1}}, .coverage_weight = 5};
-  IncrementalImage image = incremental_image(scene);
-  // On top of the blocks: the view of 256 px is a block of its own, 32 px too much or 16 too little, in one channel.
-  const std::int64_t px2 = std::int64_t{5} * 255 * 255 * 1024 / 256, block = std::int64_t{8 * 255} * (8 * 255);
-  const auto costs = costs_of_two_squares(image);
-  EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(32 * 32 * px2 + 16 * 4 * (4 * block)));
-  EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(16 * 16 * px2 + 16 * 2 * (4 * block)));
+TEST(IncrementalImage, CostsOfTwoSquares) {
+  // A block of 8 x 8 px counts 16 times (units of 1/1024 px^2). The bridge has four blocks of 8 new px each, 255 in each of four channels;
+  // if only the left square stays, two blocks lose 8 px each.
+  constexpr std::int64_t kBlocks = std::int64_t{16 * 4} * (8 * 255) * (8 * 255), kBridge = 4 * kBlocks, kLeft = 2 * kBlocks;
+  // 32 px more, or 16 less, each 1024 units, three times, of 255^2 in four channels.
+  constexpr std::int64_t kPixel = std::int64_t{3 * 1024} * 4 * 255 * 255;
+  // The view of 256 px is a block of its own, 32 px too much or 16 too little, in one channel.
+  constexpr std::int64_t kCoverage = std::int64_t{5} * 255 * 255 * 1024 / 256;
+  struct Case {
+    std::int64_t pixel_weight, coverage_weight, bridge, left;
+  };
+  for (const Case& each : {Case{0, 0, kBridge, kLeft}, Case{3, 0, kBridge + 32 * kPixel, kLeft + 16 * kPixel},
+                           Case{0, 5, kBridge + 32 * 32 * kCoverage, kLeft + 16 * 16 * kCoverage}}) {
+    Scene scene = two_squares();
+    scene.image_options = {.pixel_weight = each.pixel_weight, .scales = {{3, 1}}, .coverage_weight = each.coverage_weight};
+    IncrementalImage image = incremental_image(scene);
+    ASSERT_EQ(image.areas(0)[0], 16u);
+    ASSERT_EQ(image.areas(1)[0], 16u);
+    const auto costs = costs_of_two_squares(image);
+    EXPECT_DOUBLE_EQ(costs[0].at(kNoFade), static_cast<double>(each.bridge));
+    EXPECT_DOUBLE_EQ(costs[1].at(kNoFade), static_cast<double>(each.left));
+    EXPECT_EQ(image.areas(2)[0], 64u);
+    EXPECT_EQ(image.areas(image.background())[0], 256u - 64u);
+  }
 }
 
 // The squares cover 32 px.
-TEST(IncrementalImage, LostCoverOfTwoSquaresByHand) {
+TEST(IncrementalImage, LostCoverageOfTwoSquares) {
   const auto lost_coverage = [](const PairCorners& corners, std::uint8_t fade) {
     IncrementalImage image = incremental_image(two_squares());
     EXPECT_EQ(image.lost_coverage(), 0.0);
@@ -149,7 +137,7 @@ TEST(IncrementalImage, LostCoverOfTwoSquaresByHand) {
 }
 
 // The bridge is 64 px where the squares were 32: pixels alone want the opacity that errs least on 32 px that are black and 32 that are not.
-TEST(IncrementalImage, OpacityOfTwoSquaresByHand) {
+TEST(IncrementalImage, OpacityOfTwoSquares) {
   Scene scene = two_squares();
   scene.image_options = {.pixel_weight = 1, .scales = {{5, 1}}, .coverage_weight = 0};
   IncrementalImage image = incremental_image(scene);

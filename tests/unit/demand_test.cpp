@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -102,22 +103,15 @@ TEST(DemandView, AParallelViewShowsAllDistancesAlike) {
 }
 
 TEST(DemandView, RefusesWhatIsNoView) {
-  const auto refused = [](coppice_camera view) {
-    const auto result = demand_view(view);
-    return !result && result.error().status == Status::invalid_argument;
+  const auto status_of = [](const std::function<void(coppice_camera&)>& change) {
+    coppice_camera view = reversed_infinite_view({});
+    change(view);
+    return demand_view(view).error().status;
   };
-  coppice_camera backwards = reversed_infinite_view({});
-  backwards.clip_from_view[11] = 1.0f;
-  EXPECT_TRUE(refused(backwards));
-  coppice_camera not_finite = reversed_infinite_view({});
-  not_finite.view_from_world[12] = NAN;
-  EXPECT_TRUE(refused(not_finite));
-  coppice_camera no_threshold = reversed_infinite_view({});
-  no_threshold.error_px = 0.0f;
-  EXPECT_TRUE(refused(no_threshold));
-  coppice_camera no_height = reversed_infinite_view({});
-  no_height.height_px = 0;
-  EXPECT_TRUE(refused(no_height));
+  EXPECT_EQ(status_of([](coppice_camera& view) { view.clip_from_view[11] = 1.0f; }), Status::invalid_argument) << "backwards";
+  EXPECT_EQ(status_of([](coppice_camera& view) { view.view_from_world[12] = NAN; }), Status::invalid_argument);
+  EXPECT_EQ(status_of([](coppice_camera& view) { view.error_px = 0.0f; }), Status::invalid_argument);
+  EXPECT_EQ(status_of([](coppice_camera& view) { view.height_px = 0; }), Status::invalid_argument);
 }
 
 TEST(Demand, SortsInstancesBySize) {
@@ -159,14 +153,11 @@ TEST(EyeMotion, FollowsASteadyCameraAndNoOther) {
 TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {
   const auto view = demand_view(reversed_infinite_view({}));
   ASSERT_TRUE(view);
-  const std::vector<InstanceSphere> instances = {{{0, 0, -110}, 1.0f, 0}, {{-5, 0, -8}, 1.0f, 1}};
-  std::vector<InstanceBounds> bounds = {instance_bounds(instances)};
-  std::vector<PlantDemand> now(2), ahead(2);
-  measure_demand({instances, bounds}, *view, now);
-  measure_demand({instances, bounds}, moved_view(*view, {10, 0, -10}), ahead);
-  const LodView there = *demand_view(reversed_infinite_view({10, 0, -10}));
-  std::vector<PlantDemand> expected(2);
-  measure_demand({instances, bounds}, there, expected);
+  const Blocks instances({{{0, 0, -110}, 1.0f, 0}, {{-5, 0, -8}, 1.0f, 1}});
+  std::vector<PlantDemand> now(2), ahead(2), expected(2);
+  measure_demand(instances, *view, now);
+  measure_demand(instances, moved_view(*view, {10, 0, -10}), ahead);
+  measure_demand(instances, *demand_view(reversed_infinite_view({10, 0, -10})), expected);
   for (std::size_t plant = 0; plant < 2; ++plant) {
     EXPECT_FLOAT_EQ(ahead[plant].max_size_px, expected[plant].max_size_px);
     EXPECT_EQ(ahead[plant].instances, expected[plant].instances);
@@ -179,12 +170,9 @@ TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {
 TEST(EyeMotion, OfALargeSceneAPartIsMeasuredInEachFrame) {
   constexpr std::size_t kBlocks = 2 * kAheadBlocks + 1;  // three parts
   std::vector<InstanceSphere> instances(kBlocks * kInstanceBlockSlots, {{0, 0, 0}, 0.0f, InstanceSphere::kNoPlant});
-  std::vector<InstanceBounds> bounds;
-  for (std::size_t i = 0; i < kBlocks; ++i) {
+  for (std::size_t i = 0; i < kBlocks; ++i)
     instances[i * kInstanceBlockSlots] = {{static_cast<float>(i % 64) - 32, 0, -static_cast<float>(i / 64)}, 0.5f, i % 2 ? 1u : 0u};
-    bounds.push_back(instance_bounds(std::span(instances).subspan(i * kInstanceBlockSlots, kInstanceBlockSlots)));
-  }
-  const InstanceBlocks blocks{instances, bounds};
+  const Blocks blocks(instances);
   const auto measured_at = [&](float z) {
     std::vector<PlantDemand> demands(2);
     measure_demand(blocks, *demand_view(reversed_infinite_view({0, 0, z})), demands);

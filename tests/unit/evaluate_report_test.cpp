@@ -40,9 +40,7 @@ TEST(Evaluate, LevelsAreThoseOfThePaper) {
 }
 
 TEST(Evaluate, TheWholePlantHasNoError) {
-  EvaluateOptions options;
-  options.methods = {Method::mi, Method::geometric, Method::stochastic, Method::prune};
-  options.fractions = {1.0};
+  EvaluateOptions options{.methods = {Method::mi, Method::geometric, Method::stochastic, Method::prune}, .fractions = {1.0}};
   for (const MethodMeasures& method : evaluate_crown(options).methods) {
     const LevelMeasures& level = method.levels.at(0);
     EXPECT_EQ(level.leaves, 60u);
@@ -61,9 +59,7 @@ TEST(Evaluate, TheWholePlantHasNoError) {
 }
 
 TEST(Evaluate, ErrorsGrowAsLeavesGo) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.9, 0.3, 0.05};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.9, 0.3, 0.05}};
   const EvaluationReport report = evaluate_crown(options, 200);
   const std::vector<LevelMeasures>& levels = report.methods.at(0).levels;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -76,9 +72,7 @@ TEST(Evaluate, ErrorsGrowAsLeavesGo) {
 }
 
 TEST(Evaluate, FiguresDoNotDependOnThreads) {
-  EvaluateOptions options;
-  options.fractions = {0.5, 0.1};
-  options.thread_count = 1;
+  EvaluateOptions options{.fractions = {0.5, 0.1}, .thread_count = 1};
   const std::string one = evaluation_json(evaluate_crown(options));
   options.thread_count = 2;
   EXPECT_EQ(evaluation_json(evaluate_crown(options)), one);
@@ -117,9 +111,7 @@ double covered_pixels(const Mesh& mesh, const Mesh& framed, const Plant& plant) 
 
 TEST(Evaluate, AgainstMeshesTheCardOfATriangleHasItsOutline) {
   const Plant plant = triangle_plant();
-  EvaluateOptions options;
-  options.methods = {Method::geometric};
-  options.fractions = {1.0};
+  EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0}};
   const auto by_quads = evaluate_plant(plant, options, {});
   ASSERT_TRUE(by_quads) << by_quads.error().message();
   EXPECT_EQ(by_quads->methods[0].levels[0].rmse_full, 0.0);
@@ -151,10 +143,7 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
   plant.materials = test::plain_materials();
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
-  EvaluateOptions options;
-  options.methods = {Method::geometric};
-  options.fractions = {1.0, 0.5};
-  options.reference = ReferenceKind::meshes;
+  const EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}, .reference = ReferenceKind::meshes};
   const auto report = evaluate_plant(plant, options, {});
   ASSERT_TRUE(report) << report.error().message();
   EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
@@ -163,9 +152,7 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
 }
 
 TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}};
   const double at_256 = evaluate_crown(options).methods[0].levels[0].rmse_quarter;
   options.size_px = 512;
   const EvaluationReport report = evaluate_crown(options);
@@ -212,9 +199,7 @@ TEST(Evaluate, RefusesWhatCannotBeMeasured) {
 }
 
 TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
-  EvaluateOptions options;
-  options.methods = {Method::geometric, Method::meshopt_sloppy};
-  options.fractions = {0.5, 0.1};
+  EvaluateOptions options{.methods = {Method::geometric, Method::meshopt_sloppy}, .fractions = {0.5, 0.1}};
   const auto json = nlohmann::json::parse(evaluation_json(evaluate_crown(options)));
   EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "setup", "view_distance", "size_px", "methods"}));
   EXPECT_EQ(json["plant"], "crown");
@@ -238,9 +223,7 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
 }
 
 TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}};
   const EvaluationReport with = evaluate_crown(options);
   options.suns_and_frames = false;
   const EvaluationReport without = evaluate_crown(options);
@@ -257,11 +240,7 @@ TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
 }
 
 TEST(Evaluate, OfASweepTheBestCounts) {
-  EvaluateOptions options;
-  options.methods = {Method::fsa};
-  options.fractions = {0.5};
-  options.suns_and_frames = false;
-  const Foliage crown = test::ball_crown(60, 2);
+  EvaluateOptions options{.methods = {Method::fsa}, .fractions = {0.5}, .suns_and_frames = false};
   const EvaluationReport report = evaluate_crown(options);
   EXPECT_FALSE(report.methods[0].levels[0].parameters.empty());
   const auto json = nlohmann::json::parse(evaluation_json(report));
@@ -270,19 +249,14 @@ TEST(Evaluate, OfASweepTheBestCounts) {
 }
 
 TEST(Evaluate, FartherCamerasSeeTheCrownFromFarther) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
-  options.suns_and_frames = false;
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}, .suns_and_frames = false};
   const double near = evaluate_crown(options).methods[0].levels[0].rmse_full;
   options.view_distance_radii = 30.0;
   EXPECT_NE(evaluate_crown(options).methods[0].levels[0].rmse_full, near);
   const Foliage foliage = test::ball_crown(5, 2);
-  const std::vector<Material> materials = test::plain_materials();
-  const std::vector<Image> images;
   for (const double distance : {1.0, 0.0, 1e9, std::nan("")}) {
     options.view_distance_radii = distance;
-    EXPECT_FALSE(evaluate_foliage("crown", {foliage, materials, images}, options, {})) << distance;
+    EXPECT_FALSE(evaluate_foliage("crown", {foliage, test::plain_materials(), {}}, options, {})) << distance;
   }
 }
 
@@ -300,10 +274,7 @@ TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
   EXPECT_EQ(plant.materials[0].alpha_cutoff, 0.0f);
   EXPECT_EQ(plant.materials[0].base_color, glm::vec4(1.0f)) << "the mean of what is no hole";
 
-  EvaluateOptions options;
-  options.setup = Setup::paper;
-  options.methods = {Method::mi, Method::geometric};
-  options.fractions = {1.0, 0.5};
+  const EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}, .setup = Setup::paper};
   const auto report = evaluate_plant(triangle_plant(), options, {});
   ASSERT_TRUE(report) << report.error().message();
   EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);

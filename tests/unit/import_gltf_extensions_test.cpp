@@ -663,10 +663,8 @@ std::array<glm::vec3, 2> box_of(const Plant& plant) {
 }
 
 TEST_P(CompressedPlantTest, IsThePlainOne) {
-  const std::filesystem::path plain_path = test::plants_folder() / GetParam().plain;
-  const std::filesystem::path compressed_path = test::plants_folder() / GetParam().compressed;
-  for (const std::filesystem::path& path : {plain_path, compressed_path})
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent; set COPPICE_PLANTS to the folder of third-party plants";
+  COPPICE_PLANT_OR_SKIP(plain_path, GetParam().plain);
+  COPPICE_PLANT_OR_SKIP(compressed_path, GetParam().compressed);
   const ImportOptions options{.leaf_material = "^Leaves$"};
   const Result<Plant> plain = import_gltf(plain_path, options), compressed = import_gltf(compressed_path, options);
   ASSERT_TRUE(plain) << plain.error().message();

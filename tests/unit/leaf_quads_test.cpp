@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <ostream>
@@ -16,11 +15,11 @@
 
 #include "card_table.h"
 #include "coppice/format.h"
+#include "expect_error.h"
 #include "import_gltf.h"
 #include "leaf_fit.h"
 #include "leaf_meshes.h"
-#include "mentions.h"
-#include "places.h"
+#include "plants_folder.h"
 
 namespace coppice::bake {
 namespace leaf_quads_test {
@@ -182,10 +181,7 @@ TEST(LeafQuads, OneTriangleAndNeedles) {
 
 TEST(LeafQuads, LeafWithoutAreaIsRefused) {
   const LeafMesh line{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {2.0f, 0.0f, 0.0f}}, {0, 1, 2}};
-  const Result<Foliage> foliage = fit_leaf_quads(plant_of({rhombus(), line}));
-  ASSERT_FALSE(foliage);
-  EXPECT_EQ(foliage.error().status, Status::invalid_argument);
-  EXPECT_TRUE(test::mentions(foliage.error().message(), {"leaf 1"}));
+  test::expect_error(fit_leaf_quads(plant_of({rhombus(), line})), Status::invalid_argument, {"leaf 1"});
 }
 
 TEST(LeafQuads, PlaneOfManyPointsFindsTheFlatOnes) {
@@ -273,10 +269,7 @@ void PrintTo(const RealPlant& each, std::ostream* out) {
 class RealPlantTest : public testing::TestWithParam<RealPlant> {};
 
 TEST_P(RealPlantTest, HasItsLeaves) {
-  const char* set = std::getenv("COPPICE_PLANTS");
-  const std::filesystem::path folder = set != nullptr ? set : test::kDefaultPlants;
-  const std::filesystem::path path = folder / GetParam().file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there; set COPPICE_PLANTS to the folder of third-party plants";
+  COPPICE_PLANT_OR_SKIP(path, GetParam().file);
   const Result<Plant> plant = import_gltf(path, {});
   ASSERT_TRUE(plant) << plant.error().message();
   const Foliage foliage = fit(*plant);

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include <filesystem>
+#include <stdexcept>
 
 #include "alpha_mask.h"
 #include "collapse_information.h"
@@ -24,8 +25,6 @@
 namespace coppice::bake {
 namespace bake_test {
 
-const StageProgress kNoProgress = [](const char*, double) {};
-
 /// A small image keeps the test short; determinism does not depend on it.
 BakeOptions quick_options(std::uint32_t thread_count) {
   BakeOptions options;
@@ -43,54 +42,55 @@ class BakeCorylus : public testing::Test {
     ASSERT_TRUE(written) << written.error().message();
   }
 
+  /// The plant's file; report_ describes it. Throws std::runtime_error where it cannot be baked.
+  std::vector<std::uint8_t> baked(
+      const BakeOptions& options, const StageProgress& progress = [](const char*, double) {}) {
+    report_ = {};
+    auto bytes = bake(glb_, options, progress, report_);
+    if (!bytes) throw std::runtime_error(bytes.error().message());
+    return *std::move(bytes);
+  }
+
   test::TemporaryFolder folder_;
   std::filesystem::path glb_ = folder_.path() / "corylus.glb";
+  BakeReport report_;
 };
 
 TEST_F(BakeCorylus, SameBytesForAnyNumberOfThreads) {
   std::vector<std::vector<std::uint8_t>> files;
-  for (const std::uint32_t threads : {1u, 2u, 8u}) {
-    BakeReport report;
-    auto bytes = bake(glb_, quick_options(threads), kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-    files.push_back(*std::move(bytes));
-  }
+  for (const std::uint32_t threads : {1u, 2u, 8u}) files.push_back(baked(quick_options(threads)));
   EXPECT_EQ(files[0], files[1]);
   EXPECT_EQ(files[0], files[2]);
 }
 
 TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
-  BakeReport report;
-  const auto bytes = bake(glb_, quick_options(2), kNoProgress, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
-  const auto verified = verify(*bytes);
+  const auto bytes = baked(quick_options(2));
+  const auto verified = verify(bytes);
   ASSERT_TRUE(verified) << verified.error().message();
-  const auto plant = unpack(*bytes);
+  const auto plant = unpack(bytes);
   ASSERT_TRUE(plant) << plant.error().message();
   EXPECT_EQ(plant->tree.leaf_count(), 386u);
   EXPECT_FALSE(plant->wood.lods.empty());
 
-  EXPECT_EQ(report.source_leaves, 386u);
-  EXPECT_EQ(report.sizes.file_bytes, bytes->size());
-  EXPECT_GT(report.sizes.foliage_bytes, 0u);
-  EXPECT_LT(report.sizes.foliage_bytes, bytes->size());
-  EXPECT_GE(report.evaluations, 385u);
-  ASSERT_EQ(report.level_information.size(), 7u);
+  EXPECT_EQ(report_.source_leaves, 386u);
+  EXPECT_EQ(report_.sizes.file_bytes, bytes.size());
+  EXPECT_GT(report_.sizes.foliage_bytes, 0u);
+  EXPECT_LT(report_.sizes.foliage_bytes, bytes.size());
+  EXPECT_GE(report_.evaluations, 385u);
+  ASSERT_EQ(report_.level_information.size(), 7u);
   const std::vector<std::uint32_t> levels = {308, 231, 154, 77, 38, 19, 9};  // floor(f N), as the paper's Table II has it
-  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report.level_information[i].leaf_count, levels[i]);
-  EXPECT_GT(report.source_information.bits, 0.0);
+  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report_.level_information[i].leaf_count, levels[i]);
+  EXPECT_GT(report_.source_information.bits, 0.0);
 }
 
 TEST_F(BakeCorylus, AllWoodIsAPlantToo) {
   BakeOptions options = quick_options(2);
   options.import.wood_material = ".";
-  BakeReport report;
-  const auto bytes = bake(glb_, options, kNoProgress, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
-  EXPECT_EQ(report.source_leaves, 0u);
-  const auto verified = verify(*bytes);
+  const auto bytes = baked(options);
+  EXPECT_EQ(report_.source_leaves, 0u);
+  const auto verified = verify(bytes);
   ASSERT_TRUE(verified) << verified.error().message();
-  const auto plant = unpack(*bytes);
+  const auto plant = unpack(bytes);
   ASSERT_TRUE(plant) << plant.error().message();
   ASSERT_FALSE(plant->wood.lods.empty());
   EXPECT_EQ(plant->wood.lods[0].triangle_materials.size(), 12352u + 10358u);
@@ -98,7 +98,7 @@ TEST_F(BakeCorylus, AllWoodIsAPlantToo) {
   ASSERT_EQ(plant->tree.vertices.size(), 4u);
   for (const glm::vec3& vertex : plant->tree.vertices) EXPECT_EQ(vertex, plant->tree.vertices[0]);
   for (const float error_px : plant->errors.error_px) EXPECT_EQ(error_px, 0.0f);
-  const auto summary = inspect(*bytes);
+  const auto summary = inspect(bytes);
   ASSERT_TRUE(summary) << summary.error().message();
   EXPECT_EQ(summary->leaf_count, 0u);
 }
@@ -108,17 +108,14 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
   options.metric = Metric::mi;
   for (const bool background : {true, false}) {
     options.collapse.count_background = background;
-    BakeReport report;
-    const auto bytes = bake(glb_, options, kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-
+    baked(options);
     auto plant = import_gltf(glb_, {});
     ASSERT_TRUE(plant) << plant.error().message();
     const auto foliage = card_foliage(*plant);
     ASSERT_TRUE(foliage) << foliage.error().message();
     const test::NaiveScene scene{*foliage, *alpha_masks(plant->materials, plant->images), *viewpoints(20), options.collapse};
     const test::NaiveAreas areas = test::render_areas(scene, test::source_plant(scene));
-    EXPECT_NEAR(report.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
+    EXPECT_NEAR(report_.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
   }
 }
 
@@ -167,10 +164,7 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
   for (const Metric metric : {Metric::default_metric, Metric::mi, Metric::geometric}) {
     BakeOptions options = quick_options(2);
     options.metric = metric;
-    BakeReport report;
-    const auto bytes = bake(glb_, options, kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-    auto plant = unpack(*bytes);
+    auto plant = unpack(baked(options));
     ASSERT_TRUE(plant) << plant.error().message();
     plants.push_back(*std::move(plant));
   }
@@ -204,21 +198,16 @@ TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) 
 }
 
 TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {
-  BakeReport report;
   std::string stage;
   double last = 0.0;
   int calls = 0;
-  const auto bytes = bake(
-      glb_, quick_options(2),
-      [&](const char* name, double fraction) {
-        if (stage != name) stage = name, last = 0.0;
-        EXPECT_GE(fraction, last) << name;
-        EXPECT_LE(fraction, 1.0) << name;
-        last = fraction;
-        ++calls;
-      },
-      report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
+  baked(quick_options(2), [&](const char* name, double fraction) {
+    if (stage != name) stage = name, last = 0.0;
+    EXPECT_GE(fraction, last) << name;
+    EXPECT_LE(fraction, 1.0) << name;
+    last = fraction;
+    ++calls;
+  });
   EXPECT_GT(calls, 20);
 }
 
@@ -237,7 +226,8 @@ TEST_P(BakeRealPlant, BakesAndVerifies) {
   COPPICE_PLANT_OR_SKIP(path, GetParam().file);
   const BakeOptions options = quick_options(0);
   BakeReport report;
-  const auto bytes = bake(path, options, kNoProgress, report);
+  const auto bytes = bake(
+      path, options, [](const char*, double) {}, report);
   ASSERT_TRUE(bytes) << bytes.error().message();
   EXPECT_EQ(report.source_leaves, GetParam().leaf_count);
   const auto verified = verify(*bytes);

@@ -8,7 +8,7 @@
 
 #include "device.h"
 #include "device_memory_hook.h"
-#include "mentions.h"
+#include "expect_error.h"
 
 namespace coppice::gpu {
 namespace device_memory_test {
@@ -177,9 +177,7 @@ TEST_F(DeviceMemoryTest, TheBudgetHoldsAndWhatIsLackingIsWanted) {
   ledger_.set_budget(ledger_.reserved() + 2 * kUnit);
   reserve(of(kUnit));
   reserve(of(kUnit));
-  const auto refused = reserve_memory(device_, of(3 * kUnit));
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().status, Status::out_of_memory);
+  EXPECT_EQ(reserve_memory(device_, of(3 * kUnit)).error().status, Status::out_of_memory);
   EXPECT_EQ(ledger_.refused(), 3 * kUnit);
   release(0);
   reserve(of(kUnit));
@@ -232,14 +230,9 @@ TEST_F(DeviceMemoryTest, TheSameCallsTakeTheSamePlaces) {
 
 TEST_F(DeviceMemoryTest, AHookThatFailsOrGivesNonsenseIsAnError) {
   hook_.fail_at = 0;
-  auto failed = reserve_memory(device_, of(kUnit));
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().status, Status::out_of_memory);
+  test::expect_error(reserve_memory(device_, of(kUnit)), Status::out_of_memory);
   hook_.memory_type = 1;
-  failed = reserve_memory(device_, of(kUnit));
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().status, Status::internal);
-  EXPECT_TRUE(test::mentions(failed.error().message(), {"memory_type"}));
+  test::expect_error(reserve_memory(device_, of(kUnit)), Status::internal, {"memory_type"});
   EXPECT_EQ(hook_.live_count, 0u) << "it gets it back";
 }
 

@@ -146,9 +146,7 @@ Image decode(const std::vector<std::uint8_t>& png) {
 TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   std::vector<Material> materials = test::plain_materials();
   materials[0].base_color = {0.2f, 0.6f, 0.1f, 1.0f};
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {1.0, 0.1};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {1.0, 0.1}};
   const Foliage crown = test::ball_crown(60, 2);
   const auto without = evaluate_foliage("crown", {crown, materials, {}}, options, {});
   options.keep_pictures = true;

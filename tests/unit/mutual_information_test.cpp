@@ -41,7 +41,7 @@ TEST(OutcomeInformation, ALeafThatFillsOneOfTwoViewsHasHalfABit) {
   EXPECT_EQ(bits({0, 7}, {100, 7}), 0.5);
 }
 
-TEST(OutcomeInformation, SharesOfAQuarterAndThreeQuartersByHand) {
+TEST(OutcomeInformation, SharesOfAQuarterAndThreeQuarters) {
   // p(l) = 1/2: (1/2) (1/4 log2(1/2) + 3/4 log2(3/2)).
   EXPECT_NEAR(bits({25, 75}, {100, 100}), 0.5 * (-0.25 + 0.75 * std::log2(1.5)), 1e-12);
   // Shares, not areas: the same in views of different totals.

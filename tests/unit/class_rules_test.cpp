@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mentions.h"
+#include "expect_error.h"
 
 namespace coppice::bake {
 namespace class_rules_test {
@@ -39,11 +39,7 @@ void PrintTo(const BadRules& rules, std::ostream* out) {
 class BadRulesTest : public testing::TestWithParam<BadRules> {};
 
 TEST_P(BadRulesTest, NamesFileKeyAndPlace) {
-  const auto rules = parse_class_rules(GetParam().text, "oak.json");
-  ASSERT_FALSE(rules);
-  EXPECT_EQ(rules.error().status, Status::bad_file);
-  const std::string message = rules.error().message();
-  EXPECT_TRUE(test::mentions(message, {"oak.json", GetParam().place}));
+  test::expect_error(parse_class_rules(GetParam().text, "oak.json"), Status::bad_file, {"oak.json", GetParam().place});
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -88,10 +84,8 @@ TEST(ClassRules, ApplyInOrderToTheMaterialsTheyFind) {
 
 TEST(ClassRules, WhatIsNoRegularExpressionIsAnError) {
   std::vector<std::string> warnings;
-  const auto applied = apply_class_rules(std::vector<ClassRule>{{.material = "((", .source = "oak.json: classes[4]"}}, {}, warnings);
-  ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().status, Status::invalid_argument);
-  EXPECT_TRUE(test::mentions(applied.error().message(), {"oak.json: classes[4]", "(("}));
+  test::expect_error(apply_class_rules(std::vector<ClassRule>{{.material = "((", .source = "oak.json: classes[4]"}}, {}, warnings),
+                     Status::invalid_argument, {"oak.json: classes[4]", "(("});
 }
 
 }  // namespace class_rules_test

@@ -12,6 +12,7 @@
 #include "gltf_write.h"
 #include "leaf_cards.h"
 #include "mentions.h"
+#include "polygons.h"
 #include "report.h"
 #include "test_foliage.h"
 
@@ -87,14 +88,9 @@ Plant triangle_plant() {
   for (std::uint32_t leaf = 0; leaf < 4; ++leaf) {
     const float angle = 0.7f * static_cast<float>(leaf);
     const glm::vec3 corner(1.5f * static_cast<float>(leaf), 0, 0), along(std::cos(angle), 0, std::sin(angle));
-    plant.foliage.positions.insert(plant.foliage.positions.end(),
-                                   {corner, corner + along, corner + 0.5f * along + glm::vec3(0, std::sqrt(0.75f), 0)});
-    plant.foliage.indices.insert(plant.foliage.indices.end(), {3 * leaf, 3 * leaf + 1, 3 * leaf + 2});
-    plant.foliage.triangle_materials.push_back(0);
+    test::add_polygon(plant.foliage, std::array{corner, corner + along, corner + 0.5f * along + glm::vec3(0, std::sqrt(0.75f), 0)});
     plant.leaves.push_back({leaf, 1});
   }
-  plant.foliage.normals.assign(plant.foliage.positions.size(), glm::vec3(0, 0, 1));
-  plant.foliage.uvs.assign(plant.foliage.positions.size(), glm::vec2(0));
   return plant;
 }
 

@@ -1,6 +1,7 @@
 #include "leaf_cards.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <set>
@@ -15,6 +16,7 @@
 #include "leaf_area.h"
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
+#include "polygons.h"
 #include "unused_materials.h"
 
 namespace coppice::bake {
@@ -166,15 +168,8 @@ TEST(LeafCards, CongruentLeavesShareOnePictureOthersDoNot) {
   Plant plant = plant_of(leaves);
   plant.wood = {};
   for (int i = 0; i < 12; ++i) {
-    const auto first = static_cast<std::uint32_t>(plant.wood.positions.size());
     const glm::vec3 stalk(3.0f * static_cast<float>(i) - 0.01f, 0.0f, 0.0f);
-    for (const glm::vec3& offset : {glm::vec3(0.0f), glm::vec3(-0.01f, 0.0f, 0.0f), glm::vec3(-0.01f, 0.001f, 0.0f)}) {
-      plant.wood.positions.push_back(stalk + offset);
-      plant.wood.normals.emplace_back(0.0f, 0.0f, 1.0f);
-      plant.wood.uvs.emplace_back(0.0f, 0.0f);
-    }
-    for (std::uint32_t k = 0; k < 3; ++k) plant.wood.indices.push_back(first + k);
-    plant.wood.triangle_materials.push_back(1);
+    test::add_polygon(plant.wood, std::array{stalk, stalk + glm::vec3(-0.01f, 0, 0), stalk + glm::vec3(-0.01f, 0.001f, 0)}, {}, 1);
   }
   const Foliage foliage = carded(plant);
   EXPECT_EQ(foliage.card_table.size(), 2u);
@@ -188,13 +183,9 @@ TEST(LeafCards, QuadHoldsALeafThatReachesBehindItsStalk) {
         {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5}}});
   plant.wood.positions = {{-0.01f, 0.0f, 0.0f}, {-0.01f, 0.001f, 0.0f}, {-0.01f, 0.0f, 0.001f}};
   const Foliage foliage = carded(plant);
-  float min_x = 1.0f, max_x = 0.0f;
-  for (const glm::vec3& corner : foliage.quads[0]) {
-    min_x = std::min(min_x, corner.x);
-    max_x = std::max(max_x, corner.x);
-  }
-  EXPECT_NEAR(min_x, -0.4f, 1e-5f);
-  EXPECT_NEAR(max_x, 2.0f, 1e-5f);
+  const auto [low, high] = std::ranges::minmax(foliage.quads[0], {}, &glm::vec3::x);
+  EXPECT_NEAR(low.x, -0.4f, 1e-5f);
+  EXPECT_NEAR(high.x, 2.0f, 1e-5f);
 }
 
 TEST(LeafCards, QuadIsCroppedToWhatTheTextureShows) {

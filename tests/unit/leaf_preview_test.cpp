@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "image_decode.h"
+#include "polygons.h"
+#include "test_foliage.h"
 
 namespace coppice::bake {
 namespace leaf_preview_test {
@@ -24,11 +26,8 @@ Decoded picture_of(const Plant& plant) {
 
 Mesh square(float x) {
   Mesh mesh;
-  mesh.positions = {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}};
-  mesh.normals.assign(4, {0, 0, 1});
-  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  mesh.indices = {0, 1, 2, 0, 2, 3};
-  mesh.triangle_materials = {0, 0};
+  test::add_polygon(mesh, test::rectangle({x, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                    std::array{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)});
   return mesh;
 }
 

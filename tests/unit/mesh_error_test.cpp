@@ -4,10 +4,11 @@
 
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "error_image.h"
+#include "polygons.h"
 #include "random_tree.h"
+#include "test_foliage.h"
 
 namespace coppice::bake {
 namespace mesh_error_test {
@@ -16,15 +17,8 @@ namespace mesh_error_test {
 Mesh squares(int count, float side) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     const float x = static_cast<float>(i) * 2.0f * side - 0.5f;
-    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, {side, 0.0f}, {side, side}, {0.0f, side}}) {
-      mesh.positions.emplace_back(x + dx, dy, 0.0f);
-      mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
-      mesh.uvs.emplace_back(0.0f);
-    }
-    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + corner);
-    mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, 0u);
+    test::add_polygon(mesh, test::rectangle({x, 0, 0}, {side, 0, 0}, {0, side, 0}));
   }
   return mesh;
 }
@@ -91,14 +85,7 @@ TEST(WoodError, AThinStemThatIsMissingCounts) {
   BakedPlant plant = plant_of_wood();
   Mesh whole = squares(1, 0.45f);
   Mesh without = whole;
-  const auto first = static_cast<std::uint32_t>(whole.positions.size());
-  for (const auto& [x, y] : {std::pair{-0.005f, -0.95f}, {0.005f, -0.95f}, {0.005f, 0.0f}, {-0.005f, 0.0f}}) {
-    whole.positions.emplace_back(x, y, 0.0f);
-    whole.normals.emplace_back(0.0f, 0.0f, 1.0f);
-    whole.uvs.emplace_back(0.0f);
-  }
-  for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) whole.indices.push_back(first + corner);
-  whole.triangle_materials.insert(whole.triangle_materials.end(), 2, 0u);
+  test::add_polygon(whole, test::rectangle({-0.005f, -0.95f, 0}, {0.01f, 0, 0}, {0, 0.95f, 0}));
   const auto error_px = measure_wood_error(plant, std::array{&whole, &without});
   ASSERT_TRUE(error_px);
   const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3;

@@ -67,11 +67,7 @@ TEST(Viewpoints, ViewsFromThePolesHaveAxes) {
 }
 
 TEST(Viewpoints, CountsOutOfRangeAreRejected) {
-  for (const std::uint32_t count : {0u, 1025u, 0xffffffffu}) {
-    const auto views = viewpoints(count);
-    ASSERT_FALSE(views);
-    EXPECT_EQ(views.error().status, Status::invalid_argument);
-  }
+  for (const std::uint32_t count : {0u, 1025u, 0xffffffffu}) EXPECT_EQ(viewpoints(count).error().status, Status::invalid_argument);
 }
 
 TEST(BoundingSphere, IsAboutTheBoxCentreAndReachesTheFarthestVertex) {

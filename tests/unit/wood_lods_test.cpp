@@ -19,6 +19,7 @@
 #include "error_image.h"
 #include "error_table.h"
 #include "mesh_error.h"
+#include "polygons.h"
 #include "random_tree.h"
 #include "raster.h"
 #include "wood_plants.h"
@@ -98,11 +99,7 @@ TEST(WoodLods, NoWoodNoLods) {
 
 TEST(WoodLods, AFewTrianglesStayAsTheyAre) {
   Mesh mesh;
-  mesh.positions = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
-  mesh.normals.assign(3, {0.0f, 0.0f, 1.0f});
-  mesh.uvs.assign(3, {0.0f, 0.0f});
-  mesh.indices = {0, 1, 2};
-  mesh.triangle_materials = {0};
+  coppice::test::add_polygon(mesh, std::array{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)});
   const WoodLods chain = simplify_wood(mesh);
   ASSERT_EQ(chain.lods.size(), 1u);
   EXPECT_EQ(chain.lods[0].indices.size(), 3u);
@@ -227,13 +224,8 @@ Mesh faceted_box() {
     return position;
   };
   const auto add = [&](const std::array<glm::vec3, 3>& corners) {
-    for (const glm::vec3& corner : corners) {
-      box.indices.push_back(static_cast<std::uint32_t>(box.positions.size()));
-      box.positions.push_back(corner);
-      box.normals.push_back(glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])));
-      box.uvs.emplace_back(0.0f);
-    }
-    box.triangle_materials.push_back(0);
+    coppice::test::add_polygon(box, corners);
+    std::fill(box.normals.end() - 3, box.normals.end(), glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])));
   };
   for (int side = 0; side < 6; ++side)
     for (int v = 0; v < kSquares; ++v)

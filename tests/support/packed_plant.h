@@ -19,8 +19,7 @@ inline std::vector<std::uint8_t> packed(const bake::BakedPlant& plant, bake::Tex
   return *std::move(file);
 }
 
-inline std::vector<std::uint8_t> packed_plant(const RandomPlantOptions& options,
-                                              bake::TextureCoding textures = bake::TextureCoding::bc) {
+inline std::vector<std::uint8_t> packed_plant(const RandomPlantOptions& options, bake::TextureCoding textures = bake::TextureCoding::bc) {
   return packed(random_plant(options), textures);
 }
 

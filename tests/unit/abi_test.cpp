@@ -26,7 +26,7 @@ bool same_bytes(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// init  of a struct of so many bytes, by whichever function its header has
+/// init  sets a struct of so many bytes to its defaults, by whichever function its header has
 template <class T, class Init>
 void expect_defaults_in_any_size(Init init) {
   T known{};

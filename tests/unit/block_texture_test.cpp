@@ -1,4 +1,4 @@
-// Blocks put together by hand and what they must decode to.
+// Blocks that are put together in the test, and what they must decode to.
 
 #include "block_texture.h"
 

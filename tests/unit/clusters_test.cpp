@@ -311,7 +311,7 @@ Cluster cluster_of(const MeshBlock& built, std::uint32_t index) {
 /// A list of triangles, taken apart.
 struct Parts {
   std::vector<Cluster> clusters;
-  std::vector<Leaf> leaves;  ///< of all clusters in turn, as the splats
+  std::vector<Leaf> leaves;  ///< cluster by cluster, as the splats are
   std::vector<Splat> splats;
 
   explicit Parts(const MeshBlock& built) {

@@ -77,7 +77,7 @@ double area_m2(const Quad& quad) {
   return static_cast<double>(glm::length(glm::cross(quad[1] - quad[0], quad[3] - quad[0])));
 }
 
-// The quad's rows and columns, by hand: a leaf that is the quad's lower left half (below the line from corner 3 to corner 1).
+// The picture shows the quad in rows and columns: the leaf is the quad's lower left half (below the line from corner 3 to corner 1).
 TEST(DrawLeaf, PutsTheStalkLeftAndCornerThreeOnTop) {
   const Plant plant = plant_of({{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}, {0, 1, 2}}});
   const Quad unit{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(1, 1, 0), glm::vec3(0, 1, 0)};

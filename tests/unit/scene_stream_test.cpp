@@ -192,7 +192,7 @@ TEST(SceneStream, BringsWhatIsWantedAndDropsWhatIsNot) {
 TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   Owner owner;
   const SceneEye here = eye_at(200, 300);
-  constexpr std::uint32_t kFew = 120;  // of some 700
+  constexpr std::uint32_t kFew = 120;  // some 700 are in demand
   owner.settle(here, kFew);
   const float threshold_px = owner.stream->stats().threshold_px;
   EXPECT_GT(threshold_px, 1.0f);

@@ -22,13 +22,8 @@
 namespace coppice::bake {
 namespace leaf_cards_test {
 
+using test::kite;
 using test::LeafMesh;
-
-/// Stalk at the origin, tip at (2, 0, 0), a kite of area 0.8: 0.5 to +y, 0.3 to -y at x = 1. The vertex on its midrib makes it no quad.
-LeafMesh kite() {
-  return {{{0.0f, 0.0f, 0.0f}, {1.0f, -0.3f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.0f}, {1.0f, 0.0f, 0.0f}},
-          {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}};
-}
 
 /// A hexagon of the same length, with a tip that is blunt.
 LeafMesh blunt() {

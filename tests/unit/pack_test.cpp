@@ -121,12 +121,6 @@ TEST(Pack, TheFinestCutIsTheSourceLeaves) {
   EXPECT_EQ(source_leaves(back->tree), source_leaves(plant.tree));
 }
 
-TEST(Pack, AnyCutHasAsManyLeavesAsAsked) {
-  const auto back = unpack(packed_plant({.leaf_count = 700}));
-  ASSERT_TRUE(back);
-  for (std::uint32_t m : {1u, 2u, 350u, 512u, 513u, 514u, 700u}) EXPECT_EQ(cut(back->tree, m).size(), m);
-}
-
 TEST(Pack, SamePlantSameBytes) {
   const BakedPlant plant = random_plant({.leaf_count = 600});
   EXPECT_EQ(packed(plant), packed(plant));

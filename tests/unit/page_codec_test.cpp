@@ -163,11 +163,6 @@ TEST(PageCodec, LeavesOfOneShapeTakeFewerBytes) {
   EXPECT_LT(encoded(kites).size() + std::size_t{400} * 2, encoded(scattered).size());
 }
 
-TEST(PageCodec, SameSplitsSameBytes) {
-  const QuantisedTree tree = quantised(300);
-  EXPECT_EQ(encoded(tree), encoded(tree));
-}
-
 void expect_valid(const std::vector<Split>& splits) {
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const Split& split = splits[i];

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
-#include <string>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -22,53 +22,46 @@ TEST(ThreadPool, RunsEverythingBeforeItGoes) {
   EXPECT_EQ(ran, 100);
 }
 
+/// A job that says that it ran.
+struct Step {
+  std::vector<int>* order;
+  int number;
+
+  static void run(void* argument) {
+    const auto* step = static_cast<Step*>(argument);
+    step->order->push_back(step->number);
+  }
+};
+
 TEST(ThreadPool, OneThreadKeepsTheOrder) {
-  struct Step {
-    std::vector<int>* order;
-    int number;
-  };
-  std::vector<int> order;
+  std::vector<int> order, expected(50);
+  std::iota(expected.begin(), expected.end(), 0);
   std::vector<Step> steps;
-  for (int i = 0; i < 50; ++i) steps.push_back({&order, i});
+  for (const int number : expected) steps.push_back({&order, number});
   {
     auto pool = ThreadPool::create(1);
     ASSERT_TRUE(pool);
-    for (Step& step : steps)
-      (*pool)->submit(
-          [](void* argument) {
-            auto* s = static_cast<Step*>(argument);
-            s->order->push_back(s->number);
-          },
-          &step);
+    for (Step& step : steps) (*pool)->submit(Step::run, &step);
   }
-  ASSERT_EQ(order.size(), 50u);
-  for (int i = 0; i < 50; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
+  EXPECT_EQ(order, expected);
 }
 
 TEST(ThreadPool, WhatMayTakeLongStartsWhenNothingElseWaits) {
-  struct Step {
-    std::string* order;
-    char name;
-  };
-  std::string order;
+  std::vector<int> order;
   std::mutex started;
   started.lock();
-  Step steps[] = {{&order, 'a'}, {&order, 'b'}, {&order, 'c'}, {&order, 'd'}};
-  const auto run = [](void* argument) {
-    auto* step = static_cast<Step*>(argument);
-    step->order->push_back(step->name);
-  };
+  Step steps[] = {{&order, 0}, {&order, 1}, {&order, 2}, {&order, 3}};
   {
     auto pool = ThreadPool::create(1);
     ASSERT_TRUE(pool);
     (*pool)->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
-    (*pool)->submit_long(run, &steps[2]);
-    (*pool)->submit_long(run, &steps[3]);
-    (*pool)->submit(run, &steps[0]);
-    (*pool)->submit(run, &steps[1]);
+    (*pool)->submit_long(Step::run, &steps[2]);
+    (*pool)->submit_long(Step::run, &steps[3]);
+    (*pool)->submit(Step::run, &steps[0]);
+    (*pool)->submit(Step::run, &steps[1]);
     started.unlock();
   }
-  EXPECT_EQ(order, "abcd");
+  EXPECT_EQ(order, (std::vector{0, 1, 2, 3}));
 }
 
 struct Gate {

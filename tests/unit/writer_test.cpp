@@ -60,10 +60,6 @@ TEST(Writer, StoresChunksUnchanged) {
   EXPECT_EQ(front->plant.page_count, 2u);
 }
 
-TEST(Writer, SameContentsSameBytes) {
-  EXPECT_EQ(*write_file(contents()), *write_file(contents()));
-}
-
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
   const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 7, 0, 0, 0, 11, 0, 0, 0};

@@ -4,15 +4,14 @@
 
 #include <cstddef>
 #include <initializer_list>
-#include <stdexcept>
 #include <string_view>
-#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "gltf_builder.h"
 #include "import_gltf.h"
 #include "mentions.h"
+#include "results.h"
 
 namespace coppice::test {
 
@@ -22,9 +21,7 @@ inline Result<bake::Plant> import_built(const GltfBuilder& builder, const bake::
 
 /// Throws std::runtime_error where the file is refused.
 inline bake::Plant imported(const GltfBuilder& builder, const bake::ImportOptions& options = {}) {
-  Result<bake::Plant> plant = import_built(builder, options);
-  if (!plant) throw std::runtime_error(plant.error().message());
-  return *std::move(plant);
+  return must(import_built(builder, options));
 }
 
 /// The import warns once, and names each of the tokens.

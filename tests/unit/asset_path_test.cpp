@@ -6,8 +6,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "expect_error.h"
 #include "process.h"
+#include "results.h"
 
 namespace coppice {
 namespace asset_path_test {
@@ -41,9 +41,8 @@ class ResolveInside : public testing::Test {
 TEST_F(ResolveInside, FindsFilesAndFollowsLinks) {
   for (const fs::path& root : {folder, base / "alias"})
     for (const char* name : {"textures/oak.png", "link_in.png", "textures/../textures/oak.png"}) {
-      const auto file = resolve_inside(root, name);
-      ASSERT_TRUE(file) << file.error().message();
-      EXPECT_EQ(*file, fs::canonical(folder / "textures/oak.png"));
+      const auto file = test::must(resolve_inside(root, name));
+      EXPECT_EQ(file, fs::canonical(folder / "textures/oak.png"));
     }
 }
 

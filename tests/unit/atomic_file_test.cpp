@@ -17,8 +17,8 @@
 
 #include <gtest/gtest.h>
 
-#include "expect_error.h"
 #include "process.h"
+#include "results.h"
 #include "temporary_file.h"
 
 namespace coppice::bake {
@@ -44,9 +44,8 @@ std::vector<std::uint8_t> filled(std::size_t byte_count, std::uint8_t value) {
 TEST_F(AtomicFile, ReadsBackWhatWasWrittenAndLeavesNothingElse) {
   for (const std::size_t byte_count : {std::size_t{0}, std::size_t{1}, std::size_t{65536}, std::size_t{1000003}}) {
     ASSERT_TRUE(write_file_atomically(folder_ / "plant.glb", filled(byte_count, 7)));
-    const auto bytes = read_file(folder_ / "plant.glb");
-    ASSERT_TRUE(bytes);
-    EXPECT_EQ(*bytes, filled(byte_count, 7));
+    const auto bytes = test::must(read_file(folder_ / "plant.glb"));
+    EXPECT_EQ(bytes, filled(byte_count, 7));
     EXPECT_EQ(file_count(), 1u);
   }
 }
@@ -113,8 +112,7 @@ TEST_F(AtomicFile, TryingToWriteChangesNothingAndFindsWhatWouldFail) {
 }
 
 TEST_F(AtomicFile, ASignalRemovesTheTemporaryFileOfItsOwnProcess) {
-  auto of_parent = TemporaryFile::create_beside(folder_ / "parent");
-  ASSERT_TRUE(of_parent);
+  auto of_parent = test::must(TemporaryFile::create_beside(folder_ / "parent"));
   const pid_t child = ::fork();
   if (child == 0) {
     auto file = TemporaryFile::create_beside(folder_ / "child");
@@ -126,7 +124,7 @@ TEST_F(AtomicFile, ASignalRemovesTheTemporaryFileOfItsOwnProcess) {
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
   EXPECT_EQ(file_count(), 1u) << "the parent's stays, the child's goes";
-  ASSERT_TRUE(of_parent->publish());
+  ASSERT_TRUE(of_parent.publish());
   EXPECT_TRUE(fs::exists(folder_ / "parent"));
 }
 
@@ -160,10 +158,9 @@ TEST_F(AtomicFile, KilledWriterLeavesAWholeFile) {
     std::this_thread::sleep_for(std::chrono::microseconds(2000 + 731 * round));
     ::kill(child, SIGKILL);
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
-    const auto bytes = read_file(folder_ / "plant.glb");
-    ASSERT_TRUE(bytes);
-    ASSERT_EQ(bytes->size(), kBytes);
-    EXPECT_EQ(std::ranges::count(*bytes, bytes->front()), static_cast<std::ptrdiff_t>(kBytes));
+    const auto bytes = test::must(read_file(folder_ / "plant.glb"));
+    ASSERT_EQ(bytes.size(), kBytes);
+    EXPECT_EQ(std::ranges::count(bytes, bytes.front()), static_cast<std::ptrdiff_t>(kBytes));
   }
 }
 

@@ -1,6 +1,7 @@
 // Blocks that are put together in the test, and what they must decode to.
 
 #include "block_texture.h"
+#include "results.h"
 
 #include <gtest/gtest.h>
 
@@ -89,17 +90,15 @@ Bytes bc1_chunk(std::uint32_t width, std::uint32_t height, std::uint32_t mip_cou
 
 TEST(BlockTexture, AChunkDecodesToOneOfRgba8) {
   const Bytes chunk = bc1_chunk(6, 5, 3, 4 + 1 + 1);
-  const auto layout = read_texture(chunk);
-  ASSERT_TRUE(layout) << layout.error().message();
-  Bytes decoded(decoded_texture_bytes(*layout));
+  const auto layout = test::must(read_texture(chunk));
+  Bytes decoded(decoded_texture_bytes(layout));
   ASSERT_EQ(decoded.size(), 16u + 4 * (30 + 6 + 1));
-  decode_texture(*layout, chunk, decoded);
-  const auto plain = read_texture(decoded);
-  ASSERT_TRUE(plain) << plain.error().message();
-  EXPECT_EQ(plain->format, std::uint32_t{COPPICE_TEXTURE_RGBA8});
-  ASSERT_EQ(plain->levels().size(), 3u);
+  decode_texture(layout, chunk, decoded);
+  const auto plain = test::must(read_texture(decoded));
+  EXPECT_EQ(plain.format, std::uint32_t{COPPICE_TEXTURE_RGBA8});
+  ASSERT_EQ(plain.levels().size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
-    const MipLevel &from = layout->levels()[i], &to = plain->levels()[i];
+    const MipLevel &from = layout.levels()[i], &to = plain.levels()[i];
     Bytes expected(to.bytes);
     decode_texture_level(COPPICE_TEXTURE_BC1, from, std::span(chunk).subspan(from.offset, from.bytes), expected);
     EXPECT_EQ(Bytes(decoded.begin() + static_cast<std::ptrdiff_t>(to.offset),

@@ -8,7 +8,7 @@
 
 #include "device.h"
 #include "device_memory_hook.h"
-#include "expect_error.h"
+#include "results.h"
 
 namespace coppice::gpu {
 namespace device_memory_test {
@@ -37,10 +37,9 @@ class DeviceMemoryTest : public ::testing::Test {
     return {.requirements = {.size = bytes, .alignment = alignment, .memoryTypeBits = 1}};
   }
   MemoryRange reserve(const MemoryRequest& request) {
-    auto range = reserve_memory(device_, request);
-    EXPECT_TRUE(range) << range.error().message();
-    reserved_.push_back(*range);
-    return *range;
+    auto range = test::must(reserve_memory(device_, request));
+    reserved_.push_back(range);
+    return range;
   }
   void release(std::size_t index) {
     release_memory(device_, reserved_[index]);

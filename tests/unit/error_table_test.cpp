@@ -1,5 +1,5 @@
-#include "error_table.h"
 #include "error_image.h"
+#include "error_table.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -10,6 +10,7 @@
 
 #include "bounds.h"
 #include "progress.h"
+#include "results.h"
 #include "tree_order.h"
 #include "visibility.h"
 
@@ -46,18 +47,16 @@ const ProgressFunction kNoProgress = [](double) {};
 TEST(ErrorTable, ErrorIsTheSideOfTheSquareOfWrongPixels) {
   // A black leaf on white: a missing one is as wrong as a pixel can be, so E(1, 512)^2 is its mean area in pixels.
   const Foliage foliage = two_squares();
-  const auto table = measure_error_table(plant_of(foliage, {0, 0, 0, 1}), kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  ASSERT_EQ(table->leaf_counts, (std::vector<std::uint32_t>{1, 2}));
-  ASSERT_EQ(table->sizes_px.back(), 512.0f);
+  const auto table = test::must(measure_error_table(plant_of(foliage, {0, 0, 0, 1}), kNoProgress));
+  ASSERT_EQ(table.leaf_counts, (std::vector<std::uint32_t>{1, 2}));
+  ASSERT_EQ(table.sizes_px.back(), 512.0f);
 
-  const auto buffers = render_item_buffers({foliage, {{}}, {}}, error_viewpoints(), 512);
-  ASSERT_TRUE(buffers) << buffers.error().message();
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(render_item_buffers({foliage, {{}}, {}}, error_viewpoints(), 512));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   double mean_area = 0.0;
   for (std::size_t view = 0; view < 6; ++view) mean_area += areas[view * 2 + 1] / 6.0;
   ASSERT_GT(mean_area, 100.0);
-  EXPECT_NEAR(table->error_px[table->sizes_px.size() - 1], std::sqrt(mean_area), 0.01);
+  EXPECT_NEAR(table.error_px[table.sizes_px.size() - 1], std::sqrt(mean_area), 0.01);
 }
 
 TEST(ErrorTable, WholePlantHasNoErrorAndErrorNeverGrowsWithLeaves) {
@@ -72,16 +71,15 @@ TEST(ErrorTable, WholePlantHasNoErrorAndErrorNeverGrowsWithLeaves) {
   // Leaf by leaf into one that keeps the first's corners: 0+1 -> 64, 64+2 -> ...
   for (std::uint32_t merge = 0; merge < 63; ++merge)
     sequence.merges.push_back(merge == 0 ? Merge{0, 1, {0, 1, 2, 3}} : Merge{merge + 1, merge + 63, {4, 5, 6, 7}});
-  const auto table = measure_error_table(plant_of(foliage, {0.2f, 0.4f, 0.1f, 1}, sequence), kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  const std::size_t sizes = table->sizes_px.size(), levels = table->leaf_counts.size();
-  EXPECT_EQ(table->leaf_counts.front(), 1u);
-  EXPECT_EQ(table->leaf_counts.back(), 64u);
+  const auto table = test::must(measure_error_table(plant_of(foliage, {0.2f, 0.4f, 0.1f, 1}, sequence), kNoProgress));
+  const std::size_t sizes = table.sizes_px.size(), levels = table.leaf_counts.size();
+  EXPECT_EQ(table.leaf_counts.front(), 1u);
+  EXPECT_EQ(table.leaf_counts.back(), 64u);
   for (std::size_t size = 0; size < sizes; ++size) {
-    EXPECT_EQ(table->error_px[(levels - 1) * sizes + size], 0.0f);
-    EXPECT_GT(table->error_px[size], 0.0f);
+    EXPECT_EQ(table.error_px[(levels - 1) * sizes + size], 0.0f);
+    EXPECT_GT(table.error_px[size], 0.0f);
     for (std::size_t level = 1; level < levels; ++level)
-      EXPECT_LE(table->error_px[level * sizes + size], table->error_px[(level - 1) * sizes + size]);
+      EXPECT_LE(table.error_px[level * sizes + size], table.error_px[(level - 1) * sizes + size]);
   }
 }
 
@@ -91,9 +89,8 @@ TEST(ErrorTable, HolesOfTheAlphaMaskAreNoError) {
   plant.images = {{1, 1, {0, 0, 0, 0}}};  // nothing but a hole
   plant.materials[0].image = 0;
   plant.materials[0].alpha_cutoff = 0.5f;
-  const auto table = measure_error_table(plant, kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  for (const float error : table->error_px) EXPECT_EQ(error, 0.0f);
+  const auto table = test::must(measure_error_table(plant, kNoProgress));
+  for (const float error : table.error_px) EXPECT_EQ(error, 0.0f);
 }
 
 /// Layers along z: black, white, a wide white one, white, black. At each place but the middle two leaves lie, which the first collapses

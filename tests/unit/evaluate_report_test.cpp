@@ -14,15 +14,14 @@
 #include "mentions.h"
 #include "polygons.h"
 #include "report.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
 namespace evaluate_report_test {
 
 EvaluationReport evaluate_crown(const EvaluateOptions& options, std::uint32_t leaf_count = 60) {
-  auto report = evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {});
-  EXPECT_TRUE(report) << report.error().message();
-  return *report;
+  return test::must(evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {}));
 }
 
 std::set<std::string> keys(const nlohmann::json& object) {
@@ -108,16 +107,14 @@ double covered_pixels(const Mesh& mesh, const Mesh& framed, const Plant& plant) 
 TEST(Evaluate, AgainstMeshesTheCardOfATriangleHasItsOutline) {
   const Plant plant = triangle_plant();
   EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0}};
-  const auto by_quads = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(by_quads) << by_quads.error().message();
-  EXPECT_EQ(by_quads->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_EQ(by_quads->source_triangles, 8u);
+  const auto by_quads = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(by_quads.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(by_quads.source_triangles, 8u);
 
   options.reference = ReferenceKind::meshes;
-  const auto by_meshes = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(by_meshes) << by_meshes.error().message();
-  EXPECT_EQ(by_meshes->source_triangles, 4u);
-  const LevelMeasures& level = by_meshes->methods[0].levels[0];
+  const auto by_meshes = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(by_meshes.source_triangles, 4u);
+  const LevelMeasures& level = by_meshes.methods[0].levels[0];
   EXPECT_EQ(level.leaves, 4u);
   // A rectangle on a side of a triangle and as high as it has twice its area; half of that are holes.
   EXPECT_NEAR(level.area_ratio, 2.0, 1e-5);
@@ -140,11 +137,10 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
   const EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}, .reference = ReferenceKind::meshes};
-  const auto report = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(report) << report.error().message();
-  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_NEAR(report->methods[0].levels[0].hausdorff, 0.0, 1e-7);
-  EXPECT_GT(report->methods[0].levels[1].rmse_full, 10.0);
+  const auto report = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_NEAR(report.methods[0].levels[0].hausdorff, 0.0, 1e-7);
+  EXPECT_GT(report.methods[0].levels[1].rmse_full, 10.0);
 }
 
 TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
@@ -262,21 +258,19 @@ TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
   plant.materials[0].alpha_cutoff = 0.5f;
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}};
-  const auto foliage = source_foliage(plant, Setup::paper);
-  ASSERT_TRUE(foliage) << foliage.error().message();
-  EXPECT_EQ(foliage->leaf_count(), 4u);
+  const auto foliage = test::must(source_foliage(plant, Setup::paper));
+  EXPECT_EQ(foliage.leaf_count(), 4u);
   EXPECT_EQ(plant.materials.size(), 1u) << "no cards";
   EXPECT_EQ(plant.materials[0].image, kNone);
   EXPECT_EQ(plant.materials[0].alpha_cutoff, 0.0f);
   EXPECT_EQ(plant.materials[0].base_color, glm::vec4(1.0f)) << "the mean of what is no hole";
 
   const EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}, .setup = Setup::paper};
-  const auto report = evaluate_plant(triangle_plant(), options, {});
-  ASSERT_TRUE(report) << report.error().message();
-  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_TRUE(test::mentions(paper_claim(*report), {"mi", "rmse_256", "geometric", "2"}));
-  EXPECT_EQ(nlohmann::json::parse(evaluation_json(*report))["setup"], "paper");
-  const auto both = nlohmann::json::parse(evaluations_json({*report, *report}));
+  const auto report = test::must(evaluate_plant(triangle_plant(), options, {}));
+  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_TRUE(test::mentions(paper_claim(report), {"mi", "rmse_256", "geometric", "2"}));
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json(report))["setup"], "paper");
+  const auto both = nlohmann::json::parse(evaluations_json({report, report}));
   EXPECT_EQ(both["plants"].size(), 2u);
   EXPECT_EQ(both["plants"][1]["plant"], "trefoil");
 }

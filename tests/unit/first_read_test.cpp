@@ -15,6 +15,7 @@
 #include "packed_plant.h"
 #include "plants_folder.h"
 #include "reader.h"
+#include "results.h"
 #include "unused_materials.h"
 #include "wood_lods.h"
 
@@ -33,17 +34,16 @@ ErrorTable flat_errors(std::uint32_t leaf_count) {
 }
 
 std::uint64_t first_read_bytes(Plant plant) {
-  const auto foliage = card_foliage(plant);
-  EXPECT_TRUE(foliage) << foliage.error().message();
+  const auto foliage = test::must(card_foliage(plant));
   BakedPlant baked;
   baked.name = plant.name;
   baked.metric = COPPICE_METRIC_IMAGE;
-  baked.tree = test::random_tree(*foliage, 1);
-  baked.card_table = foliage->card_table;
+  baked.tree = test::random_tree(foliage, 1);
+  baked.card_table = foliage.card_table;
   baked.materials = plant.materials;
   for (Material& material : baked.materials) material.image = kNone;  // no part of the first read
-  baked.errors = flat_errors(foliage->leaf_count());
-  baked.sphere = plant_sphere(*foliage, plant.wood);
+  baked.errors = flat_errors(foliage.leaf_count());
+  baked.sphere = plant_sphere(foliage, plant.wood);
   for (const WoodLevel& level : wood_levels(plant.wood)) baked.wood.lods.push_back(level.front());
   drop_unused_materials(baked);
   const auto file = test::packed(baked);
@@ -60,9 +60,8 @@ TEST(FirstRead, OfAThirdPartyPlantIsAtMost64KiB) {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path)) {
     if (entry.path().extension() != ".glb") continue;
-    auto plant = import_gltf(entry.path(), {});
-    ASSERT_TRUE(plant) << entry.path() << ": " << plant.error().message();
-    EXPECT_LE(first_read_bytes(*std::move(plant)), COPPICE_FIRST_READ_BYTES) << entry.path();
+    auto plant = test::must(import_gltf(entry.path(), {}));
+    EXPECT_LE(first_read_bytes(std::move(plant)), COPPICE_FIRST_READ_BYTES) << entry.path();
     ++count;
   }
   EXPECT_GT(count, 0u);

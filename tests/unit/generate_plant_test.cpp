@@ -13,9 +13,9 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
-#include "expect_error.h"
 #include "gltf_write.h"
 #include "parse_glb.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace generate_plant_test {
@@ -160,11 +160,7 @@ std::vector<std::uint8_t> glb_of(const Plant& plant) {
 
 class GeneratePlant : public testing::TestWithParam<std::tuple<Expected, std::uint64_t>> {
  protected:
-  void SetUp() override {
-    auto plant = generate_plant(expected_.species, std::get<1>(GetParam()));
-    ASSERT_TRUE(plant);
-    plant_ = *std::move(plant);
-  }
+  void SetUp() override { plant_ = test::must(generate_plant(expected_.species, std::get<1>(GetParam()))); }
   Expected expected_ = std::get<0>(GetParam());
   Plant plant_;
 };
@@ -311,10 +307,9 @@ INSTANTIATE_TEST_SUITE_P(Species, GeneratePlant, testing::Combine(testing::Value
 TEST(GeneratePlantCounts, HoldForManySeeds) {
   for (const Expected& expected : kExpected)
     for (std::uint64_t seed = 100; seed < 108; ++seed) {
-      const auto plant = generate_plant(expected.species, seed);
-      ASSERT_TRUE(plant);
-      ASSERT_EQ(plant->leaves.size(), expected.leaf_count) << expected.species << " seed " << seed;
-      ASSERT_LE(plant->wood.triangle_materials.size(), expected.max_wood_triangles) << expected.species << " seed " << seed;
+      const auto plant = test::must(generate_plant(expected.species, seed));
+      ASSERT_EQ(plant.leaves.size(), expected.leaf_count) << expected.species << " seed " << seed;
+      ASSERT_LE(plant.wood.triangle_materials.size(), expected.max_wood_triangles) << expected.species << " seed " << seed;
     }
 }
 

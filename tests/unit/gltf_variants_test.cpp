@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "expect_error.h"
 #include "gltf_variants.h"
 #include "imported.h"
 #include "node_names.h"
 #include "pack_gltf.h"
 #include "process.h"
+#include "results.h"
 #include "seeded_random.h"
 
 namespace coppice::test {

@@ -10,10 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "atomic_file.h"
-#include "expect_error.h"
 #include "image_decode.h"
 #include "parse_glb.h"
 #include "process.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace gltf_write_test {
@@ -97,10 +97,9 @@ TEST(GltfWrite, MaterialsAndImagesComeBack) {
   EXPECT_EQ(model.materials[1].pbrMetallicRoughness.metallicFactor, 0.0);
   ASSERT_EQ(model.images.size(), 1u);
   EXPECT_EQ(model.images[0].mimeType, "image/png");
-  const auto image = decode_image(model.images[0].image, 16);
-  ASSERT_TRUE(image);
-  EXPECT_EQ(image->width, 3u);
-  EXPECT_EQ(image->rgba, chequers().rgba);
+  const auto image = test::must(decode_image(model.images[0].image, 16));
+  EXPECT_EQ(image.width, 3u);
+  EXPECT_EQ(image.rgba, chequers().rgba);
 }
 
 TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlphaAndTheirBrightnessAsGrey) {

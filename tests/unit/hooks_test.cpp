@@ -18,6 +18,7 @@
 #include "mentions.h"
 #include "print_reading.h"
 #include "process.h"
+#include "results.h"
 #include "transfer.h"
 
 namespace coppice {
@@ -26,11 +27,10 @@ namespace hooks_test {
 TEST(HookArray, GivesBackWhatItTook) {
   test::FakeAllocator allocator;
   {
-    auto array = HookArray<std::uint32_t>::allocate(allocator.hook(), 10);
-    ASSERT_TRUE(array);
+    auto array = test::must(HookArray<std::uint32_t>::allocate(allocator.hook(), 10));
     EXPECT_EQ(allocator.live_bytes, 40u);
-    EXPECT_EQ((*array)[9], 0u);
-    HookArray<std::uint32_t> moved = *std::move(array);
+    EXPECT_EQ(array[9], 0u);
+    HookArray<std::uint32_t> moved = std::move(array);
     EXPECT_EQ(moved.bytes(), 40u);
     moved = HookArray<std::uint32_t>();
     EXPECT_EQ(allocator.live_bytes, 0u);
@@ -41,11 +41,9 @@ TEST(HookArray, GivesBackWhatItTook) {
 TEST(HookArray, DestroysItsElements) {
   test::FakeAllocator allocator;
   {
-    auto outer = HookArray<HookBuffer>::allocate(allocator.hook(), 3);
-    ASSERT_TRUE(outer);
-    auto inner = HookBuffer::allocate(allocator.hook(), 100);
-    ASSERT_TRUE(inner);
-    (*outer)[1] = *std::move(inner);
+    auto outer = test::must(HookArray<HookBuffer>::allocate(allocator.hook(), 3));
+    auto inner = test::must(HookBuffer::allocate(allocator.hook(), 100));
+    outer[1] = std::move(inner);
     EXPECT_GE(allocator.live_bytes, 100u);
   }
   EXPECT_EQ(allocator.live_bytes, 0u);
@@ -56,9 +54,8 @@ TEST(HookArray, ReportsWhatCannotBeHad) {
   EXPECT_EQ(HookBuffer::allocate(allocator.hook(), 1).error().status, Status::out_of_memory);
   EXPECT_EQ(HookArray<std::uint64_t>::allocate(allocator.hook(), SIZE_MAX / 4).error().status, Status::out_of_memory);
   EXPECT_EQ(allocator.calls, 1u) << "a size that overflows must not reach the hook";
-  const auto empty = HookBuffer::allocate(allocator.hook(), 0);
-  ASSERT_TRUE(empty);
-  EXPECT_TRUE(empty->empty());
+  const auto empty = test::must(HookBuffer::allocate(allocator.hook(), 0));
+  EXPECT_TRUE(empty.empty());
 }
 
 TEST(CompleteHooks, RefusesHooksSetInPart) {
@@ -77,20 +74,17 @@ TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
             [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
               done(argument, -1);
             }};
-  auto set = complete_hooks(own);
-  ASSERT_TRUE(set);
-  EXPECT_EQ(set->defaults, nullptr);
-  EXPECT_EQ(set->hooks.jobs.submit, own.jobs.submit);
-  EXPECT_NE(set->hooks.allocator.allocate, nullptr);
+  auto set = test::must(complete_hooks(own));
+  EXPECT_EQ(set.defaults, nullptr);
+  EXPECT_EQ(set.hooks.jobs.submit, own.jobs.submit);
+  EXPECT_NE(set.hooks.allocator.allocate, nullptr);
 }
 
 class DefaultIo : public testing::TestWithParam<Reading> {
  protected:
   void SetUp() override {
     std::ofstream(path_, std::ios::binary) << "0123456789";
-    auto set = complete_hooks({}, GetParam());
-    ASSERT_TRUE(set);
-    set_ = *std::move(set);
+    set_ = test::must(complete_hooks({}, GetParam()));
   }
 
   test::TemporaryFolder folder_;
@@ -126,9 +120,8 @@ TEST_P(DefaultIo, DoesNotOpenWhatIsNotAFile) {
 
 TEST_P(DefaultIo, AFailingAllocatorFailsTheRead) {
   test::FakeAllocator allocator{.fail_at = 0};
-  auto set = complete_hooks({.allocator = allocator.hook()}, GetParam());
-  ASSERT_TRUE(set);
-  const coppice_io& io = set->hooks.io;
+  auto set = test::must(complete_hooks({.allocator = allocator.hook()}, GetParam()));
+  const coppice_io& io = set.hooks.io;
   std::uint64_t bytes = 0;
   const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
   std::array<std::uint8_t, 4> four{};
@@ -178,12 +171,10 @@ INSTANTIATE_TEST_SUITE_P(Automatic, DefaultIo, testing::Values(Reading::automati
 INSTANTIATE_TEST_SUITE_P(ThreadPool, DefaultIo, testing::Values(Reading::thread_pool));
 
 TEST(CompleteHooks, ReadsByTheKernelWhereItCan) {
-  auto set = complete_hooks({});
-  ASSERT_TRUE(set);
-  EXPECT_EQ(set->defaults->uring != nullptr, bool(UringIo::create(set->hooks.allocator)));
-  auto by_pool = complete_hooks({}, Reading::thread_pool);
-  ASSERT_TRUE(by_pool);
-  EXPECT_EQ(by_pool->defaults->uring, nullptr);
+  auto set = test::must(complete_hooks({}));
+  EXPECT_EQ(set.defaults->uring != nullptr, bool(UringIo::create(set.hooks.allocator)));
+  auto by_pool = test::must(complete_hooks({}, Reading::thread_pool));
+  EXPECT_EQ(by_pool.defaults->uring, nullptr);
   auto own_jobs =
       complete_hooks({.jobs = {sizeof(coppice_jobs), nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
   ASSERT_TRUE(own_jobs);

@@ -18,6 +18,7 @@
 #include "host.h"
 #include "mentions.h"
 #include "reader.h"
+#include "results.h"
 #include "select.h"
 
 namespace coppice::test {
@@ -125,9 +126,7 @@ TEST_F(HostChanges, TheBudgetIsKept) {
 struct OpenFile {
   explicit OpenFile(const char* name) {
     bytes = *bake::read_file(kPlants + name);
-    auto front = read_front(bytes, bytes.size());
-    EXPECT_TRUE(front);
-    file = *std::move(front);
+    file = must(read_front(bytes, bytes.size()));
     words = *pack_lod_table(file, default_allocator());
   }
   std::vector<std::uint8_t> bytes;

@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "encoded_images.h"
-#include "expect_error.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace image_decode_test {

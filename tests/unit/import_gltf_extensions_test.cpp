@@ -17,13 +17,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "expect_error.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
 #include "gltf_screen_extensions.h"
 #include "imported.h"
 #include "plants_folder.h"
 #include "process.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace import_gltf_extensions_test {
@@ -470,13 +470,12 @@ TEST(ImportImages, EmbeddedAndExternalInEveryForm) {
                             json{{"uri", "data:image/png;base64," + test::base64(green_png)}},
                             json{{"uri", "data:image/webp;base64," + test::base64(green_webp)}}}) {
     builder.json["images"][0] = image;
-    const Result<Plant> plant = import_gltf_bytes(builder.glb(), folder / "plant.glb", {});
-    ASSERT_TRUE(plant) << plant.error().message();
-    ASSERT_EQ(plant->images.size(), 1u) << image.dump().substr(0, 60);
-    EXPECT_EQ(plant->images[0].width, 4u);
+    const auto plant = test::must(import_gltf_bytes(builder.glb(), folder / "plant.glb", {}));
+    ASSERT_EQ(plant.images.size(), 1u) << image.dump().substr(0, 60);
+    EXPECT_EQ(plant.images[0].width, 4u);
     const std::array<std::uint8_t, 4> texel{10, 200, 30, 255};
-    EXPECT_TRUE(std::equal(texel.begin(), texel.end(), plant->images[0].rgba.begin()));
-    EXPECT_TRUE(plant->warnings.empty());
+    EXPECT_TRUE(std::equal(texel.begin(), texel.end(), plant.images[0].rgba.begin()));
+    EXPECT_TRUE(plant.warnings.empty());
   }
 }
 
@@ -666,20 +665,18 @@ TEST_P(CompressedPlantTest, IsThePlainOne) {
   COPPICE_PLANT_OR_SKIP(plain_path, GetParam().plain);
   COPPICE_PLANT_OR_SKIP(compressed_path, GetParam().compressed);
   const ImportOptions options{.leaf_material = "^Leaves$"};
-  const Result<Plant> plain = import_gltf(plain_path, options), compressed = import_gltf(compressed_path, options);
-  ASSERT_TRUE(plain) << plain.error().message();
-  ASSERT_TRUE(compressed) << compressed.error().message();
-  const double share = static_cast<double>(plain->leaves.size()) / GetParam().leaf_count;
-  EXPECT_NEAR(share, 1.0, 0.01) << plain->leaves.size();
+  const auto plain = test::must(import_gltf(plain_path, options)), compressed = test::must(import_gltf(compressed_path, options));
+  const double share = static_cast<double>(plain.leaves.size()) / GetParam().leaf_count;
+  EXPECT_NEAR(share, 1.0, 0.01) << plain.leaves.size();
   // Quantisation may bring two leaves together that almost touched: one pair of the coconut's leaflets.
-  EXPECT_NEAR(static_cast<double>(compressed->leaves.size()), static_cast<double>(plain->leaves.size()), GetParam().welded_leaves);
-  EXPECT_EQ(compressed->images.size(), plain->images.size());
-  const auto expected = box_of(*plain), actual = box_of(*compressed);
+  EXPECT_NEAR(static_cast<double>(compressed.leaves.size()), static_cast<double>(plain.leaves.size()), GetParam().welded_leaves);
+  EXPECT_EQ(compressed.images.size(), plain.images.size());
+  const auto expected = box_of(plain), actual = box_of(compressed);
   // Both were quantised to 14 bits or finer.
   const float step_m = glm::length(expected[1] - expected[0]) / 16384.0f;
   for (std::size_t side = 0; side < 2; ++side) expect_near(actual[side], expected[side], step_m);
-  const auto triangles = static_cast<double>(plain->wood.triangle_materials.size());
-  EXPECT_NEAR(static_cast<double>(compressed->wood.triangle_materials.size()), triangles, 0.001 * triangles);
+  const auto triangles = static_cast<double>(plain.wood.triangle_materials.size());
+  EXPECT_NEAR(static_cast<double>(compressed.wood.triangle_materials.size()), triangles, 0.001 * triangles);
 }
 
 INSTANTIATE_TEST_SUITE_P(ThirdParty, CompressedPlantTest,

@@ -11,6 +11,7 @@
 #include "gltf_builder.h"
 #include "imported.h"
 #include "process.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace import_gltf_test {
@@ -59,9 +60,8 @@ TEST(ImportGltf, SplitsLeavesFromWoodByMaterialName) {
 }
 
 TEST(ImportGltf, ReadsTextWithDataUri) {
-  const Result<Plant> plant = import_gltf_bytes(test::small_plant().gltf(), "plant.gltf", {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  EXPECT_EQ(plant->leaves.size(), 1u);
+  const auto plant = test::must(import_gltf_bytes(test::small_plant().gltf(), "plant.gltf", {}));
+  EXPECT_EQ(plant.leaves.size(), 1u);
 }
 
 TEST(ImportGltf, ReadsBufferBesideTheFileEvenIfItIsLonger) {
@@ -70,9 +70,8 @@ TEST(ImportGltf, ReadsBufferBesideTheFileEvenIfItIsLonger) {
   std::vector<std::uint8_t> bin = builder.bin;
   bin.resize(bin.size() + 100);
   test::write_file(folder / "my buffer.bin", bin);
-  const Result<Plant> plant = import_gltf(test::write_file(folder / "plant.gltf", builder.gltf_beside("my%20buffer.bin")), {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  EXPECT_EQ(plant->leaves.size(), 1u);
+  const auto plant = test::must(import_gltf(test::write_file(folder / "plant.gltf", builder.gltf_beside("my%20buffer.bin")), {}));
+  EXPECT_EQ(plant.leaves.size(), 1u);
 }
 
 TEST(ImportGltf, NestedTransformsMultiplyFromTheRoot) {

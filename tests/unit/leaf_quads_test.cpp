@@ -15,11 +15,11 @@
 
 #include "card_table.h"
 #include "coppice/format.h"
-#include "expect_error.h"
 #include "import_gltf.h"
 #include "leaf_fit.h"
 #include "leaf_meshes.h"
 #include "plants_folder.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace leaf_quads_test {
@@ -265,9 +265,8 @@ class RealPlantTest : public testing::TestWithParam<RealPlant> {};
 
 TEST_P(RealPlantTest, HasItsLeaves) {
   COPPICE_PLANT_OR_SKIP(path, GetParam().file);
-  const Result<Plant> plant = import_gltf(path, {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  const Foliage foliage = fit(*plant);
+  const auto plant = test::must(import_gltf(path, {}));
+  const Foliage foliage = fit(plant);
   ASSERT_EQ(foliage.leaf_count(), GetParam().leaf_count);
   EXPECT_LE(foliage.card_table.size(), COPPICE_MAX_CARDS);
 
@@ -276,7 +275,7 @@ TEST_P(RealPlantTest, HasItsLeaves) {
     for (const glm::vec3& corner : quad) ASSERT_TRUE(std::isfinite(corner.x) && std::isfinite(corner.y) && std::isfinite(corner.z));
     quads_m2 += quad_area(quad);
   }
-  const Mesh& mesh = plant->foliage;
+  const Mesh& mesh = plant.foliage;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
     leaves_m2 += triangle_area(mesh.positions[mesh.indices[i]], mesh.positions[mesh.indices[i + 1]], mesh.positions[mesh.indices[i + 2]]);
   EXPECT_GE(quads_m2 / leaves_m2, GetParam().min_area_ratio);

@@ -8,6 +8,7 @@
 #include "error_image.h"
 #include "polygons.h"
 #include "random_tree.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -36,25 +37,23 @@ BakedPlant plant_of_wood() {
 TEST(WoodError, IsTheSideOfTheSquareOfPixelsThatAreMissing) {
   const BakedPlant plant = plant_of_wood();
   const Mesh all = squares(3, 0.2f), two = squares(2, 0.2f), one = squares(1, 0.2f);
-  const auto error_px = measure_wood_error(plant, std::array{&all, &two, &one});
-  ASSERT_TRUE(error_px) << error_px.error().message();
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&all, &two, &one}));
   const std::size_t sizes = kErrorSizesPx.size(), last = sizes - 1;
-  ASSERT_EQ(error_px->size(), 3 * sizes);
-  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ((*error_px)[i], 0.0f) << "the finest is what there is";
+  ASSERT_EQ(error_px.size(), 3 * sizes);
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ(error_px[i], 0.0f) << "the finest is what there is";
   double mean_area = 0.0;  // a square's, over the views
   for (const Viewpoint& view : error_viewpoints()) mean_area += std::abs(static_cast<double>(view.direction.z)) * 0.04 * 256 * 256 / 6.0;
-  EXPECT_NEAR((*error_px)[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
+  EXPECT_NEAR(error_px[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
   EXPECT_GT(96.0 * 2.0 / 3.0, std::sqrt(2.0 * mean_area)) << "two thirds of the plant count more than their pixels";
-  EXPECT_NEAR((*error_px)[2 * sizes + last], 96.0 * 2.0 / 3.0, 0.5);
+  EXPECT_NEAR(error_px[2 * sizes + last], 96.0 * 2.0 / 3.0, 0.5);
 }
 
 TEST(WoodError, DoesNotFallTowardsCoarserLods) {
   const BakedPlant plant = plant_of_wood();
   const Mesh all = squares(3, 0.2f), one = squares(1, 0.2f);
-  const auto error_px = measure_wood_error(plant, std::array{&all, &one, &all});
-  ASSERT_TRUE(error_px);
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&all, &one, &all}));
   const std::size_t sizes = kErrorSizesPx.size();
-  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ((*error_px)[2 * sizes + i], (*error_px)[sizes + i]);
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ(error_px[2 * sizes + i], error_px[sizes + i]);
 }
 
 TEST(WoodError, WhatLeavesHideDoesNotCount) {
@@ -75,9 +74,8 @@ TEST(WoodError, NormalsThatAreWrongCount) {
   const Mesh whole = squares(3, 0.2f);
   Mesh turned = whole;
   for (glm::vec3& normal : turned.normals) normal = glm::vec3(0.0f, 1.0f, 0.0f);
-  const auto error_px = measure_wood_error(plant, std::array<const Mesh*, 2>{&whole, &turned});
-  ASSERT_TRUE(error_px);
-  EXPECT_GT(error_px->back(), 3.0f) << "its triangles are where they were, but lit from another side";
+  const auto error_px = test::must(measure_wood_error(plant, std::array<const Mesh*, 2>{&whole, &turned}));
+  EXPECT_GT(error_px.back(), 3.0f) << "its triangles are where they were, but lit from another side";
 }
 
 TEST(WoodError, AThinStemThatIsMissingCounts) {
@@ -86,12 +84,11 @@ TEST(WoodError, AThinStemThatIsMissingCounts) {
   Mesh whole = squares(1, 0.45f);
   Mesh without = whole;
   test::add_polygon(whole, test::rectangle({-0.005f, -0.95f, 0}, {0.01f, 0, 0}, {0, 0.95f, 0}));
-  const auto error_px = measure_wood_error(plant, std::array{&whole, &without});
-  ASSERT_TRUE(error_px);
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&whole, &without}));
   const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3;
   const double stem = 0.95 * 0.01, square = 0.45 * 0.45;
-  EXPECT_NEAR((*error_px)[sizes + at_64_px], 96.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
-  EXPECT_LT((*error_px)[sizes], (*error_px)[sizes + at_64_px] / 4.0) << "less where the plant is small";
+  EXPECT_NEAR(error_px[sizes + at_64_px], 96.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
+  EXPECT_LT(error_px[sizes], error_px[sizes + at_64_px] / 4.0) << "less where the plant is small";
 }
 
 TEST(WoodError, OtherSizesAreRefused) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "collapse_information.h"
+#include "results.h"
 #include "test_foliage.h"
 #include "visibility.h"
 
@@ -84,9 +85,9 @@ TwoViews back_to_back() {
 }
 
 double source_bits(const TwoViews& scene) {
-  const auto result = collapse_by_mutual_information({scene.foliage, test::plain_materials(), {}}, scene.views, scene.options, {});
-  EXPECT_TRUE(result);
-  return result->source.bits;
+  const auto result =
+      test::must(collapse_by_mutual_information({scene.foliage, test::plain_materials(), {}}, scene.views, scene.options, {}));
+  return result.source.bits;
 }
 
 TEST(FoliageInformation, TwoLeavesEachSeenByOneOfTwoViews) {
@@ -113,9 +114,8 @@ TEST(FoliageInformation, TheBackgroundIsAnOutcome) {
   scene.foliage = test::plain_foliage({test::rectangle({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0})});
   scene.views = {viewpoint_towards({0, 0, 1}), viewpoint_towards({1, 0, 0})};
   // The square fills 45 or 46 of 64 columns of one view, edge-on in the other. s: its share.
-  const auto buffers = render_item_buffers({scene.foliage, test::plain_materials(), {}}, scene.views, 64);
-  ASSERT_TRUE(buffers);
-  const double s = leaf_areas_px(*buffers)[0] / 4096.0;
+  const auto buffers = test::must(render_item_buffers({scene.foliage, test::plain_materials(), {}}, scene.views, 64));
+  const double s = leaf_areas_px(buffers)[0] / 4096.0;
   ASSERT_GT(s, 0.45);
   const double leaf = 0.5 * s;  // (1/2) s log2(s / (s/2))
   const double b = 1 - s / 2;   // p(background)

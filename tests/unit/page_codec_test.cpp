@@ -14,6 +14,7 @@
 #include "places.h"
 #include "quantised_tree.h"
 #include "random_tree.h"
+#include "results.h"
 
 namespace coppice {
 namespace page_codec_test {
@@ -55,9 +56,8 @@ void expect_equal(const Split& a, const Split& b) {
 void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
   bake::DecodedPages pages(tree.nodes[0], static_cast<std::uint32_t>(tree.splits.size() + 1), card_count);
   for (std::uint32_t page = 0; page * COPPICE_PAGE_SPLITS < tree.splits.size(); ++page) {
-    const auto splits = pages.add(encoded(tree, page));
-    ASSERT_TRUE(splits) << "page " << page << ": " << splits.error().message();
-    for (std::size_t i = 0; i < splits->size(); ++i) expect_equal((*splits)[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
+    const auto splits = test::must(pages.add(encoded(tree, page)));
+    for (std::size_t i = 0; i < splits.size(); ++i) expect_equal(splits[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
   }
   const std::vector<PageNode> nodes = pages.nodes();
   ASSERT_EQ(nodes.size(), tree.nodes.size());

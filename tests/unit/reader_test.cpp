@@ -18,6 +18,7 @@
 #include "layout.h"
 #include "packed_plant.h"
 #include "places.h"
+#include "results.h"
 #include "unpack.h"
 
 namespace coppice {
@@ -147,9 +148,8 @@ void expect_read_as_ever(const std::filesystem::path& folder) {
   ASSERT_FALSE(expected.empty());
   ASSERT_EQ(expected.size(), files_in(folder).size());
   for (const Expected& golden : expected) {
-    const auto plant = unpack_exact(*bake::read_file(folder / (golden.name + ".coppice")));
-    ASSERT_TRUE(plant) << golden.name << ": " << plant.error().message();
-    EXPECT_EQ(digest(*plant), golden.value) << golden.name;
+    const auto plant = test::must(unpack_exact(*bake::read_file(folder / (golden.name + ".coppice"))));
+    EXPECT_EQ(digest(plant), golden.value) << golden.name;
   }
 }
 
@@ -256,10 +256,9 @@ TEST(Reader, TextIsNotAPlant) {
 
 TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
   const Bytes file = test::packed_plant({.leaf_count = 1200, .wood_lod_count = 3, .leaf_mesh_count = 2});
-  const auto front = read_front(file, file.size());
-  ASSERT_TRUE(front) << front.error().message();
-  for (const coppice_file_chunk& chunk : front->chunks)
-    EXPECT_EQ(find_chunk(*front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
+  const auto front = test::must(read_front(file, file.size()));
+  for (const coppice_file_chunk& chunk : front.chunks)
+    EXPECT_EQ(find_chunk(front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
         << chunk_kind_name(chunk.kind) << chunk.index;
   for (const auto& [kind, count] : {std::pair{COPPICE_CHUNK_PLANT, 1u},
                                     {COPPICE_CHUNK_WIND, 1u},
@@ -268,7 +267,7 @@ TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
                                     {COPPICE_CHUNK_TEXTURE, 2u},
                                     {COPPICE_CHUNK_LEAF_MESH, 2u},
                                     {COPPICE_CHUNK_LEAF_MESHES, 1u}})
-    EXPECT_EQ(find_chunk(*front, kind, count), nullptr) << chunk_kind_name(kind);
+    EXPECT_EQ(find_chunk(front, kind, count), nullptr) << chunk_kind_name(kind);
 }
 
 TEST(Reader, SplitsFillPagesInOrder) {
@@ -299,12 +298,11 @@ TEST(Reader, MipLevelsTileTheTexture) {
     const Bytes file = test::packed_plant({.leaf_count = 6, .texture_side = 9}, coding);
     const auto front = read_front(file, file.size());
     const coppice_file_chunk& chunk = *find_chunk(*front, COPPICE_CHUNK_TEXTURE, 0);
-    const auto layout = read_texture(std::span(file).subspan(chunk.offset, chunk.bytes));
-    ASSERT_TRUE(layout) << layout.error().message();
-    EXPECT_EQ(layout->format, std::uint32_t{blocks ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_RGBA8});
-    ASSERT_EQ(layout->levels().size(), 4u);
+    const auto layout = test::must(read_texture(std::span(file).subspan(chunk.offset, chunk.bytes)));
+    EXPECT_EQ(layout.format, std::uint32_t{blocks ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_RGBA8});
+    ASSERT_EQ(layout.levels().size(), 4u);
     std::uint64_t at = sizeof(coppice_file_texture);
-    for (const MipLevel& level : layout->levels()) {
+    for (const MipLevel& level : layout.levels()) {
       EXPECT_EQ(level.offset, at);
       const std::uint64_t block_columns = (level.width + 3) / 4, block_rows = (level.height + 3) / 4;
       EXPECT_EQ(level.bytes, blocks ? block_columns * block_rows * 16 : std::uint64_t{level.width} * level.height * 4);

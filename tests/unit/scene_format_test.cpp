@@ -17,6 +17,7 @@
 #include "gltf_builder.h"
 #include "mentions.h"
 #include "places.h"
+#include "results.h"
 #include "scene_file.h"
 #include "scene_reader.h"
 #include "scene_write.h"
@@ -45,8 +46,7 @@ Result<std::vector<std::vector<SceneInstance>>> read_all(const Bytes& bytes, Sce
 TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
   std::vector<bake::ScenePlant> plants = test::random_scene_plants(30000, 3000, 1);
   SceneFile scene;
-  const auto tiles = read_all(test::random_scene(30000, 3000, 1), &scene);
-  ASSERT_TRUE(tiles) << tiles.error().message();
+  const auto tiles = test::must(read_all(test::random_scene(30000, 3000, 1), &scene));
   EXPECT_EQ(scene.header.instance_count, plants.size());
   ASSERT_EQ(scene.species.size(), 2u);
   EXPECT_EQ(scene.species[1].path, "trees/oak.coppice");
@@ -55,10 +55,10 @@ TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
   // Each read plant is nearest to the one written: 30,000 on 3 km stand metres apart, a step of the root tile is 5 cm.
   std::vector<bool> found(plants.size());
   std::ranges::sort(plants, {}, [](const bake::ScenePlant& plant) { return plant.position_m[0]; });
-  for (std::size_t t = 0; t < tiles->size(); ++t) {
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
     const coppice_scene_tile& entry = scene.tiles[t].entry;
     const float step_m = std::max(entry.box_max[0] - entry.box_min[0], entry.box_max[2] - entry.box_min[2]) / 65535.0f;
-    for (const SceneInstance& instance : (*tiles)[t]) {
+    for (const SceneInstance& instance : tiles[t]) {
       auto at =
           std::ranges::lower_bound(plants, instance.position_m[0] - step_m, {}, [](const auto& plant) { return plant.position_m[0]; });
       for (; at != plants.end() && std::abs(at->position_m[2] - instance.position_m[2]) > step_m; ++at) {
@@ -84,15 +84,14 @@ TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
 
 TEST(SceneFile, ATileHoldsTheLargestOfItsSquareAndSomeOfEveryPart) {
   SceneFile scene;
-  const auto tiles = read_all(test::random_scene(30000, 3000, 2), &scene);
-  ASSERT_TRUE(tiles);
+  const auto tiles = test::must(read_all(test::random_scene(30000, 3000, 2), &scene));
   ASSERT_GT(scene.tiles.size(), 15u);
   EXPECT_GT(scene.tiles[0].entry.instance_count, COPPICE_MAX_TILE_INSTANCES - 8) << "no cell of the grid is likely to be empty";
   const auto radius_m = [&](const SceneInstance& instance) { return instance.scale * scene.species[instance.species].sphere_radius_m; };
   for (std::size_t t = 0; t < scene.tiles.size(); ++t) {
     const SceneTile& tile = scene.tiles[t];
     float largest_m = 0.0f;
-    for (const SceneInstance& instance : (*tiles)[t]) {
+    for (const SceneInstance& instance : tiles[t]) {
       largest_m = std::max(largest_m, radius_m(instance));
       for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_GE(instance.position_m[2 * i], tile.square_min_m[i]);
@@ -106,7 +105,7 @@ TEST(SceneFile, ATileHoldsTheLargestOfItsSquareAndSomeOfEveryPart) {
   }
   // 3,000 plants are larger than 4.4 m; the root has a thousand of them, and its other thousand stands all over the square.
   std::array<int, 64> cells{};
-  for (const SceneInstance& instance : (*tiles)[0]) {
+  for (const SceneInstance& instance : tiles[0]) {
     const auto cell = [](float at) { return static_cast<std::size_t>(std::clamp((at + 1500.0f) / 3000.0f * 8.0f, 0.0f, 7.0f)); };
     ++cells[cell(instance.position_m[2]) * 8 + cell(instance.position_m[0])];
   }
@@ -124,11 +123,10 @@ TEST(SceneFile, OnePlantIsAScene) {
   std::vector<bake::ScenePlant> plants(1);
   plants[0].position_m = {-7.25f, 3.0f, 1e5f};
   plants[0].scale = 2.0f;
-  const auto tiles = read_all(*bake::encode_scene(test::scene_species(), plants));
-  ASSERT_TRUE(tiles) << tiles.error().message();
-  EXPECT_EQ((*tiles)[0][0].position_m, plants[0].position_m);
-  EXPECT_EQ((*tiles)[0][0].scale, 2.0f);
-  EXPECT_EQ((*tiles)[0][0].tint, (std::array<float, 3>{1, 1, 1})) << "no tint is exactly none";
+  const auto tiles = test::must(read_all(*bake::encode_scene(test::scene_species(), plants)));
+  EXPECT_EQ(tiles[0][0].position_m, plants[0].position_m);
+  EXPECT_EQ(tiles[0][0].scale, 2.0f);
+  EXPECT_EQ(tiles[0][0].tint, (std::array<float, 3>{1, 1, 1})) << "no tint is exactly none";
 }
 
 TEST(SceneFile, WhatIsNoSceneIsNotWritten) {
@@ -267,9 +265,8 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
     EXPECT_EQ(read.error().offset, tile + offsetof(coppice_scene_tile, scale_min));
   }
   for (const auto& [scale_min, scale_max] : {std::pair{1e-23f, 1e6f}, std::pair{1e-45f, 1e-44f}}) {
-    const auto read = read_all(with_scales(scale_min, scale_max));
-    ASSERT_TRUE(read) << read.error().message();
-    for (const SceneInstance& instance : read->front()) ASSERT_GT(instance.scale, 0.0f);
+    const auto read = test::must(read_all(with_scales(scale_min, scale_max)));
+    for (const SceneInstance& instance : read.front()) ASSERT_GT(instance.scale, 0.0f);
   }
 }
 
@@ -295,9 +292,8 @@ TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
   EXPECT_FALSE(bake::encode_scene(test::scene_species(), plants));
   plants[0].scale = 1e-23f;
   plants[1].scale = 1e6f;
-  const auto bytes = bake::encode_scene(test::scene_species(), plants);
-  ASSERT_TRUE(bytes);
-  const auto read = read_all(*bytes);
+  const auto bytes = test::must(bake::encode_scene(test::scene_species(), plants));
+  const auto read = read_all(bytes);
   EXPECT_TRUE(read) << read.error().message();
 }
 
@@ -309,11 +305,10 @@ TEST(SceneFile, Version1IsReadForEver) {
   }
   const Bytes bytes = *bake::read_file(path);
   SceneFile scene;
-  const auto tiles = read_all(bytes, &scene);
-  ASSERT_TRUE(tiles) << tiles.error().message();
+  const auto tiles = test::must(read_all(bytes, &scene));
   EXPECT_EQ(scene.species[0].path, "shrub.coppice");
-  ASSERT_EQ(tiles->size(), 1u);
-  EXPECT_EQ(tiles->front().size(), 60u);
+  ASSERT_EQ(tiles.size(), 1u);
+  EXPECT_EQ(tiles.front().size(), 60u);
   EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
 }
 

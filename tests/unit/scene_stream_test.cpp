@@ -12,11 +12,11 @@
 #include <functional>
 #include <set>
 
-#include "expect_error.h"
 #include "fake_hooks.h"
 #include "io_result.h"
 #include "mentions.h"
 #include "process.h"
+#include "results.h"
 #include "scene_file.h"
 #include "tile_selection.h"
 
@@ -52,14 +52,13 @@ float fit(const SceneFile& scene, std::vector<TileSize>& tiles, float min_px, st
 }
 
 TEST(TileSelection, FindsWhatAScanFinds) {
-  const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
-  ASSERT_TRUE(scene);
+  const auto scene = test::must(read_scene_front(scene_bytes(), scene_bytes().size()));
   for (const SceneEye& eye : {eye_at(0, 0), eye_at(1900, -1800), eye_at(9000, 0)})
     for (const float floor_px : {0.5f, 2.0f, 8.0f, 64.0f}) {
-      const std::vector<TileSize> found = gather(*scene, eye, floor_px);
+      const std::vector<TileSize> found = gather(scene, eye, floor_px);
       std::vector<std::uint32_t> scan;
-      for (std::uint32_t tile = 0; tile < scene->tiles.size(); ++tile)
-        if (size_of(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
+      for (std::uint32_t tile = 0; tile < scene.tiles.size(); ++tile)
+        if (size_of(scene.tiles[tile], eye) >= floor_px) scan.push_back(tile);
       ASSERT_EQ(found.size(), scan.size()) << floor_px << " px";
       for (std::size_t i = 0; i < scan.size(); ++i) EXPECT_EQ(found[i].tile, scan[i]);
     }

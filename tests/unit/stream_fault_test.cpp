@@ -18,6 +18,7 @@
 #include "packed_plant.h"
 #include "print_reading.h"
 #include "process.h"
+#include "results.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -271,16 +272,10 @@ class FileFault : public testing::TestWithParam<Reading> {
  protected:
   void SetUp() override {
     test::write_file(path_, plant_bytes(5));
-    auto set = complete_hooks({.log = log_.hook()}, GetParam());
-    ASSERT_TRUE(set);
-    set_ = *std::move(set);
-    auto streamer = Streamer::create(set_.hooks, ledger_, {.gpu = kGpuSizes});
-    ASSERT_TRUE(streamer);
-    streamer_ = *std::move(streamer);
+    set_ = test::must(complete_hooks({.log = log_.hook()}, GetParam()));
+    streamer_ = test::must(Streamer::create(set_.hooks, ledger_, {.gpu = kGpuSizes}));
     gpu_ = std::make_unique<test::FakeGpu>(*streamer_, ledger_);
-    auto plant = streamer_->open_plant(path_.c_str());
-    ASSERT_TRUE(plant);
-    plant_ = *plant;
+    plant_ = test::must(streamer_->open_plant(path_.c_str()));
   }
   /// Frames until nothing is wanted.
   void settle() {

@@ -19,6 +19,7 @@
 #include "packed_plant.h"
 #include "print_reading.h"
 #include "process.h"
+#include "results.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -881,11 +882,10 @@ TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {
 TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
   io.files.clear();
   start();
-  const auto plant = streamer->open_plant({"archive:a", plant_file()});
-  ASSERT_TRUE(plant) << plant.error().message();
+  const auto plant = test::must(streamer->open_plant({"archive:a", plant_file()}));
   frames(20, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->state(*plant).resident_leaf_count, 3000u);
-  EXPECT_STREQ(streamer->path(*plant), "archive:a");
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  EXPECT_STREQ(streamer->path(plant), "archive:a");
   EXPECT_TRUE(io.handles.empty() && io.log.empty()) << "the io hook has been called";
   const std::vector<std::uint8_t>& exact = plant_file();
   for (std::size_t n = 1; n < exact.size(); n += n < 300 ? 1 : 997) {
@@ -1011,14 +1011,12 @@ INSTANTIATE_TEST_SUITE_P(ThreadPool, StreamerThreads, testing::Values(Reading::t
 TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = test::write_file(folder / "plant.coppice", plant_file());
-  auto set = complete_hooks({}, GetParam());
-  ASSERT_TRUE(set);
+  auto set = test::must(complete_hooks({}, GetParam()));
   for (int round = 0; round < 5; ++round) {
     Ledger ledger;
-    auto streamer = Streamer::create(set->hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6});
-    ASSERT_TRUE(streamer);
-    test::FakeGpu gpu(**streamer, ledger);
-    for (int i = 0; i < 3; ++i) ASSERT_TRUE((*streamer)->open_plant(path.c_str()));
+    auto streamer = test::must(Streamer::create(set.hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6}));
+    test::FakeGpu gpu(*streamer, ledger);
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(streamer->open_plant(path.c_str()));
     const std::uint64_t budget = ledger.reserved() + 500000;
     ledger.set_budget(budget);
     LodView view;
@@ -1029,8 +1027,8 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
       ASSERT_LE(ledger.reserved(), budget);
       if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    EXPECT_EQ((*streamer)->stats().all().failed, 0u);
-    EXPECT_GT((*streamer)->stats().all().loaded, 6u);
+    EXPECT_EQ(streamer->stats().all().failed, 0u);
+    EXPECT_GT(streamer->stats().all().loaded, 6u);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "block_texture.h"
+#include "results.h"
 #include "texture_mips.h"
 
 namespace coppice::bake {
@@ -63,9 +64,8 @@ double colour_psnr(const Image& a, const Image& b, float alpha_cutoff) {
 }
 
 TEST(EncodeTexture, LaysLevelsOutTightly) {
-  const auto chunk = encode_texture(leaves(8, 8), 0.5f, TextureCoding::rgba8);
-  ASSERT_TRUE(chunk);
-  EXPECT_EQ(chunk->size(), sizeof(coppice_file_texture) + 4 * (64 + 16 + 4 + 1));
+  const auto chunk = test::must(encode_texture(leaves(8, 8), 0.5f, TextureCoding::rgba8));
+  EXPECT_EQ(chunk.size(), sizeof(coppice_file_texture) + 4 * (64 + 16 + 4 + 1));
   EXPECT_EQ(encode_texture(leaves(8, 8), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 16 * (4 + 1 + 1 + 1));
   EXPECT_EQ(encode_texture(opaque(leaves(8, 8)), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 8 * (4 + 1 + 1 + 1));
 }

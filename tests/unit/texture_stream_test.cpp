@@ -9,6 +9,7 @@
 #include "coppice_file.h"
 #include "mentions.h"
 #include "packed_plant.h"
+#include "results.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -63,11 +64,10 @@ TEST_F(TextureStream, OtherwiseTheyAreDecodedAndCountedAsWhatTheyBecome) {
   EXPECT_EQ(io.log.size(), 2u) << "header and front";
   const std::uint64_t before = ledger.reserved();
   const std::size_t live_before = allocator.live_bytes;
-  const auto layout = read_texture(stored());
-  ASSERT_TRUE(layout);
-  ASSERT_EQ(layout->format, std::uint32_t{COPPICE_TEXTURE_BC3});
-  Bytes expected(decoded_texture_bytes(*layout));
-  decode_texture(*layout, stored(), expected);
+  const auto layout = test::must(read_texture(stored()));
+  ASSERT_EQ(layout.format, std::uint32_t{COPPICE_TEXTURE_BC3});
+  Bytes expected(decoded_texture_bytes(layout));
+  decode_texture(layout, stored(), expected);
   EXPECT_EQ(offered(), expected);
   EXPECT_EQ(allocator.live_bytes, live_before + expected.size()) << "the chunk as stored is gone";
   EXPECT_EQ(ledger.reserved(), before + 2 * expected.size());
@@ -81,10 +81,9 @@ TEST_F(TextureStream, WhileATextureIsDecodedBothFormsAreCounted) {
   jobs.deferred = true;
   start(plant_file(bake::TextureCoding::bc), false);
   const std::uint64_t before = ledger.reserved();
-  const auto layout = read_texture(stored());
-  ASSERT_TRUE(layout);
+  const auto layout = test::must(read_texture(stored()));
   frames(1, {test::demand_of(500.0f)});
-  EXPECT_EQ(ledger.reserved(), before + 2 * decoded_texture_bytes(*layout) + chunk().bytes);
+  EXPECT_EQ(ledger.reserved(), before + 2 * decoded_texture_bytes(layout) + chunk().bytes);
   jobs.run_all();
 }
 

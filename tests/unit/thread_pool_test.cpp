@@ -1,3 +1,4 @@
+#include "results.h"
 #include "thread_pool.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +16,8 @@ namespace thread_pool_test {
 TEST(ThreadPool, RunsEverythingBeforeItGoes) {
   std::atomic<int> ran = 0;
   {
-    auto pool = ThreadPool::create(3);
-    ASSERT_TRUE(pool);
-    for (int i = 0; i < 100; ++i) (*pool)->submit([](void* argument) { ++*static_cast<std::atomic<int>*>(argument); }, &ran);
+    auto pool = test::must(ThreadPool::create(3));
+    for (int i = 0; i < 100; ++i) pool->submit([](void* argument) { ++*static_cast<std::atomic<int>*>(argument); }, &ran);
   }
   EXPECT_EQ(ran, 100);
 }
@@ -39,9 +39,8 @@ TEST(ThreadPool, OneThreadKeepsTheOrder) {
   std::vector<Step> steps;
   for (const int number : expected) steps.push_back({&order, number});
   {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    for (Step& step : steps) (*pool)->submit(Step::run, &step);
+    auto pool = test::must(ThreadPool::create(1));
+    for (Step& step : steps) pool->submit(Step::run, &step);
   }
   EXPECT_EQ(order, expected);
 }
@@ -52,13 +51,12 @@ TEST(ThreadPool, WhatMayTakeLongStartsWhenNothingElseWaits) {
   started.lock();
   Step steps[] = {{&order, 0}, {&order, 1}, {&order, 2}, {&order, 3}};
   {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    (*pool)->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
-    (*pool)->submit_long(Step::run, &steps[2]);
-    (*pool)->submit_long(Step::run, &steps[3]);
-    (*pool)->submit(Step::run, &steps[0]);
-    (*pool)->submit(Step::run, &steps[1]);
+    auto pool = test::must(ThreadPool::create(1));
+    pool->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
+    pool->submit_long(Step::run, &steps[2]);
+    pool->submit_long(Step::run, &steps[3]);
+    pool->submit(Step::run, &steps[0]);
+    pool->submit(Step::run, &steps[1]);
     started.unlock();
   }
   EXPECT_EQ(order, (std::vector{0, 1, 2, 3}));
@@ -92,10 +90,9 @@ struct Gate {
 TEST(ThreadPool, RunsInlineWhatNoLongerFitsTheQueue) {
   Gate gate;
   {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    (*pool)->submit(Gate::wait, &gate);
-    for (std::uint32_t i = 0; i < ThreadPool::kQueueLength + 10; ++i) (*pool)->submit(Gate::count, &gate);
+    auto pool = test::must(ThreadPool::create(1));
+    pool->submit(Gate::wait, &gate);
+    for (std::uint32_t i = 0; i < ThreadPool::kQueueLength + 10; ++i) pool->submit(Gate::count, &gate);
     EXPECT_GE(gate.ran_inline, 10);
     EXPECT_LE(gate.ran_inline, 11);  // the gate itself may still be queued
     gate.release();

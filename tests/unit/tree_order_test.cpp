@@ -8,6 +8,7 @@
 
 #include "collapse_information.h"
 #include "quad_merge.h"
+#include "results.h"
 #include "test_foliage.h"
 #include "viewpoints.h"
 
@@ -86,9 +87,8 @@ TEST(TreeOrder, CutsHaveTheFadesOfTheirMerges) {
 }
 
 Tree baked_tree(const Foliage& foliage) {
-  const auto result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(6), {32, true, 4}, {});
-  EXPECT_TRUE(result);
-  return build_tree(foliage, result->sequence);
+  const auto result = test::must(collapse_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(6), {32, true, 4}, {}));
+  return build_tree(foliage, result.sequence);
 }
 
 std::vector<std::uint32_t> parents_of(const Tree& tree) {

@@ -7,20 +7,20 @@
 #include <glm/geometric.hpp>
 
 #include "bounds.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
 namespace viewpoints_test {
 
 TEST(Viewpoints, TwentyAreTheVerticesOfADodecahedron) {
-  const auto views = viewpoints(20);
-  ASSERT_TRUE(views);
-  ASSERT_EQ(views->size(), 20u);
+  const auto views = test::must(viewpoints(20));
+  ASSERT_EQ(views.size(), 20u);
   // Neighbours of a vertex on the unit sphere are at the angle whose cosine is sqrt(5) / 3.
   const float edge_cosine = std::sqrt(5.0f) / 3.0f;
-  for (const Viewpoint& view : *views) {
+  for (const Viewpoint& view : views) {
     std::vector<float> cosines;
-    for (const Viewpoint& other : *views) cosines.push_back(glm::dot(view.direction, other.direction));
+    for (const Viewpoint& other : views) cosines.push_back(glm::dot(view.direction, other.direction));
     std::sort(cosines.begin(), cosines.end(), std::greater<>());
     EXPECT_NEAR(cosines[0], 1.0f, 1e-6f);
     for (std::size_t i = 1; i <= 3; ++i) EXPECT_NEAR(cosines[i], edge_cosine, 1e-6f);
@@ -31,10 +31,9 @@ TEST(Viewpoints, TwentyAreTheVerticesOfADodecahedron) {
 
 TEST(Viewpoints, AxesAreOrthonormalAndRightHandedForAnyCount) {
   for (const std::uint32_t count : {1u, 2u, 6u, 20u, 100u, 1024u}) {
-    const auto views = viewpoints(count);
-    ASSERT_TRUE(views);
-    ASSERT_EQ(views->size(), count);
-    for (const Viewpoint& view : *views) {
+    const auto views = test::must(viewpoints(count));
+    ASSERT_EQ(views.size(), count);
+    for (const Viewpoint& view : views) {
       EXPECT_NEAR(glm::length(view.direction), 1.0f, 1e-5f);
       EXPECT_NEAR(glm::length(view.right), 1.0f, 1e-5f);
       EXPECT_NEAR(glm::length(view.up), 1.0f, 1e-5f);
@@ -44,14 +43,13 @@ TEST(Viewpoints, AxesAreOrthonormalAndRightHandedForAnyCount) {
 }
 
 TEST(Viewpoints, FibonacciSphereHasNoTwinsAndNoGaps) {
-  const auto views = viewpoints(100);
-  ASSERT_TRUE(views);
+  const auto views = test::must(viewpoints(100));
   glm::vec3 sum(0.0f);
-  for (std::size_t i = 0; i < views->size(); ++i) {
-    sum += (*views)[i].direction;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    sum += views[i].direction;
     float nearest = -1.0f;
-    for (std::size_t j = 0; j < views->size(); ++j)
-      if (j != i) nearest = std::max(nearest, glm::dot((*views)[i].direction, (*views)[j].direction));
+    for (std::size_t j = 0; j < views.size(); ++j)
+      if (j != i) nearest = std::max(nearest, glm::dot(views[i].direction, views[j].direction));
     EXPECT_LT(nearest, std::cos(0.2f)) << i;
     EXPECT_GT(nearest, std::cos(0.6f)) << i;
   }

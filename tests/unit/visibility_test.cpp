@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -186,13 +187,12 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
   const Foliage foliage =
       test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({0, 0, 1}, {1, 0, 0}, {0, 1, 0})});
   const std::vector<Viewpoint> views{viewpoint_towards({0, 0, 1}), viewpoint_towards({0, 0, -1}), viewpoint_towards({1, 0, 0})};
-  const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, views, 64);
-  ASSERT_TRUE(buffers);
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(render_item_buffers({foliage, test::plain_materials(), {}}, views, 64));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   // The sphere about the unit cube has radius sqrt(3) / 2, so a unit is 64 / sqrt(3) = 36.95 px, from 13.52 to 50.48: centres 14 .. 49.
   EXPECT_EQ(areas, (std::vector<std::uint32_t>{0, 36 * 36, 36 * 36, 0, 0, 0}));
-  EXPECT_EQ(background_areas_px(*buffers), (std::vector<std::uint32_t>{64 * 64 - 36 * 36, 64 * 64 - 36 * 36, 64 * 64}));
-  const auto middle = buffers->at(0, 32 * 64 + 32);
+  EXPECT_EQ(background_areas_px(buffers), (std::vector<std::uint32_t>{64 * 64 - 36 * 36, 64 * 64 - 36 * 36, 64 * 64}));
+  const auto middle = buffers.at(0, 32 * 64 + 32);
   ASSERT_EQ(middle.size(), 2u);
   EXPECT_EQ(fragment_leaf(middle[0]), 1u);
   EXPECT_EQ(fragment_leaf(middle[1]), 0u);
@@ -200,10 +200,9 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
 
 TEST(ItemBuffers, EqualDepthsGoToTheSmallerId) {
   const Quad square = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
-  const auto buffers =
-      render_item_buffers({test::plain_foliage({square, square}), test::plain_materials(), {}}, {viewpoint_towards({0, 0, 1})}, 32);
-  ASSERT_TRUE(buffers);
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(
+      render_item_buffers({test::plain_foliage({square, square}), test::plain_materials(), {}}, {viewpoint_towards({0, 0, 1})}, 32));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   EXPECT_GT(areas[0], 0u);
   EXPECT_EQ(areas[1], 0u);
 }

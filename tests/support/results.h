@@ -1,7 +1,9 @@
 #pragma once
 
 #include <initializer_list>
+#include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -9,6 +11,13 @@
 #include "result.h"
 
 namespace coppice::test {
+
+/// The value of a result. Throws std::runtime_error with the message of an error, which fails the test.
+template <class T>
+T must(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message());
+  return *std::move(result);
+}
 
 /// The result is an error of this status, and its message names each of the tokens.
 template <class T>

@@ -43,12 +43,6 @@ class StreamFault : public test::StreamerFixture {
     options.gpu = kGpuSizes;
   }
   [[nodiscard]] const std::vector<PlantDemand>& both() const { return demands_; }
-  void expect_whole(std::uint32_t plant) {
-    const PlantState state = streamer->state(plant);
-    EXPECT_EQ(state.resident_leaf_count, kLeaves);
-    EXPECT_EQ(state.resident_wood_mask, 0b11u);
-    EXPECT_EQ(state.resident_texture_count, 1u);
-  }
   /// Lines name the file "a" and a place in it, one for each chunk at most.
   void expect_only_first_is_hurt(std::uint32_t other) {
     expect_whole(other);

@@ -53,19 +53,17 @@ class StreamerTest : public test::StreamerFixture {
     StreamerFixture::start();
     empty_bytes = ledger.reserved();
   }
+  /// A streamer with one plant in it.
+  std::uint32_t start_with(const char* path) {
+    start();
+    return open(path);
+  }
   /// A streamer with the plant "a" in it, of which all is resident.
   std::uint32_t start_with_whole_plant() {
-    start();
-    const std::uint32_t plant = open("a");
+    const std::uint32_t plant = start_with("a");
     frames(20, {demand_of(5000.0f)});
     expect_whole(plant);
     return plant;
-  }
-  void expect_whole(std::uint32_t plant) const {
-    const PlantState state = streamer->state(plant);
-    EXPECT_EQ(state.resident_leaf_count, 3000u);
-    EXPECT_EQ(state.resident_wood_mask, 0b11u);
-    EXPECT_EQ(state.resident_texture_count, 1u);
   }
   /// `count` plants "a" that are whole, and their demands.
   std::vector<PlantDemand> start_with_whole_plants(std::size_t count) {
@@ -90,8 +88,7 @@ class StreamerTest : public test::StreamerFixture {
 };
 
 TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   EXPECT_EQ(streamer->file(plant).plant.leaf_count, 3000u);
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0u);
@@ -104,8 +101,7 @@ TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
 }
 
 TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(700.0f)});  // about 1,240 leaves
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
@@ -116,16 +112,14 @@ TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
 }
 
 TEST_F(StreamerTest, FullDetailWantsEverythingInView) {
-  start();
   view.full = true;
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(10.0f)});
   expect_whole(plant);
 }
 
 TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   for (float size_px = 100.0f; size_px < 6000.0f; size_px *= 1.5f) {
     frames(6, {demand_of(size_px)});
     const std::uint32_t leaves = streamer->state(plant).resident_leaf_count;
@@ -173,8 +167,7 @@ TEST_F(StreamerTest, AsksFirstForWhatRemovesMoreError) {
 }
 
 TEST_F(StreamerTest, LaterPagesAreWorthLess) {
-  start();
-  open("a");
+  start_with("a");
   const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440};
   const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
   const DemandedDetail demanded = demanded_detail(valued, demand, view);
@@ -193,8 +186,7 @@ TEST_F(StreamerTest, LaterPagesAreWorthLess) {
 }
 
 TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   const std::uint64_t before = ledger.reserved();
   io.deferred = true;
@@ -214,8 +206,7 @@ TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
 }
 
 TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
-  start();
-  open("a");
+  start_with("a");
   frames(3, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -227,8 +218,7 @@ TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
 }
 
 TEST_F(StreamerTest, PagesThatReturnOutOfOrderAreDecodedInOrder) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(1, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -277,8 +267,7 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
 }
 
 TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(1, {PlantDemand{}});
   const std::uint64_t floor_bytes = ledger.reserved();
   ledger.set_budget(floor_bytes + 1000);
@@ -548,8 +537,7 @@ TEST_F(BadPage, FlippedBit) {
 }
 
 TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
   const std::uint64_t decoded_bytes = ledger.reserved();
@@ -566,8 +554,7 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
 }
 
 TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   for (int round = 0; round < 2; ++round) {  // what is pinned first; then a page in the middle, a wood LoD and the texture
     frames(10, {demand_of(5000.0f)});
@@ -588,8 +575,7 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
 }
 
 TEST_F(StreamerTest, TakesUploadsInPortions) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
   std::size_t rounds = 0;
@@ -611,8 +597,7 @@ std::uint64_t slow_clock_ns() {
 TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
   options.clock_ns = slow_clock_ns;
   options.hand_over_budget_ns = 4'500'000;
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -635,8 +620,7 @@ TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
 TEST_F(StreamerTest, WithoutTimeOneChunkAFrameIsTakenOver) {
   options.clock_ns = slow_clock_ns;
   options.hand_over_budget_ns = 1;
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   std::uint32_t steps = 0;
   for (; streamer->state(plant).resident_leaf_count < 3000 && steps < 40; ++steps) frames(1, {demand_of(5000.0f)});
@@ -659,8 +643,7 @@ TEST_F(StreamerTest, HandsOutFirstWhatIsWorthMost) {
 }
 
 TEST_F(StreamerTest, AClosedPlantIsThereUntilTheGpuIsDoneWithIt) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;  // it has no chunk whose memory would be waited for
   gpu->frames_behind = 4;
   frames(8, {demand_of(700.0f)});
@@ -675,8 +658,7 @@ TEST_F(StreamerTest, AClosedPlantIsThereUntilTheGpuIsDoneWithIt) {
 }
 
 TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {demand_of(700.0f)});
   io.deferred = true;
   jobs.deferred = true;
@@ -701,8 +683,7 @@ TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
 }
 
 TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(5, {demand_of(700.0f)});
   jobs.deferred = true;
   frames(2, {demand_of(5000.0f)});
@@ -915,8 +896,7 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
 }
 
 TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(300.0f)});
   ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
   const std::uint64_t loaded = streamer->stats().all().loaded;
@@ -986,8 +966,7 @@ INSTANTIATE_TEST_SUITE_P(Once, FailingAllocator, testing::Values(false));
 INSTANTIATE_TEST_SUITE_P(ForGood, FailingAllocator, testing::Values(true));
 
 TEST_F(StreamerTest, DestructionWaitsForReadsInFlight) {
-  start();
-  open("a");
+  start_with("a");
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
   ASSERT_FALSE(io.waiting.empty());

@@ -1,13 +1,14 @@
 // Blocks that are put together in the test, and what they must decode to.
 
 #include "block_texture.h"
-#include "results.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 #include <vector>
+
+#include "results.h"
 
 namespace coppice {
 namespace block_texture_test {

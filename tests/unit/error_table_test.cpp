@@ -1,4 +1,3 @@
-#include "error_image.h"
 #include "error_table.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <cmath>
 
 #include "bounds.h"
+#include "error_image.h"
 #include "progress.h"
 #include "results.h"
 #include "tree_order.h"

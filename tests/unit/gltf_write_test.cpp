@@ -1,11 +1,9 @@
 #include "gltf_write.h"
 
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
-#include <string>
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <set>
-#include <string>
-#include <tuple>
 #include <vector>
 
 #include "abi.h"

@@ -1,8 +1,5 @@
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,8 +1,6 @@
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <ostream>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <set>
-#include <vector>
 
 #include "coppice/format.h"
 #include "polygons.h"

@@ -10,7 +10,6 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <tuple>
 #include <utility>
 
 #include "atomic_file.h"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>

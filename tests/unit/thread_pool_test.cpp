@@ -1,4 +1,3 @@
-#include "results.h"
 #include "thread_pool.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,8 @@
 #include <numeric>
 #include <thread>
 #include <vector>
+
+#include "results.h"
 
 namespace coppice {
 namespace thread_pool_test {

@@ -6,7 +6,6 @@
 #include <ostream>
 
 #include <filesystem>
-#include <stdexcept>
 
 #include "alpha_mask.h"
 #include "collapse_information.h"
@@ -46,9 +45,7 @@ class BakeCorylus : public testing::Test {
   std::vector<std::uint8_t> baked(
       const BakeOptions& options, const StageProgress& progress = [](const char*, double) {}) {
     report_ = {};
-    auto bytes = bake(glb_, options, progress, report_);
-    if (!bytes) throw std::runtime_error(bytes.error().message());
-    return *std::move(bytes);
+    return test::must(bake(glb_, options, progress, report_));
   }
 
   test::TemporaryFolder folder_;

@@ -12,6 +12,7 @@
 #include "mentions.h"
 #include "report_headline.h"
 #include "report_html.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -136,12 +137,6 @@ TEST(EvaluationHtml, LoadsNothing) {
   EXPECT_NE(page.find("Permission is hereby granted"), std::string::npos) << "the library's licence";
 }
 
-Image decode(const std::vector<std::uint8_t>& png) {
-  const auto image = decode_image(png, 4096);
-  EXPECT_TRUE(image) << image.error().message();
-  return image ? *image : Image{};
-}
-
 TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   std::vector<Material> materials = test::plain_materials();
   materials[0].base_color = {0.2f, 0.6f, 0.1f, 1.0f};
@@ -156,7 +151,7 @@ TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   EXPECT_EQ(with->source_picture_png, with->methods[0].levels[0].picture_png) << "all leaves are the source";
   EXPECT_NE(with->source_picture_png, with->methods[0].levels[1].picture_png);
 
-  const Image image = decode(with->source_picture_png);
+  const Image image = test::must(decode_image(with->source_picture_png, 4096));
   ASSERT_EQ(image.width, 256u);
   ASSERT_EQ(image.height, 256u);
   EXPECT_EQ((std::vector<std::uint8_t>(image.rgba.begin(), image.rgba.begin() + 4)), (std::vector<std::uint8_t>{255, 255, 255, 255}));

@@ -91,6 +91,14 @@ void add_trunk(SoupBuilder& builder) {
   add_tube(builder, {0.0f, -1.0f, 0.0f}, {0.0f, 4.0f, 0.0f}, 0.15f);
 }
 
+/// A trunk of material 0; what follows is of material 1.
+SoupBuilder with_trunk() {
+  SoupBuilder builder;
+  add_trunk(builder);
+  builder.material = 1;
+  return builder;
+}
+
 /// Materials of these names, grey and opaque.
 std::vector<Material> materials_of(const std::vector<std::string>& names) {
   std::vector<Material> materials;
@@ -115,9 +123,7 @@ void expect_leaves(const FoundParts& found, std::size_t count, std::uint32_t tri
 }
 
 TEST(FindLeaves, UnnamedMaterialsByShapeAndRepetition) {
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   for (std::uint32_t i = 0; i < 300; ++i) add_leaf(builder, place(i));
   const FoundParts found = find(builder, {"", ""});
   expect_leaves(found, 300, 4);
@@ -217,9 +223,7 @@ TEST(FindLeaves, ALeafModelledOncePerSideIsOne) {
 }
 
 TEST(FindLeaves, AClosedLensIsOneLeaf) {
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   for (std::uint32_t i = 0; i < 100; ++i) {
     const Place where = place(i);
     const glm::vec3 normal = where.normal();
@@ -289,9 +293,7 @@ void add_shell(SoupBuilder& builder, const glm::vec3& center, float radius_m) {
 }
 
 TEST(FindLeaves, AWeldedShellIsWoodAndSaysSo) {
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   add_shell(builder, {0.0f, 4.0f, 0.0f}, 1.5f);
   const FoundParts found = find(builder, {"Trunk", "Leaves"});
   EXPECT_TRUE(found.leaves.empty());
@@ -349,9 +351,7 @@ TEST(FindLeaves, CrossedCardsThatShareTheirMiddleFallApart) {
 
 TEST(FindLeaves, HolesAndColourSpeakForLeaves) {
   // Ten tubes of leaf size, which could be needles or twigs.
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   for (std::uint32_t i = 0; i < 10; ++i) add_tube(builder, place(i).stalk, at(place(i), 0.3f, 0.0f), 0.02f);
   for (std::size_t i = 0; i < builder.soup.mesh.uvs.size(); ++i)
     builder.soup.mesh.uvs[i] = {static_cast<float>(i % 2), static_cast<float>(i / 2 % 2)};
@@ -398,9 +398,7 @@ void add_blade(SoupBuilder& builder, const Place& where, float radius_m) {
 }
 
 TEST(FindLeaves, BladesThatHangOverAreLeaves) {
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   for (std::uint32_t i = 0; i < 60; ++i) add_blade(builder, place(i), 0.15f);
   const FoundParts found = find(builder, {"Material.001", "Material.002"});
   expect_leaves(found, 60, 32);
@@ -415,9 +413,7 @@ TEST(FindLeaves, LongBladesAmongMoreFlatLeavesAreLeaves) {
 }
 
 TEST(FindLeaves, RulesDecideBeforeEvidence) {
-  SoupBuilder builder;
-  add_trunk(builder);
-  builder.material = 1;
+  SoupBuilder builder = with_trunk();
   for (std::uint32_t i = 0; i < 20; ++i) add_leaf(builder, place(i));
   for (std::uint32_t i = 20; i < 30; ++i) add_tube(builder, place(i).stalk, at(place(i), 0.1f, 0.0f), 0.01f);
   const std::vector<Material> materials = materials_of({"bark", "leaves"});

@@ -321,9 +321,7 @@ std::vector<Case> whole_plants() {
 
 SourceContents contents_of(const Pack& pack, const ImportOptions& options = {}) {
   const TemporaryFolder folder;
-  const auto contents = bake::read_contents(write_file(folder / "pack.glb", pack.file.glb()), options);
-  EXPECT_TRUE(contents) << contents.error().message();
-  return contents ? *contents : SourceContents{};
+  return must(bake::read_contents(write_file(folder / "pack.glb", pack.file.glb()), options));
 }
 
 class FileOfPlants : public testing::TestWithParam<Case> {};

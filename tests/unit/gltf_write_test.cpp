@@ -3,7 +3,6 @@
 #include <array>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -41,9 +40,7 @@ Image chequers() {
 
 /// With these materials and the chequers as the only image.
 tinygltf::Model written(const std::vector<GltfPart>& meshes) {
-  const auto bytes = encode_glb(meshes, two_materials(), {chequers()});
-  if (!bytes) throw std::runtime_error(bytes.error().message());
-  return test::parse_glb(*bytes);
+  return test::parse_glb(test::must(encode_glb(meshes, two_materials(), {chequers()})));
 }
 
 template <class T>

@@ -32,9 +32,7 @@ Result<Image> decode(const ImageBytes& file) {
 }
 
 Image decoded(const ImageBytes& file) {
-  const auto image = decode(file);
-  EXPECT_TRUE(image) << image.error().message();
-  return image ? *image : Image{};
+  return test::must(decode(file));
 }
 
 void expect_error(const ImageBytes& file, Status status) {

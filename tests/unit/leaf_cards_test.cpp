@@ -17,6 +17,7 @@
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
 #include "polygons.h"
+#include "results.h"
 #include "unused_materials.h"
 
 namespace coppice::bake {
@@ -48,12 +49,7 @@ Plant plant_of(const std::vector<LeafMesh>& leaves) {
 }
 
 Foliage carded(Plant& plant) {
-  Result<Foliage> foliage = card_foliage(plant);
-  if (!foliage) {
-    ADD_FAILURE() << foliage.error().message();
-    return {};
-  }
-  return *std::move(foliage);
+  return test::must(card_foliage(plant));
 }
 
 /// Share of a card's texels that are no hole.

@@ -4,6 +4,7 @@
 
 #include "image_decode.h"
 #include "polygons.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -17,11 +18,7 @@ struct Decoded {
 };
 
 Decoded picture_of(const Plant& plant) {
-  const auto png = render_leaf_preview_png(plant);
-  EXPECT_TRUE(png) << png.error().message();
-  const auto image = decode_image(png ? *png : std::vector<std::uint8_t>(), 3 * kSide);
-  EXPECT_TRUE(image) << image.error().message();
-  return {image ? *image : Image{}};
+  return {test::must(decode_image(test::must(render_leaf_preview_png(plant)), 3 * kSide))};
 }
 
 Mesh square(float x) {

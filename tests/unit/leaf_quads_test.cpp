@@ -35,12 +35,7 @@ Plant plant_of(const std::vector<LeafMesh>& leaves, const glm::vec3& wood = {-1.
 }
 
 Foliage fit(const Plant& plant) {
-  Result<Foliage> foliage = fit_leaf_quads(plant);
-  if (!foliage) {
-    ADD_FAILURE() << foliage.error().message();
-    return {};
-  }
-  return *std::move(foliage);
+  return test::must(fit_leaf_quads(plant));
 }
 
 void expect_quad(const Quad& quad, const std::array<glm::vec3, 4>& expected, float tolerance = 1e-5f) {

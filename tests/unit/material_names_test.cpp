@@ -141,9 +141,7 @@ TEST(MaterialWords, LongNamesAreCut) {
 }
 
 bool matches(const std::string& pattern, const std::string& name) {
-  const auto compiled = NamePattern::compile(pattern, "--leaf-material");
-  EXPECT_TRUE(compiled) << compiled.error().message();
-  return compiled && compiled->is_in(name);
+  return test::must(NamePattern::compile(pattern, "--leaf-material")).is_in(name);
 }
 
 TEST(NamePattern, IsSearchedNotAnchoredAndCaseMatters) {

@@ -155,10 +155,7 @@ struct Decoded {
 };
 
 Decoded decoded(const std::vector<std::uint8_t>& chunk) {
-  Decoded result;
-  auto layout = read_texture(chunk);
-  if (!layout) throw std::runtime_error(layout.error().message());
-  result.layout = *layout;
+  Decoded result{test::must(read_texture(chunk)), {}};
   for (const MipLevel& level : result.layout.levels()) {
     Image image{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
     decode_texture_level(result.layout.format, level, std::span(chunk).subspan(level.offset, level.bytes), image.rgba);

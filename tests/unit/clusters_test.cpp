@@ -46,8 +46,29 @@ std::uint64_t address_of(const uvec2& address) {
   return address.x | std::uint64_t{address.y} << 32;
 }
 
-std::uint32_t leaf_count_of(const Cluster& cluster) {
-  return cluster.counts & 0xffu;
+/// A cluster, taken apart.
+struct Parts {
+  Cluster cluster;
+  std::vector<Leaf> leaves;
+  std::vector<Splat> splats;
+
+  Parts(std::span<const std::uint8_t> bytes, std::uint64_t cluster_at) : cluster(read<Cluster>(bytes, cluster_at)) {
+    for (std::uint32_t at = 0; at < (cluster.counts & 0xffu); ++at) {
+      leaves.push_back(read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf)));
+      splats.push_back(read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat)));
+    }
+  }
+  [[nodiscard]] double side_m(std::size_t splat) const {
+    return static_cast<double>(splats[splat].z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
+  }
+  [[nodiscard]] std::uint32_t grains() const { return 1u << (cluster.counts >> kCountGrains & 3u); }
+};
+
+/// The clusters of a page.
+std::vector<Parts> parts_of(std::span<const std::uint8_t> page) {
+  std::vector<Parts> parts;
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) parts.emplace_back(page, i * sizeof(Cluster));
+  return parts;
 }
 
 /// A crown of kLeaves leaves in the box [-1, 1]^3, quantised as the runtime has it.
@@ -133,12 +154,10 @@ std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_
 template <class Shown>
 void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t leaf_count, const Shown& shown) {
   const std::uint32_t splits = leaf_count - 1, first_split = index * kPageSplits;
-  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(page, i * sizeof(Cluster));
+  for (const auto& [cluster, leaves, splats] : parts_of(page)) {
     const std::uint32_t first_birth = first_split + (cluster.counts >> kCountFirstBirth & 511u);
-    const bool some = leaf_count_of(cluster) > 0 && first_birth < splits && cluster.last_death >= splits;
-    for (std::uint32_t at = 0; some && at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(page, address_of(cluster.leaves) + at * sizeof(Leaf));
+    if (first_birth >= splits || cluster.last_death < splits) continue;
+    for (const Leaf& leaf : leaves) {
       if ((leaf.life & kNoDeath) < splits) break;  // all behind it are dead
       const std::uint32_t birth = first_split + (leaf.life >> kBirthShift);
       EXPECT_GE(birth, first_birth);
@@ -169,11 +188,8 @@ TEST(Clusters, ReadyCutsHoldTheNodesOfTheirs) {
     EXPECT_EQ(list.leaf_count, lod::coppice_ladder_leaf_count(cut));
     std::multiset<LeafName> actual;
     const std::uint64_t clusters = address_of(read<uvec2>(cuts.bytes.span(), address_of(list.blocks)));
-    for (std::uint32_t i = 0; i < list.cluster_count; ++i) {
-      const auto cluster = read<Cluster>(cuts.bytes.span(), clusters + i * sizeof(Cluster));
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at)
-        actual.insert(name_of(read<Leaf>(cuts.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf))));
-    }
+    for (std::uint32_t i = 0; i < list.cluster_count; ++i)
+      for (const Leaf& leaf : Parts(cuts.bytes.span(), clusters + i * sizeof(Cluster)).leaves) actual.insert(name_of(leaf));
     EXPECT_EQ(actual, crown.cut(list.leaf_count)) << cut;
   }
   EXPECT_EQ(cuts.lists[kReadyCuts - 1].leaf_count, kReadyLeaves);
@@ -207,21 +223,17 @@ TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   const std::vector<std::uint8_t> bytes = crown.built_page(0);
   EXPECT_TRUE(has_transparency(bytes));
   EXPECT_TRUE(crown.ready_cuts().has_transparency);
+  const std::vector<Parts> with_gaps = parts_of(bytes), whole = parts_of(opaque);
   for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster)), whole = read<Cluster>(opaque, i * sizeof(Cluster));
-    EXPECT_EQ(cluster.grains_m, whole.grains_m) << "what decides who draws it";
-    EXPECT_EQ(cluster.leaf_sizes_m, whole.leaf_sizes_m);
-    const auto area = [](const Cluster& in, std::span<const std::uint8_t> page, std::uint32_t at) {
-      const float side = in.splat_size_m * static_cast<float>(read<Splat>(page, address_of(in.splats) + at * sizeof(Splat)).z_size >> 16);
-      return side * side;
-    };
-    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
-      const auto before = read<Leaf>(opaque, address_of(whole.leaves) + at * sizeof(Leaf));
-      EXPECT_TRUE(gaps.contains({name_of(leaf).first, transparency_of_leaf(leaf.card)}));
+    EXPECT_EQ(with_gaps[i].cluster.grains_m, whole[i].cluster.grains_m) << "what decides who draws it";
+    EXPECT_EQ(with_gaps[i].cluster.leaf_sizes_m, whole[i].cluster.leaf_sizes_m);
+    for (std::size_t at = 0; at < with_gaps[i].leaves.size(); ++at) {
+      const Leaf &leaf = with_gaps[i].leaves[at], &before = whole[i].leaves.at(at);
+      const std::uint32_t gap = transparency_of_leaf(leaf.card);
+      EXPECT_TRUE(gaps.contains({name_of(leaf).first, gap}));
       EXPECT_EQ(transparency_of_leaf(before.card), 0u);
       EXPECT_EQ(card_of_leaf(leaf.card), card_of_leaf(before.card));
-      EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(transparency_of_leaf(leaf.card)), 1e-3f);
+      EXPECT_NEAR(std::pow(with_gaps[i].side_m(at) / whole[i].side_m(at), 2), opacity_of(gap), 1e-3);
     }
   }
 }
@@ -234,45 +246,33 @@ TEST(Clusters, TakeNoMoreMemoryThanIsSaid) {
 
 TEST(Clusters, BoundTheirLeavesAndSayHowLongTheyAre) {
   const Crown crown;
-  for (std::uint32_t page = 0; page < 3; ++page) {
-    const std::vector<std::uint8_t> bytes = crown.built_page(page);
-    for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-      const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
-      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
-      if (leaf_count_of(cluster) == 0) continue;
+  for (std::uint32_t page = 0; page < 3; ++page)
+    for (const auto& [cluster, leaves, splats] : parts_of(crown.built_page(page))) {
+      EXPECT_LE(leaves.size(), kClusterLeaves);
+      if (leaves.empty()) continue;
       EXPECT_GT(unpack_length(cluster.grains_m, 3), 0.0f);
       EXPECT_GT(unpack_length(cluster.leaf_sizes_m, 0), 0.0f);
       std::uint32_t last_death = 0;
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-        const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
+      for (const Leaf& leaf : leaves) {
         last_death = std::max(last_death, leaf.life & kNoDeath);
-        for (std::uint32_t corner = 0; corner < 4; ++corner) {
-          const auto m = corner_m(Crown::box(), leaf, corner);
-          const float x = m[0] - cluster.center.x, y = m[1] - cluster.center.y, z = m[2] - cluster.center.z;
-          EXPECT_LE(std::sqrt(x * x + y * y + z * z), cluster.radius_m * 1.0001f);
-        }
+        for (std::uint32_t corner = 0; corner < 4; ++corner)
+          EXPECT_LE(length(vec3(corner_m(Crown::box(), leaf, corner)) - cluster.center), cluster.radius_m * 1.0001f);
       }
       EXPECT_EQ(cluster.last_death, last_death);
     }
-  }
 }
 
 TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
   const Crown crown;
-  const std::vector<std::uint8_t> bytes = crown.built_page(1);
   double leaf_m2 = 0, splat_m2 = 0;
-  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
-    const std::uint32_t grains = 1u << (cluster.counts >> kCountGrains & 3u);
-    EXPECT_LE(grains, kMaxGrains);
-    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
-      const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
+  for (const Parts& parts : parts_of(crown.built_page(1))) {
+    EXPECT_LE(parts.grains(), kMaxGrains);
+    for (std::size_t at = 0; at < parts.leaves.size(); ++at) {
+      const Leaf& leaf = parts.leaves[at];
       std::array<vec3, 4> c;
       for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
       leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[card_of_leaf(leaf.card)].coverage);
-      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
-      splat_m2 += grains * side_m * side_m;
+      splat_m2 += parts.grains() * parts.side_m(at) * parts.side_m(at);
     }
   }
   EXPECT_NEAR(splat_m2, leaf_m2, 1e-3 * leaf_m2);
@@ -302,28 +302,25 @@ TEST(Clusters, AddressesMoveWithThem) {
   }
 }
 
-Cluster cluster_of(const MeshBlock& built, std::uint32_t index) {
-  const std::uint64_t block =
-      address_of(read<uvec2>(built.bytes.span(), address_of(built.list.blocks) + index / kBlockClusters * sizeof(uvec2)));
-  return read<Cluster>(built.bytes.span(), block + index % kBlockClusters * sizeof(Cluster));
+/// Where a mesh has its cluster `index`.
+std::uint64_t cluster_at(const MeshBlock& built, std::uint32_t index) {
+  const std::uint64_t block = address_of(built.list.blocks) + index / kBlockClusters * sizeof(uvec2);
+  return address_of(read<uvec2>(built.bytes.span(), block)) + index % kBlockClusters * sizeof(Cluster);
 }
 
-/// A list of triangles, taken apart.
-struct Parts {
-  std::vector<Cluster> clusters;
-  std::vector<Leaf> leaves;  ///< cluster by cluster, as the splats are
-  std::vector<Splat> splats;
+/// The clusters of a mesh.
+std::vector<Parts> parts_of(const MeshBlock& built) {
+  std::vector<Parts> parts;
+  for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) parts.emplace_back(built.bytes.span(), cluster_at(built, i));
+  return parts;
+}
 
-  explicit Parts(const MeshBlock& built) {
-    for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) {
-      const Cluster& cluster = clusters.emplace_back(cluster_of(built, i));
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-        leaves.push_back(read<Leaf>(built.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf)));
-        splats.push_back(read<Splat>(built.bytes.span(), address_of(cluster.splats) + at * sizeof(Splat)));
-      }
-    }
-  }
-};
+/// The only cluster of a mesh.
+Parts only_part(const MeshBlock& built) {
+  const std::vector<Parts> parts = parts_of(built);
+  EXPECT_EQ(parts.size(), 1u);
+  return parts.at(0);
+}
 
 LeafBox box_of(const ClusterList& list) {
   return {list.box_min, list.box_step, 65535};
@@ -387,7 +384,7 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   PlantLooks looks = untextured_looks({70, 80});
   looks.looks = hook_array(std::vector<CardLook>(5));
   const MeshBlock built = wood_of(mesh, looks);
-  const Parts list(built);
+  const Parts list = only_part(built);
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, Leaf> by_look;
   std::map<std::uint32_t, Splat> splats;
@@ -428,17 +425,12 @@ TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
 TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
   const PlantLooks looks = half_a_texture();
   const auto covered_m2 = [](const MeshBlock& built) {
-    const Parts list(built);
-    EXPECT_EQ(list.clusters.size(), 1u);
-    const std::uint32_t discs = 1u << (list.clusters[0].counts >> kCountGrains & 3u);
+    const Parts list = only_part(built);
     double sum = 0;
-    for (const Splat& splat : list.splats) {
-      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.clusters[0].splat_size_m);
-      sum += discs * side_m * side_m;
-    }
+    for (std::size_t splat = 0; splat < list.splats.size(); ++splat) sum += list.grains() * list.side_m(splat) * list.side_m(splat);
     return sum;
   };
-  const auto is_surface = [](const MeshBlock& built) { return (Parts(built).clusters[0].counts >> kCountSurface & 1u) != 0; };
+  const auto is_surface = [](const MeshBlock& built) { return (only_part(built).cluster.counts >> kCountSurface & 1u) != 0; };
   const MeshBlock whole = wood_of(two_triangles(0.1f, 0.4f), looks);
   EXPECT_TRUE(is_surface(whole));
   EXPECT_EQ(whole.list.holed_m, 0.0f);
@@ -456,9 +448,8 @@ TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
 
 TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
   const PlantLooks looks = half_a_texture();
-  const Parts list(leaves_of(two_triangles(0.1f, 0.4f), looks));
+  const Parts list = only_part(leaves_of(two_triangles(0.1f, 0.4f), looks));
   ASSERT_EQ(list.leaves.size(), 2u);
-  EXPECT_EQ(list.clusters.size(), 1u);
   for (std::size_t triangle = 0; triangle < 2; ++triangle) {
     EXPECT_EQ(list.leaves[triangle].card, 2u) << "the second material's";
     const auto channel = [&](std::uint32_t i) { return static_cast<float>(list.splats[triangle].look >> (8 * i) & 0xffu) / 255.0f; };
@@ -486,18 +477,16 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
         }
       }
     const MeshBlock built = leaves_of(mesh, looks);
-    const Parts list(built);
-    ASSERT_EQ(list.leaves.size(), std::size_t{kStalks} * triangles);
     std::uint32_t split = 0;
-    std::size_t first = 0;
-    for (const Cluster& cluster : list.clusters) {
-      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
+    std::size_t leaf_count = 0;
+    for (const auto& [cluster, leaves, splats] : parts_of(built)) {
+      EXPECT_LE(leaves.size(), kClusterLeaves);
+      leaf_count += leaves.size();
       std::map<int, std::uint32_t> members;
-      for (std::uint32_t i = 0; i < leaf_count_of(cluster); ++i)
-        ++members[static_cast<int>(corner_m(box_of(built.list), list.leaves[first + i], 0)[0] + 0.1f)];
+      for (const Leaf& leaf : leaves) ++members[static_cast<int>(corner_m(box_of(built.list), leaf, 0)[0] + 0.1f)];
       for (const auto& [leaf, count] : members) split += count != triangles;
-      first += leaf_count_of(cluster);
     }
+    EXPECT_EQ(leaf_count, std::size_t{kStalks} * triangles);
     EXPECT_EQ(split, triangles <= kClusterLeaves ? 0u : 2 * kStalks) << triangles;
   }
 }
@@ -524,9 +513,9 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
       std::memcpy(indices.data(), block.bytes.data(), indices.size() * sizeof indices[0]);
       std::uint32_t next = 0;
       for (std::uint32_t i = 0; i < block.list.range_count; ++i) {
-        const Cluster cluster = cluster_of(block, i);
+        const auto cluster = read<Cluster>(block.bytes.span(), cluster_at(block, i));
         EXPECT_EQ(cluster.last_death, next);
-        next += leaf_count_of(cluster);
+        next += cluster.counts & 0xffu;
         for (std::uint32_t index = 3 * cluster.last_death; index < 3 * next; ++index)
           EXPECT_LE(length(vec3(mesh.vertices[indices[index]].position) - cluster.center), cluster.radius_m + 1e-3f);
       }

@@ -18,6 +18,12 @@ struct LeafMesh {
   std::vector<glm::vec2> uvs = {};
 };
 
+/// Stalk at the origin, tip at (2, 0, 0), widest at x = 1: 0.5 to +y, 0.3 to -y, an area of 0.8. The vertex on its midrib makes it no quad.
+inline LeafMesh kite() {
+  return {{{0.0f, 0.0f, 0.0f}, {1.0f, -0.3f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.0f}, {1.0f, 0.0f, 0.0f}},
+          {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}};
+}
+
 /// A plant of these leaves, all of material 0, and a short upright twig of wood at `wood`, of material 1. Both materials are the default.
 inline bake::Plant plant_of_meshes(const std::vector<LeafMesh>& leaves, const glm::vec3& wood = {-1.0f, 0.0f, 0.0f}) {
   bake::Plant plant;

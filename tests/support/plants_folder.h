@@ -16,7 +16,8 @@ inline std::filesystem::path plants_folder() {
 
 }  // namespace coppice::test
 
-/// Skips the running test unless the plant is there; declares `path`.
-#define COPPICE_PLANT_OR_SKIP(path, file)                                     \
-  const std::filesystem::path path = coppice::test::plants_folder() / (file); \
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path.string() << " is absent; set COPPICE_PLANTS to the folder of third-party plants"
+/// Skips the running test unless the plant is there; declares `variable`, its path.
+#define COPPICE_PLANT_OR_SKIP(variable, file)                                     \
+  const std::filesystem::path variable = coppice::test::plants_folder() / (file); \
+  if (!std::filesystem::exists(variable))                                         \
+  GTEST_SKIP() << variable.string() << " is absent; set COPPICE_PLANTS to the folder of third-party plants"

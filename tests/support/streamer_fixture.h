@@ -30,6 +30,14 @@ class StreamerFixture : public testing::Test {
     EXPECT_TRUE(plant) << plant.error().message();
     return plant ? *plant : 0;
   }
+  /// All of the plant is resident.
+  void expect_whole(std::uint32_t plant) const {
+    const coppice_file_plant& file = streamer->file(plant).plant;
+    const PlantState state = streamer->state(plant);
+    EXPECT_EQ(state.resident_leaf_count, file.leaf_count);
+    EXPECT_EQ(state.resident_wood_mask, (1u << file.wood_lod_count) - 1);
+    EXPECT_EQ(state.resident_texture_count, file.texture_count);
+  }
   void frames(int count, std::vector<PlantDemand> demands) {
     for (int i = 0; i < count; ++i) gpu->frame(view, demands);
   }

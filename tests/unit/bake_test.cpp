@@ -18,13 +18,12 @@
 #include "naive_collapse.h"
 #include "plants_folder.h"
 #include "process.h"
+#include "results.h"
 #include "tree_order.h"
 #include "unpack.h"
 
 namespace coppice::bake {
 namespace bake_test {
-
-const StageProgress kNoProgress = [](const char*, double) {};
 
 /// A small image keeps the test short; determinism does not depend on it.
 BakeOptions quick_options(std::uint32_t thread_count) {
@@ -37,70 +36,65 @@ BakeOptions quick_options(std::uint32_t thread_count) {
 class BakeCorylus : public testing::Test {
  protected:
   void SetUp() override {
-    const auto plant = generate_plant("corylus", 1);
-    ASSERT_TRUE(plant) << plant.error().message();
-    const auto written = write_glb(glb_, {{"leaves", &plant->foliage}, {"wood", &plant->wood}}, plant->materials, plant->images);
+    const auto plant = test::must(generate_plant("corylus", 1));
+    const auto written = write_glb(glb_, {{"leaves", &plant.foliage}, {"wood", &plant.wood}}, plant.materials, plant.images);
     ASSERT_TRUE(written) << written.error().message();
+  }
+
+  /// The plant's file; report_ describes it. Throws std::runtime_error where it cannot be baked.
+  std::vector<std::uint8_t> baked(
+      const BakeOptions& options, const StageProgress& progress = [](const char*, double) {}) {
+    report_ = {};
+    return test::must(bake(glb_, options, progress, report_));
   }
 
   test::TemporaryFolder folder_;
   std::filesystem::path glb_ = folder_.path() / "corylus.glb";
+  BakeReport report_;
 };
 
 TEST_F(BakeCorylus, SameBytesForAnyNumberOfThreads) {
   std::vector<std::vector<std::uint8_t>> files;
-  for (const std::uint32_t threads : {1u, 2u, 8u}) {
-    BakeReport report;
-    auto bytes = bake(glb_, quick_options(threads), kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-    files.push_back(*std::move(bytes));
-  }
+  for (const std::uint32_t threads : {1u, 2u, 8u}) files.push_back(baked(quick_options(threads)));
   EXPECT_EQ(files[0], files[1]);
   EXPECT_EQ(files[0], files[2]);
 }
 
 TEST_F(BakeCorylus, FileHoldsThePlantAndTheReportDescribesIt) {
-  BakeReport report;
-  const auto bytes = bake(glb_, quick_options(2), kNoProgress, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
-  const auto verified = verify(*bytes);
+  const auto bytes = baked(quick_options(2));
+  const auto verified = verify(bytes);
   ASSERT_TRUE(verified) << verified.error().message();
-  const auto plant = unpack(*bytes);
-  ASSERT_TRUE(plant) << plant.error().message();
-  EXPECT_EQ(plant->tree.leaf_count(), 386u);
-  EXPECT_FALSE(plant->wood.lods.empty());
+  const auto plant = test::must(unpack(bytes));
+  EXPECT_EQ(plant.tree.leaf_count(), 386u);
+  EXPECT_FALSE(plant.wood.lods.empty());
 
-  EXPECT_EQ(report.source_leaves, 386u);
-  EXPECT_EQ(report.sizes.file_bytes, bytes->size());
-  EXPECT_GT(report.sizes.foliage_bytes, 0u);
-  EXPECT_LT(report.sizes.foliage_bytes, bytes->size());
-  EXPECT_GE(report.evaluations, 385u);
-  ASSERT_EQ(report.level_information.size(), 7u);
+  EXPECT_EQ(report_.source_leaves, 386u);
+  EXPECT_EQ(report_.sizes.file_bytes, bytes.size());
+  EXPECT_GT(report_.sizes.foliage_bytes, 0u);
+  EXPECT_LT(report_.sizes.foliage_bytes, bytes.size());
+  EXPECT_GE(report_.evaluations, 385u);
+  ASSERT_EQ(report_.level_information.size(), 7u);
   const std::vector<std::uint32_t> levels = {308, 231, 154, 77, 38, 19, 9};  // floor(f N), as the paper's Table II has it
-  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report.level_information[i].leaf_count, levels[i]);
-  EXPECT_GT(report.source_information.bits, 0.0);
+  for (std::size_t i = 0; i < levels.size(); ++i) EXPECT_EQ(report_.level_information[i].leaf_count, levels[i]);
+  EXPECT_GT(report_.source_information.bits, 0.0);
 }
 
 TEST_F(BakeCorylus, AllWoodIsAPlantToo) {
   BakeOptions options = quick_options(2);
   options.import.wood_material = ".";
-  BakeReport report;
-  const auto bytes = bake(glb_, options, kNoProgress, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
-  EXPECT_EQ(report.source_leaves, 0u);
-  const auto verified = verify(*bytes);
+  const auto bytes = baked(options);
+  EXPECT_EQ(report_.source_leaves, 0u);
+  const auto verified = verify(bytes);
   ASSERT_TRUE(verified) << verified.error().message();
-  const auto plant = unpack(*bytes);
-  ASSERT_TRUE(plant) << plant.error().message();
-  ASSERT_FALSE(plant->wood.lods.empty());
-  EXPECT_EQ(plant->wood.lods[0].triangle_materials.size(), 12352u + 10358u);
+  const auto plant = test::must(unpack(bytes));
+  ASSERT_FALSE(plant.wood.lods.empty());
+  EXPECT_EQ(plant.wood.lods[0].triangle_materials.size(), 12352u + 10358u);
   // One leaf that nobody sees stands in for them.
-  ASSERT_EQ(plant->tree.vertices.size(), 4u);
-  for (const glm::vec3& vertex : plant->tree.vertices) EXPECT_EQ(vertex, plant->tree.vertices[0]);
-  for (const float error_px : plant->errors.error_px) EXPECT_EQ(error_px, 0.0f);
-  const auto summary = inspect(*bytes);
-  ASSERT_TRUE(summary) << summary.error().message();
-  EXPECT_EQ(summary->leaf_count, 0u);
+  ASSERT_EQ(plant.tree.vertices.size(), 4u);
+  for (const glm::vec3& vertex : plant.tree.vertices) EXPECT_EQ(vertex, plant.tree.vertices[0]);
+  for (const float error_px : plant.errors.error_px) EXPECT_EQ(error_px, 0.0f);
+  const auto summary = test::must(inspect(bytes));
+  EXPECT_EQ(summary.leaf_count, 0u);
 }
 
 TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
@@ -108,17 +102,12 @@ TEST_F(BakeCorylus, InformationOfTheSourceEqualsABruteForceRecount) {
   options.metric = Metric::mi;
   for (const bool background : {true, false}) {
     options.collapse.count_background = background;
-    BakeReport report;
-    const auto bytes = bake(glb_, options, kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-
-    auto plant = import_gltf(glb_, {});
-    ASSERT_TRUE(plant) << plant.error().message();
-    const auto foliage = card_foliage(*plant);
-    ASSERT_TRUE(foliage) << foliage.error().message();
-    const test::NaiveScene scene{*foliage, *alpha_masks(plant->materials, plant->images), *viewpoints(20), options.collapse};
+    baked(options);
+    auto plant = test::must(import_gltf(glb_, {}));
+    const auto foliage = test::must(card_foliage(plant));
+    const test::NaiveScene scene{foliage, *alpha_masks(plant.materials, plant.images), *viewpoints(20), options.collapse};
     const test::NaiveAreas areas = test::render_areas(scene, test::source_plant(scene));
-    EXPECT_NEAR(report.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
+    EXPECT_NEAR(report_.source_information.bits, test::information_by_definition(scene, areas), 1e-9) << "background " << background;
   }
 }
 
@@ -154,11 +143,9 @@ TEST(BoundedResolution, IsTheDefaultMetricsAlone) {
 TEST(BoundedResolution, LeavesRealPlantsAlone) {
   for (const char* name : {"scopia_bonsai.glb", "eztree_oak_medium.glb", "eztree_oak_large_x16.glb", "scopia_bush.glb", "coffee.glb"}) {
     COPPICE_PLANT_OR_SKIP(path, name);
-    auto plant = import_gltf(path, {});
-    ASSERT_TRUE(plant) << plant.error().message();
-    const auto foliage = card_foliage(*plant);
-    ASSERT_TRUE(foliage);
-    EXPECT_EQ(metric_resolution_px(Metric::default_metric, *foliage, 256), 256u) << name;
+    auto plant = test::must(import_gltf(path, {}));
+    const auto foliage = test::must(card_foliage(plant));
+    EXPECT_EQ(metric_resolution_px(Metric::default_metric, foliage, 256), 256u) << name;
   }
 }
 
@@ -167,12 +154,8 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
   for (const Metric metric : {Metric::default_metric, Metric::mi, Metric::geometric}) {
     BakeOptions options = quick_options(2);
     options.metric = metric;
-    BakeReport report;
-    const auto bytes = bake(glb_, options, kNoProgress, report);
-    ASSERT_TRUE(bytes) << bytes.error().message();
-    auto plant = unpack(*bytes);
-    ASSERT_TRUE(plant) << plant.error().message();
-    plants.push_back(*std::move(plant));
+    auto plant = test::must(unpack(baked(options)));
+    plants.push_back(std::move(plant));
   }
   EXPECT_EQ(plants[0].metric, std::uint32_t{COPPICE_METRIC_IMAGE});
   EXPECT_EQ(plants[1].metric, std::uint32_t{COPPICE_METRIC_MI});
@@ -182,43 +165,34 @@ TEST_F(BakeCorylus, MetricsOrderDifferentlyAndTheFileNamesThem) {
 }
 
 TEST_F(BakeCorylus, AReplayedSequenceHasTheInformationOfTheCollapseThatFoundIt) {
-  auto plant = import_gltf(glb_, {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  const auto foliage = card_foliage(*plant);
-  ASSERT_TRUE(foliage) << foliage.error().message();
+  auto plant = test::must(import_gltf(glb_, {}));
+  const auto foliage = test::must(card_foliage(plant));
   const std::vector<Viewpoint> views = *viewpoints(20);
   CollapseOptions options = quick_options(0).collapse;
   for (const bool background : {true, false}) {
     options.count_background = background;
-    const auto found = collapse_by_mutual_information({*foliage, plant->materials, plant->images}, views, options, {});
-    ASSERT_TRUE(found) << found.error().message();
-    const auto replayed = replay({*foliage, plant->materials, plant->images}, views, options, found->sequence);
-    ASSERT_TRUE(replayed) << replayed.error().message();
-    EXPECT_EQ(replayed->source.bits, found->source.bits);
-    ASSERT_EQ(replayed->levels.size(), found->levels.size());
-    for (std::size_t i = 0; i < found->levels.size(); ++i) {
-      EXPECT_EQ(replayed->levels[i].leaf_count, found->levels[i].leaf_count);
-      EXPECT_EQ(replayed->levels[i].bits, found->levels[i].bits);
+    const auto found = test::must(collapse_by_mutual_information({foliage, plant.materials, plant.images}, views, options, {}));
+    const auto replayed = test::must(replay({foliage, plant.materials, plant.images}, views, options, found.sequence));
+    EXPECT_EQ(replayed.source.bits, found.source.bits);
+    ASSERT_EQ(replayed.levels.size(), found.levels.size());
+    for (std::size_t i = 0; i < found.levels.size(); ++i) {
+      EXPECT_EQ(replayed.levels[i].leaf_count, found.levels[i].leaf_count);
+      EXPECT_EQ(replayed.levels[i].bits, found.levels[i].bits);
     }
   }
 }
 
 TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {
-  BakeReport report;
   std::string stage;
   double last = 0.0;
   int calls = 0;
-  const auto bytes = bake(
-      glb_, quick_options(2),
-      [&](const char* name, double fraction) {
-        if (stage != name) stage = name, last = 0.0;
-        EXPECT_GE(fraction, last) << name;
-        EXPECT_LE(fraction, 1.0) << name;
-        last = fraction;
-        ++calls;
-      },
-      report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
+  baked(quick_options(2), [&](const char* name, double fraction) {
+    if (stage != name) stage = name, last = 0.0;
+    EXPECT_GE(fraction, last) << name;
+    EXPECT_LE(fraction, 1.0) << name;
+    last = fraction;
+    ++calls;
+  });
   EXPECT_GT(calls, 20);
 }
 
@@ -237,10 +211,10 @@ TEST_P(BakeRealPlant, BakesAndVerifies) {
   COPPICE_PLANT_OR_SKIP(path, GetParam().file);
   const BakeOptions options = quick_options(0);
   BakeReport report;
-  const auto bytes = bake(path, options, kNoProgress, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
+  const auto bytes = test::must(bake(
+      path, options, [](const char*, double) {}, report));
   EXPECT_EQ(report.source_leaves, GetParam().leaf_count);
-  const auto verified = verify(*bytes);
+  const auto verified = verify(bytes);
   EXPECT_TRUE(verified) << verified.error().message();
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -14,6 +15,7 @@
 #include "coppice/format.h"
 #include "coppice_lod.h"
 #include "coppice_transparency.h"
+#include "fake_hooks.h"
 #include "hook_array.h"
 #include "hooks.h"
 #include "made_mesh.h"
@@ -31,6 +33,8 @@ using test::MadeMesh;
 using Corners = std::array<std::uint32_t, 6>;
 constexpr std::uint32_t kLeaves = 1500;  // three pages, the last one not full
 
+using LeafName = std::pair<Corners, std::uint32_t>;  ///< corners and card
+
 template <class T>
 T read(std::span<const std::uint8_t> bytes, std::uint64_t at) {
   T value;
@@ -42,8 +46,29 @@ std::uint64_t address_of(const uvec2& address) {
   return address.x | std::uint64_t{address.y} << 32;
 }
 
-std::uint32_t leaf_count_of(const Cluster& cluster) {
-  return cluster.counts & 0xffu;
+/// A cluster, taken apart.
+struct Parts {
+  Cluster cluster;
+  std::vector<Leaf> leaves;
+  std::vector<Splat> splats;
+
+  Parts(std::span<const std::uint8_t> bytes, std::uint64_t cluster_at) : cluster(read<Cluster>(bytes, cluster_at)) {
+    for (std::uint32_t at = 0; at < (cluster.counts & 0xffu); ++at) {
+      leaves.push_back(read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf)));
+      splats.push_back(read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat)));
+    }
+  }
+  [[nodiscard]] double side_m(std::size_t splat) const {
+    return static_cast<double>(splats[splat].z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
+  }
+  [[nodiscard]] std::uint32_t grains() const { return 1u << (cluster.counts >> kCountGrains & 3u); }
+};
+
+/// The clusters of a page.
+std::vector<Parts> parts_of(std::span<const std::uint8_t> page) {
+  std::vector<Parts> parts;
+  for (std::uint32_t i = 0; i < kBlockClusters; ++i) parts.emplace_back(page, i * sizeof(Cluster));
+  return parts;
 }
 
 /// A crown of kLeaves leaves in the box [-1, 1]^3, quantised as the runtime has it.
@@ -93,7 +118,7 @@ struct Crown {
     return cuts;
   }
   /// Corners and card of each leaf of cut(leaf_count).
-  [[nodiscard]] std::multiset<std::pair<Corners, std::uint32_t>> cut(std::uint32_t leaf_count) const;
+  [[nodiscard]] std::multiset<LeafName> cut(std::uint32_t leaf_count) const;
 };
 
 Corners packed(const QuantisedQuad& quad) {
@@ -102,14 +127,14 @@ Corners packed(const QuantisedQuad& quad) {
   return words;
 }
 
-std::multiset<std::pair<Corners, std::uint32_t>> Crown::cut(std::uint32_t leaf_count) const {
-  std::multiset<std::pair<Corners, std::uint32_t>> leaves;
+std::multiset<LeafName> Crown::cut(std::uint32_t leaf_count) const {
+  std::multiset<LeafName> leaves;
   for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
     if (lod::coppice_node_alive(id, nodes[id].split, leaf_count)) leaves.insert({packed(nodes[id].corners), nodes[id].card});
   return leaves;
 }
 
-std::pair<Corners, std::uint32_t> name_of(const Leaf& leaf) {
+LeafName name_of(const Leaf& leaf) {
   Corners words{};
   std::ranges::copy(leaf.corners, words.begin());
   return {words, card_of_leaf(leaf.card)};
@@ -129,12 +154,10 @@ std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_
 template <class Shown>
 void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t leaf_count, const Shown& shown) {
   const std::uint32_t splits = leaf_count - 1, first_split = index * kPageSplits;
-  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(page, i * sizeof(Cluster));
+  for (const auto& [cluster, leaves, splats] : parts_of(page)) {
     const std::uint32_t first_birth = first_split + (cluster.counts >> kCountFirstBirth & 511u);
-    const bool some = leaf_count_of(cluster) > 0 && first_birth < splits && cluster.last_death >= splits;
-    for (std::uint32_t at = 0; some && at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(page, address_of(cluster.leaves) + at * sizeof(Leaf));
+    if (first_birth >= splits || cluster.last_death < splits) continue;
+    for (const Leaf& leaf : leaves) {
       if ((leaf.life & kNoDeath) < splits) break;  // all behind it are dead
       const std::uint32_t birth = first_split + (leaf.life >> kBirthShift);
       EXPECT_GE(birth, first_birth);
@@ -150,7 +173,7 @@ TEST(Clusters, PagesHoldTheNodesOfEveryCutAndNoOthers) {
   for (std::uint32_t page = 0; page < 3; ++page) pages.push_back(crown.built_page(page));
   for (const std::uint32_t leaf_count :
        {65u, 66u, 100u, 127u, 128u, 129u, 130u, 200u, 256u, 257u, 400u, 512u, 513u, 514u, 800u, 1024u, 1025u, 1026u, 1300u, 1499u, 1500u}) {
-    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    std::multiset<LeafName> actual;
     for (std::uint32_t page = 0; page * kPageSplits < leaf_count - 1; ++page)
       show(pages[page], page, leaf_count, [&](const Leaf& leaf) { actual.insert(name_of(leaf)); });
     EXPECT_EQ(actual, crown.cut(leaf_count)) << leaf_count;
@@ -163,13 +186,10 @@ TEST(Clusters, ReadyCutsHoldTheNodesOfTheirs) {
   for (std::uint32_t cut = 0; cut < kReadyCuts; ++cut) {
     const ClusterList& list = cuts.lists[cut];
     EXPECT_EQ(list.leaf_count, lod::coppice_ladder_leaf_count(cut));
-    std::multiset<std::pair<Corners, std::uint32_t>> actual;
+    std::multiset<LeafName> actual;
     const std::uint64_t clusters = address_of(read<uvec2>(cuts.bytes.span(), address_of(list.blocks)));
-    for (std::uint32_t i = 0; i < list.cluster_count; ++i) {
-      const auto cluster = read<Cluster>(cuts.bytes.span(), clusters + i * sizeof(Cluster));
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at)
-        actual.insert(name_of(read<Leaf>(cuts.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf))));
-    }
+    for (std::uint32_t i = 0; i < list.cluster_count; ++i)
+      for (const Leaf& leaf : Parts(cuts.bytes.span(), clusters + i * sizeof(Cluster)).leaves) actual.insert(name_of(leaf));
     EXPECT_EQ(actual, crown.cut(list.leaf_count)) << cut;
   }
   EXPECT_EQ(cuts.lists[kReadyCuts - 1].leaf_count, kReadyLeaves);
@@ -194,7 +214,7 @@ TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   Crown crown;
   const std::vector<std::uint8_t> opaque = crown.built_page(0);
   EXPECT_FALSE(crown.ready_cuts().has_transparency);
-  std::set<std::pair<Corners, std::uint32_t>> gaps;  // a merged leaf may have the corners of one that it replaced
+  std::set<LeafName> gaps;  // a merged leaf may have the corners of one that it replaced
   for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
     crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
     gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
@@ -203,21 +223,17 @@ TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   const std::vector<std::uint8_t> bytes = crown.built_page(0);
   EXPECT_TRUE(has_transparency(bytes));
   EXPECT_TRUE(crown.ready_cuts().has_transparency);
+  const std::vector<Parts> with_gaps = parts_of(bytes), whole = parts_of(opaque);
   for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster)), whole = read<Cluster>(opaque, i * sizeof(Cluster));
-    EXPECT_EQ(cluster.grains_m, whole.grains_m) << "what decides who draws it";
-    EXPECT_EQ(cluster.leaf_sizes_m, whole.leaf_sizes_m);
-    const auto area = [](const Cluster& in, std::span<const std::uint8_t> page, std::uint32_t at) {
-      const float side = in.splat_size_m * static_cast<float>(read<Splat>(page, address_of(in.splats) + at * sizeof(Splat)).z_size >> 16);
-      return side * side;
-    };
-    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
-      const auto before = read<Leaf>(opaque, address_of(whole.leaves) + at * sizeof(Leaf));
-      EXPECT_TRUE(gaps.contains({name_of(leaf).first, transparency_of_leaf(leaf.card)}));
+    EXPECT_EQ(with_gaps[i].cluster.grains_m, whole[i].cluster.grains_m) << "what decides who draws it";
+    EXPECT_EQ(with_gaps[i].cluster.leaf_sizes_m, whole[i].cluster.leaf_sizes_m);
+    for (std::size_t at = 0; at < with_gaps[i].leaves.size(); ++at) {
+      const Leaf &leaf = with_gaps[i].leaves[at], &before = whole[i].leaves.at(at);
+      const std::uint32_t gap = transparency_of_leaf(leaf.card);
+      EXPECT_TRUE(gaps.contains({name_of(leaf).first, gap}));
       EXPECT_EQ(transparency_of_leaf(before.card), 0u);
       EXPECT_EQ(card_of_leaf(leaf.card), card_of_leaf(before.card));
-      EXPECT_NEAR(area(cluster, bytes, at) / area(whole, opaque, at), opacity_of(transparency_of_leaf(leaf.card)), 1e-3f);
+      EXPECT_NEAR(std::pow(with_gaps[i].side_m(at) / whole[i].side_m(at), 2), opacity_of(gap), 1e-3);
     }
   }
 }
@@ -230,45 +246,33 @@ TEST(Clusters, TakeNoMoreMemoryThanIsSaid) {
 
 TEST(Clusters, BoundTheirLeavesAndSayHowLongTheyAre) {
   const Crown crown;
-  for (std::uint32_t page = 0; page < 3; ++page) {
-    const std::vector<std::uint8_t> bytes = crown.built_page(page);
-    for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-      const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
-      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
-      if (leaf_count_of(cluster) == 0) continue;
+  for (std::uint32_t page = 0; page < 3; ++page)
+    for (const auto& [cluster, leaves, splats] : parts_of(crown.built_page(page))) {
+      EXPECT_LE(leaves.size(), kClusterLeaves);
+      if (leaves.empty()) continue;
       EXPECT_GT(unpack_length(cluster.grains_m, 3), 0.0f);
       EXPECT_GT(unpack_length(cluster.leaf_sizes_m, 0), 0.0f);
       std::uint32_t last_death = 0;
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-        const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
+      for (const Leaf& leaf : leaves) {
         last_death = std::max(last_death, leaf.life & kNoDeath);
-        for (std::uint32_t corner = 0; corner < 4; ++corner) {
-          const auto m = corner_m(Crown::box(), leaf, corner);
-          const float x = m[0] - cluster.center.x, y = m[1] - cluster.center.y, z = m[2] - cluster.center.z;
-          EXPECT_LE(std::sqrt(x * x + y * y + z * z), cluster.radius_m * 1.0001f);
-        }
+        for (std::uint32_t corner = 0; corner < 4; ++corner)
+          EXPECT_LE(length(vec3(corner_m(Crown::box(), leaf, corner)) - cluster.center), cluster.radius_m * 1.0001f);
       }
       EXPECT_EQ(cluster.last_death, last_death);
     }
-  }
 }
 
 TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
   const Crown crown;
-  const std::vector<std::uint8_t> bytes = crown.built_page(1);
   double leaf_m2 = 0, splat_m2 = 0;
-  for (std::uint32_t i = 0; i < kBlockClusters; ++i) {
-    const auto cluster = read<Cluster>(bytes, i * sizeof(Cluster));
-    const std::uint32_t grains = 1u << (cluster.counts >> kCountGrains & 3u);
-    EXPECT_LE(grains, kMaxGrains);
-    for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-      const auto leaf = read<Leaf>(bytes, address_of(cluster.leaves) + at * sizeof(Leaf));
-      const auto splat = read<Splat>(bytes, address_of(cluster.splats) + at * sizeof(Splat));
+  for (const Parts& parts : parts_of(crown.built_page(1))) {
+    EXPECT_LE(parts.grains(), kMaxGrains);
+    for (std::size_t at = 0; at < parts.leaves.size(); ++at) {
+      const Leaf& leaf = parts.leaves[at];
       std::array<vec3, 4> c;
       for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
       leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[card_of_leaf(leaf.card)].coverage);
-      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(cluster.splat_size_m);
-      splat_m2 += grains * side_m * side_m;
+      splat_m2 += parts.grains() * parts.side_m(at) * parts.side_m(at);
     }
   }
   EXPECT_NEAR(splat_m2, leaf_m2, 1e-3 * leaf_m2);
@@ -298,35 +302,40 @@ TEST(Clusters, AddressesMoveWithThem) {
   }
 }
 
-/// A list of triangles, taken apart.
-struct Parts {
-  std::vector<Cluster> clusters;
-  std::vector<Leaf> leaves;  ///< of all clusters in turn, as the splats
-  std::vector<Splat> splats;
+/// Where a mesh has its cluster `index`.
+std::uint64_t cluster_at(const MeshBlock& built, std::uint32_t index) {
+  const std::uint64_t block = address_of(built.list.blocks) + index / kBlockClusters * sizeof(uvec2);
+  return address_of(read<uvec2>(built.bytes.span(), block)) + index % kBlockClusters * sizeof(Cluster);
+}
 
-  explicit Parts(const MeshBlock& built) {
-    for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) {
-      const std::uint64_t block =
-          address_of(read<uvec2>(built.bytes.span(), address_of(built.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
-      const Cluster& cluster = clusters.emplace_back(read<Cluster>(built.bytes.span(), block + i % kBlockClusters * sizeof(Cluster)));
-      for (std::uint32_t at = 0; at < leaf_count_of(cluster); ++at) {
-        leaves.push_back(read<Leaf>(built.bytes.span(), address_of(cluster.leaves) + at * sizeof(Leaf)));
-        splats.push_back(read<Splat>(built.bytes.span(), address_of(cluster.splats) + at * sizeof(Splat)));
-      }
-    }
-  }
-};
+/// The clusters of a mesh.
+std::vector<Parts> parts_of(const MeshBlock& built) {
+  std::vector<Parts> parts;
+  for (std::uint32_t i = 0; i < built.list.cluster_count; ++i) parts.emplace_back(built.bytes.span(), cluster_at(built, i));
+  return parts;
+}
+
+/// The only cluster of a mesh.
+Parts only_part(const MeshBlock& built) {
+  const std::vector<Parts> parts = parts_of(built);
+  EXPECT_EQ(parts.size(), 1u);
+  return parts.at(0);
+}
 
 LeafBox box_of(const ClusterList& list) {
   return {list.box_min, list.box_step, 65535};
 }
 
+MeshBlock block_of(MeshKind kind, const WoodSpan& mesh, const PlantLooks& looks, bool clusters = true) {
+  return *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
+}
+
 MeshBlock wood_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return *build_mesh(MeshKind::wood, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
+  return block_of(MeshKind::wood, mesh, looks);
 }
 
 MeshBlock leaves_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return *build_mesh(MeshKind::leaves, mesh, {{looks, CrownLight{}}, Crown::box()}, default_allocator());
+  return block_of(MeshKind::leaves, mesh, looks);
 }
 
 /// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
@@ -354,19 +363,28 @@ PlantLooks half_a_texture() {
   return plant;
 }
 
+/// A material without a texture for each colour, and no card.
+PlantLooks untextured_looks(const std::vector<std::uint32_t>& colors) {
+  PlantLooks plant;
+  plant.materials = hook_array(std::vector<coppice_file_material>(colors.size()));
+  for (coppice_file_material& material : plant.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
+  plant.looks = hook_array(std::vector<CardLook>(colors.size()));
+  plant.wood_colors = hook_array(colors);
+  std::vector<std::uint32_t> first(colors.size());
+  std::iota(first.begin(), first.end(), 0u);
+  plant.first_wood_color = hook_array(first);
+  return plant;
+}
+
 TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   MadeMesh mesh;
   mesh.vertices = {
       {{0, 0, 0}, {0, 0, 1}, {}, 1}, {{1, 0, 0}, {0, 0, 1}, {}, 1}, {{0, 2, 0}, {0, 0, 1}, {}, 1}, {{0, 0, 3}, {-1, 0, 0}, {}, 0}};
   mesh.indices = {0, 1, 2, 3, 0, 2};
-  PlantLooks looks;
+  PlantLooks looks = untextured_looks({70, 80});
   looks.looks = hook_array(std::vector<CardLook>(5));
-  looks.materials = hook_array(std::vector<coppice_file_material>(2));
-  for (coppice_file_material& material : looks.materials) set_material_textures(material, COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = hook_array<std::uint32_t>({70, 80});
-  looks.first_wood_color = hook_array<std::uint32_t>({0, 1});
   const MeshBlock built = wood_of(mesh, looks);
-  const Parts list(built);
+  const Parts list = only_part(built);
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, Leaf> by_look;
   std::map<std::uint32_t, Splat> splats;
@@ -394,12 +412,7 @@ MadeMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
 }
 
 TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
-  PlantLooks looks;
-  looks.materials = hook_array(std::vector<coppice_file_material>(1));
-  looks.looks = hook_array(std::vector<CardLook>(1));
-  set_material_textures(looks.materials[0], COPPICE_NO_TEXTURE, COPPICE_NO_TEXTURE);
-  looks.wood_colors = hook_array<std::uint32_t>({0});
-  looks.first_wood_color = hook_array<std::uint32_t>({0});
+  const PlantLooks looks = untextured_looks({0});
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
   const auto facet_m = [&](const MadeMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
   const float size_m = std::sqrt(0.4f);
@@ -412,17 +425,12 @@ TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
 TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
   const PlantLooks looks = half_a_texture();
   const auto covered_m2 = [](const MeshBlock& built) {
-    const Parts list(built);
-    EXPECT_EQ(list.clusters.size(), 1u);
-    const std::uint32_t discs = 1u << (list.clusters[0].counts >> kCountGrains & 3u);
+    const Parts list = only_part(built);
     double sum = 0;
-    for (const Splat& splat : list.splats) {
-      const double side_m = static_cast<double>(splat.z_size >> 16) / 65535.0 * static_cast<double>(list.clusters[0].splat_size_m);
-      sum += discs * side_m * side_m;
-    }
+    for (std::size_t splat = 0; splat < list.splats.size(); ++splat) sum += list.grains() * list.side_m(splat) * list.side_m(splat);
     return sum;
   };
-  const auto is_surface = [](const MeshBlock& built) { return (Parts(built).clusters[0].counts >> kCountSurface & 1u) != 0; };
+  const auto is_surface = [](const MeshBlock& built) { return (only_part(built).cluster.counts >> kCountSurface & 1u) != 0; };
   const MeshBlock whole = wood_of(two_triangles(0.1f, 0.4f), looks);
   EXPECT_TRUE(is_surface(whole));
   EXPECT_EQ(whole.list.holed_m, 0.0f);
@@ -440,9 +448,8 @@ TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
 
 TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
   const PlantLooks looks = half_a_texture();
-  const Parts list(leaves_of(two_triangles(0.1f, 0.4f), looks));
+  const Parts list = only_part(leaves_of(two_triangles(0.1f, 0.4f), looks));
   ASSERT_EQ(list.leaves.size(), 2u);
-  EXPECT_EQ(list.clusters.size(), 1u);
   for (std::size_t triangle = 0; triangle < 2; ++triangle) {
     EXPECT_EQ(list.leaves[triangle].card, 2u) << "the second material's";
     const auto channel = [&](std::uint32_t i) { return static_cast<float>(list.splats[triangle].look >> (8 * i) & 0xffu) / 255.0f; };
@@ -470,18 +477,16 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
         }
       }
     const MeshBlock built = leaves_of(mesh, looks);
-    const Parts list(built);
-    ASSERT_EQ(list.leaves.size(), std::size_t{kStalks} * triangles);
     std::uint32_t split = 0;
-    std::size_t first = 0;
-    for (const Cluster& cluster : list.clusters) {
-      EXPECT_LE(leaf_count_of(cluster), kClusterLeaves);
+    std::size_t leaf_count = 0;
+    for (const auto& [cluster, leaves, splats] : parts_of(built)) {
+      EXPECT_LE(leaves.size(), kClusterLeaves);
+      leaf_count += leaves.size();
       std::map<int, std::uint32_t> members;
-      for (std::uint32_t i = 0; i < leaf_count_of(cluster); ++i)
-        ++members[static_cast<int>(corner_m(box_of(built.list), list.leaves[first + i], 0)[0] + 0.1f)];
+      for (const Leaf& leaf : leaves) ++members[static_cast<int>(corner_m(box_of(built.list), leaf, 0)[0] + 0.1f)];
       for (const auto& [leaf, count] : members) split += count != triangles;
-      first += leaf_count_of(cluster);
     }
+    EXPECT_EQ(leaf_count, std::size_t{kStalks} * triangles);
     EXPECT_EQ(split, triangles <= kClusterLeaves ? 0u : 2 * kStalks) << triangles;
   }
 }
@@ -501,18 +506,16 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
   }
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool leaves : {true, false}) {
-      const MeshBlock block = *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), leaves}, default_allocator());
+      const MeshBlock block = block_of(kind, mesh, looks, leaves);
       EXPECT_LT(block.list.cluster_count, block.list.range_count) << "a third is nothing but hole";
       EXPECT_TRUE(leaves || block.list.cluster_count == 0);
       std::vector<std::uint32_t> indices(block.index_count);
       std::memcpy(indices.data(), block.bytes.data(), indices.size() * sizeof indices[0]);
       std::uint32_t next = 0;
       for (std::uint32_t i = 0; i < block.list.range_count; ++i) {
-        const std::uint64_t at =
-            address_of(read<uvec2>(block.bytes.span(), address_of(block.list.blocks) + i / kBlockClusters * sizeof(uvec2)));
-        const auto cluster = read<Cluster>(block.bytes.span(), at + i % kBlockClusters * sizeof(Cluster));
+        const auto cluster = read<Cluster>(block.bytes.span(), cluster_at(block, i));
         EXPECT_EQ(cluster.last_death, next);
-        next += leaf_count_of(cluster);
+        next += cluster.counts & 0xffu;
         for (std::uint32_t index = 3 * cluster.last_death; index < 3 * next; ++index)
           EXPECT_LE(length(vec3(mesh.vertices[indices[index]].position) - cluster.center), cluster.radius_m + 1e-3f);
       }
@@ -528,49 +531,35 @@ TEST(Clusters, AMeshIsWholeInItsBlock) {
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool clusters : {true, false}) {
       constexpr std::uint64_t kBase = 0x1fffffff0ull;
-      auto block = build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
-      ASSERT_TRUE(block);
-      EXPECT_LE(block->bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
-      EXPECT_EQ(block->index_count, 6u);
-      EXPECT_EQ(block->materials.count(), 1u);
-      EXPECT_TRUE(block->materials[1]);
-      EXPECT_EQ(block->high.x, 1.0f);
-      EXPECT_EQ(block->high.y, 2.0f);
+      MeshBlock block = block_of(kind, mesh, looks, clusters);
+      EXPECT_LE(block.bytes.size(), max_mesh_bytes(kind, 4, 2, clusters));
+      EXPECT_EQ(block.index_count, 6u);
+      EXPECT_EQ(block.materials.count(), 1u);
+      EXPECT_TRUE(block.materials[1]);
+      EXPECT_EQ(block.high.x, 1.0f);
+      EXPECT_EQ(block.high.y, 2.0f);
       std::set<std::array<std::uint32_t, 3>> triangles;
-      for (std::size_t i = 0; i < 2; ++i) triangles.insert(read<std::array<std::uint32_t, 3>>(block->bytes.span(), 12 * i));
+      for (std::size_t i = 0; i < 2; ++i) triangles.insert(read<std::array<std::uint32_t, 3>>(block.bytes.span(), 12 * i));
       EXPECT_EQ(triangles, (std::set<std::array<std::uint32_t, 3>>{{mesh.indices[0], mesh.indices[1], mesh.indices[2]},
                                                                    {mesh.indices[3], mesh.indices[4], mesh.indices[5]}}));
-      EXPECT_EQ(read<WoodVertex>(block->bytes.span(), block->vertices_at).position.y, 0.0f);
-      EXPECT_EQ(block->list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
-      const std::uint64_t list = address_of(block->list.blocks);
-      block->move(kBase);
-      if (block->list.cluster_count == 0) continue;
-      EXPECT_EQ(address_of(block->list.blocks), list + kBase);
-      const std::uint64_t cluster = address_of(read<uvec2>(block->bytes.span(), list)) - kBase;
-      EXPECT_EQ(address_of(read<Cluster>(block->bytes.span(), cluster).leaves), cluster + sizeof(Cluster) + kBase);
+      EXPECT_EQ(read<WoodVertex>(block.bytes.span(), block.vertices_at).position.y, 0.0f);
+      EXPECT_EQ(block.list.cluster_count, clusters && kind == MeshKind::wood ? 1u : 0u);
+      const std::uint64_t list = address_of(block.list.blocks);
+      block.move(kBase);
+      if (block.list.cluster_count == 0) continue;
+      EXPECT_EQ(address_of(block.list.blocks), list + kBase);
+      const std::uint64_t cluster = address_of(read<uvec2>(block.bytes.span(), list)) - kBase;
+      EXPECT_EQ(address_of(read<Cluster>(block.bytes.span(), cluster).leaves), cluster + sizeof(Cluster) + kBase);
     }
 }
 
 TEST(Clusters, WithoutMemoryThereIsNoMesh) {
   const PlantLooks looks = half_a_texture();
   for (std::size_t most = 0; most < 2; ++most) {
-    struct Limited {
-      std::size_t left;
-      coppice_allocator real;
-    } limited{most, default_allocator()};
-    coppice_allocator allocator{};
-    allocator.user = &limited;
-    allocator.allocate = [](void* user, std::size_t bytes, std::size_t align) -> void* {
-      auto& own = *static_cast<Limited*>(user);
-      return own.left-- > 0 ? own.real.allocate(own.real.user, bytes, align) : nullptr;
-    };
-    allocator.free = [](void* user, void* pointer, std::size_t bytes) {
-      auto& own = *static_cast<Limited*>(user);
-      own.real.free(own.real.user, pointer, bytes);
-    };
-    const auto block = build_mesh(MeshKind::wood, two_triangles(0.1f, 0.4f), {{looks, CrownLight{}}, Crown::box()}, allocator);
-    ASSERT_FALSE(block);
-    EXPECT_EQ(block.error().status, Status::out_of_memory);
+    test::FakeAllocator allocator{.fail_at = most, .fail_for_good = true};
+    const auto block = build_mesh(MeshKind::wood, two_triangles(0.1f, 0.4f), {{looks, CrownLight{}}, Crown::box()}, allocator.hook());
+    EXPECT_EQ(block.error().status, Status::out_of_memory) << most;
+    EXPECT_EQ(allocator.live_count, 0u) << most;
   }
 }
 

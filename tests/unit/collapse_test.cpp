@@ -11,6 +11,7 @@
 #include "live_visibility.h"
 #include "naive_collapse.h"
 #include "quad_merge.h"
+#include "results.h"
 #include "test_foliage.h"
 #include "tree_order.h"
 
@@ -33,9 +34,7 @@ NaiveScene scene_of(Foliage foliage, bool count_background, std::uint32_t resolu
 }
 
 CollapseResult collapse(const NaiveScene& scene) {
-  auto result = collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {});
-  EXPECT_TRUE(result) << result.error().message();
-  return *result;
+  return test::must(collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}));
 }
 
 std::string text(const Merge& merge) {
@@ -98,9 +97,8 @@ TEST_P(Collapse, MaskedLeavesCollapseAsInTheNaiveImplementation) {
   materials[1].image = 0;
   materials[1].alpha_cutoff = 0.5f;
   scene.masks = *alpha_masks(materials, {image});
-  const auto result = collapse_by_mutual_information({scene.source, materials, {image}}, scene.views, scene.options, {});
-  ASSERT_TRUE(result);
-  expect_same_sequence(result->sequence, test::naive_collapse(scene));
+  const auto result = test::must(collapse_by_mutual_information({scene.source, materials, {image}}, scene.views, scene.options, {}));
+  expect_same_sequence(result.sequence, test::naive_collapse(scene));
 }
 
 /// Item buffers of whatever leaves are asked for: what a device would measure that rounds as they do.
@@ -138,12 +136,12 @@ TEST_P(Collapse, MeasuredAreasGiveTheSameSequence) {
     };
     for (const bool every_step : {true, false}) {
       source.every_step = every_step;
-      const auto result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
-      ASSERT_TRUE(result) << result.error().message();
-      expect_same_sequence(result->sequence, expected.sequence);
-      EXPECT_EQ(result->source.bits, expected.source.bits);
+      const auto result =
+          test::must(collapse_by_mutual_information({foliage, test::plain_materials(), {}}, scene.views, scene.options, {}, source));
+      expect_same_sequence(result.sequence, expected.sequence);
+      EXPECT_EQ(result.source.bits, expected.source.bits);
       for (std::size_t level = 0; level < expected.levels.size(); ++level)
-        EXPECT_EQ(result->levels[level].bits, expected.levels[level].bits) << level;
+        EXPECT_EQ(result.levels[level].bits, expected.levels[level].bits) << level;
     }
   }
 }
@@ -159,15 +157,15 @@ TEST_P(Collapse, InitialAreasAreThoseThatWereMeasured) {
     measured.assign(areas.begin(), areas.end());
     return {};
   };
-  const auto result = collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
-  ASSERT_TRUE(result) << result.error().message();
+  const auto result =
+      test::must(collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source));
   NaiveAreas areas;
   for (std::uint32_t leaf = 0; leaf <= 40; ++leaf) {
     const auto first = measured.begin() + static_cast<std::ptrdiff_t>(leaf * scene.views.size());
     (leaf < 40 ? areas.leaves[leaf] : areas.background).assign(first, first + static_cast<std::ptrdiff_t>(scene.views.size()));
   }
-  EXPECT_EQ(result->source.bits, to_bits(test::information_of(scene, areas).sum));
-  EXPECT_EQ(result->sequence.merges.size(), 39u);
+  EXPECT_EQ(result.source.bits, to_bits(test::information_of(scene, areas).sum));
+  EXPECT_EQ(result.sequence.merges.size(), 39u);
 }
 
 /// A device that fails at the n-th question ends the collapse with its error.

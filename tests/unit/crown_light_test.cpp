@@ -18,7 +18,7 @@ struct Cloud {
   std::vector<PageNode> nodes;
   std::vector<CardLook> looks{{.albedo = {}, .coverage = 1.0f, .mask = {}, .crown_normals = 0.0f}};
   LeafBox box;
-  float depth_per_m = 0;  ///< of leaves of all directions
+  float depth_per_m = 0;  ///< optical depth, with leaves of all directions
   std::uint32_t leaf_count = 0;
 
   /// keep: whether the cell at a place, 0..1 along each axis, has a leaf

@@ -8,7 +8,7 @@
 
 #include "device.h"
 #include "device_memory_hook.h"
-#include "mentions.h"
+#include "results.h"
 
 namespace coppice::gpu {
 namespace device_memory_test {
@@ -37,10 +37,9 @@ class DeviceMemoryTest : public ::testing::Test {
     return {.requirements = {.size = bytes, .alignment = alignment, .memoryTypeBits = 1}};
   }
   MemoryRange reserve(const MemoryRequest& request) {
-    auto range = reserve_memory(device_, request);
-    EXPECT_TRUE(range) << range.error().message();
-    reserved_.push_back(*range);
-    return *range;
+    auto range = test::must(reserve_memory(device_, request));
+    reserved_.push_back(range);
+    return range;
   }
   void release(std::size_t index) {
     release_memory(device_, reserved_[index]);
@@ -177,9 +176,7 @@ TEST_F(DeviceMemoryTest, TheBudgetHoldsAndWhatIsLackingIsWanted) {
   ledger_.set_budget(ledger_.reserved() + 2 * kUnit);
   reserve(of(kUnit));
   reserve(of(kUnit));
-  const auto refused = reserve_memory(device_, of(3 * kUnit));
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().status, Status::out_of_memory);
+  EXPECT_EQ(reserve_memory(device_, of(3 * kUnit)).error().status, Status::out_of_memory);
   EXPECT_EQ(ledger_.refused(), 3 * kUnit);
   release(0);
   reserve(of(kUnit));
@@ -232,14 +229,9 @@ TEST_F(DeviceMemoryTest, TheSameCallsTakeTheSamePlaces) {
 
 TEST_F(DeviceMemoryTest, AHookThatFailsOrGivesNonsenseIsAnError) {
   hook_.fail_at = 0;
-  auto failed = reserve_memory(device_, of(kUnit));
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().status, Status::out_of_memory);
+  test::expect_error(reserve_memory(device_, of(kUnit)), Status::out_of_memory);
   hook_.memory_type = 1;
-  failed = reserve_memory(device_, of(kUnit));
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().status, Status::internal);
-  EXPECT_TRUE(test::mentions(failed.error().message(), {"memory_type"}));
+  test::expect_error(reserve_memory(device_, of(kUnit)), Status::internal, {"memory_type"});
   EXPECT_EQ(hook_.live_count, 0u) << "it gets it back";
 }
 

@@ -1,16 +1,22 @@
-#include "error_table.h"
-#include "error_image.h"
-
-#include <gtest/gtest.h>
-#include <glm/geometric.hpp>
+// How wrong coarser leaves and wood look: the tables of a baked plant.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
 #include "bounds.h"
+#include "error_image.h"
+#include "error_table.h"
 #include "item_areas.h"
+#include "mesh_error.h"
+#include "polygons.h"
 #include "progress.h"
+#include "random_tree.h"
+#include "results.h"
+#include "test_foliage.h"
 #include "tree_order.h"
 #include "visibility.h"
 
@@ -18,17 +24,12 @@ namespace coppice::bake {
 namespace error_table_test {
 
 Quad square_at(const glm::vec3& center, float half) {
-  return {center + glm::vec3(-half, -half, 0), center + glm::vec3(half, -half, 0), center + glm::vec3(half, half, 0),
-          center + glm::vec3(-half, half, 0)};
+  return test::rectangle(center - glm::vec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0});
 }
 
 /// Two squares far apart; the only collapse keeps the first and drops the second.
 Foliage two_squares() {
-  Foliage foliage;
-  foliage.quads = {square_at({-4, 0, 0}, 1.0f), square_at({4, 0, 0}, 1.0f)};
-  foliage.cards = {0, 0};
-  foliage.card_table = {{0, {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)}}};
-  return foliage;
+  return test::plain_foliage({square_at({-4, 0, 0}, 1.0f), square_at({4, 0, 0}, 1.0f)});
 }
 
 const CollapseSequence kFirstStays{.merges = {{0, 1, {0, 1, 2, 3}}}};
@@ -47,18 +48,16 @@ const ProgressFunction kNoProgress = [](double) {};
 TEST(ErrorTable, ErrorIsTheSideOfTheSquareOfWrongPixels) {
   // A black leaf on white: a missing one is as wrong as a pixel can be, so E(1, 512)^2 is its mean area in pixels.
   const Foliage foliage = two_squares();
-  const auto table = measure_error_table(plant_of(foliage, {0, 0, 0, 1}), kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  ASSERT_EQ(table->leaf_counts, (std::vector<std::uint32_t>{1, 2}));
-  ASSERT_EQ(table->sizes_px.back(), 512.0f);
+  const auto table = test::must(measure_error_table(plant_of(foliage, {0, 0, 0, 1}), kNoProgress));
+  ASSERT_EQ(table.leaf_counts, (std::vector<std::uint32_t>{1, 2}));
+  ASSERT_EQ(table.sizes_px.back(), 512.0f);
 
-  const auto buffers = render_item_buffers({foliage, {{}}, {}}, error_viewpoints(), 512);
-  ASSERT_TRUE(buffers) << buffers.error().message();
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(render_item_buffers({foliage, {{}}, {}}, error_viewpoints(), 512));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   double mean_area = 0.0;
   for (std::size_t view = 0; view < 6; ++view) mean_area += areas[view * 2 + 1] / 6.0;
   ASSERT_GT(mean_area, 100.0);
-  EXPECT_NEAR(table->error_px[table->sizes_px.size() - 1], std::sqrt(mean_area), 0.01);
+  EXPECT_NEAR(table.error_px[table.sizes_px.size() - 1], std::sqrt(mean_area), 0.01);
 }
 
 TEST(ErrorTable, WholePlantHasNoErrorAndErrorNeverGrowsWithLeaves) {
@@ -73,16 +72,15 @@ TEST(ErrorTable, WholePlantHasNoErrorAndErrorNeverGrowsWithLeaves) {
   // Leaf by leaf into one that keeps the first's corners: 0+1 -> 64, 64+2 -> ...
   for (std::uint32_t merge = 0; merge < 63; ++merge)
     sequence.merges.push_back(merge == 0 ? Merge{0, 1, {0, 1, 2, 3}} : Merge{merge + 1, merge + 63, {4, 5, 6, 7}});
-  const auto table = measure_error_table(plant_of(foliage, {0.2f, 0.4f, 0.1f, 1}, sequence), kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  const std::size_t sizes = table->sizes_px.size(), levels = table->leaf_counts.size();
-  EXPECT_EQ(table->leaf_counts.front(), 1u);
-  EXPECT_EQ(table->leaf_counts.back(), 64u);
+  const auto table = test::must(measure_error_table(plant_of(foliage, {0.2f, 0.4f, 0.1f, 1}, sequence), kNoProgress));
+  const std::size_t sizes = table.sizes_px.size(), levels = table.leaf_counts.size();
+  EXPECT_EQ(table.leaf_counts.front(), 1u);
+  EXPECT_EQ(table.leaf_counts.back(), 64u);
   for (std::size_t size = 0; size < sizes; ++size) {
-    EXPECT_EQ(table->error_px[(levels - 1) * sizes + size], 0.0f);
-    EXPECT_GT(table->error_px[size], 0.0f);
+    EXPECT_EQ(table.error_px[(levels - 1) * sizes + size], 0.0f);
+    EXPECT_GT(table.error_px[size], 0.0f);
     for (std::size_t level = 1; level < levels; ++level)
-      EXPECT_LE(table->error_px[level * sizes + size], table->error_px[(level - 1) * sizes + size]);
+      EXPECT_LE(table.error_px[level * sizes + size], table.error_px[(level - 1) * sizes + size]);
   }
 }
 
@@ -92,9 +90,8 @@ TEST(ErrorTable, HolesOfTheAlphaMaskAreNoError) {
   plant.images = {{1, 1, {0, 0, 0, 0}}};  // nothing but a hole
   plant.materials[0].image = 0;
   plant.materials[0].alpha_cutoff = 0.5f;
-  const auto table = measure_error_table(plant, kNoProgress);
-  ASSERT_TRUE(table) << table.error().message();
-  for (const float error : table->error_px) EXPECT_EQ(error, 0.0f);
+  const auto table = test::must(measure_error_table(plant, kNoProgress));
+  for (const float error : table.error_px) EXPECT_EQ(error, 0.0f);
 }
 
 /// Layers along z: black, white, a wide white one, white, black. At each place but the middle two leaves lie, which the first collapses
@@ -145,6 +142,90 @@ TEST(PlantSphere, HoldsLeavesAndWood) {
   const Sphere sphere = plant_sphere(two_squares(), wood);
   EXPECT_EQ(sphere.center, glm::vec3(0, -4.5f, 0));
   EXPECT_NEAR(sphere.radius, std::sqrt(5.0f * 5.0f + 5.5f * 5.5f), 1e-5f);
+}
+
+/// Black squares in a row, each `side` wide and facing +z.
+Mesh squares(int count, float side) {
+  Mesh mesh;
+  for (int i = 0; i < count; ++i) {
+    const float x = static_cast<float>(i) * 2.0f * side - 0.5f;
+    test::add_polygon(mesh, test::rectangle({x, 0, 0}, {side, 0, 0}, {0, side, 0}));
+  }
+  return mesh;
+}
+
+/// Wood of black squares and one leaf too small to be seen.
+BakedPlant plant_of_wood() {
+  BakedPlant plant = test::random_plant({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
+  plant.materials[0].base_color = {0, 0, 0, 1};
+  for (glm::vec3& vertex : plant.tree.vertices) vertex = glm::vec3(0.0f);
+  plant.sphere = {glm::vec3(0.0f), 1.0f};
+  plant.errors.sizes_px.assign(kErrorSizesPx.begin(), kErrorSizesPx.end());
+  return plant;
+}
+
+TEST(WoodError, IsTheSideOfTheSquareOfPixelsThatAreMissing) {
+  const BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), two = squares(2, 0.2f), one = squares(1, 0.2f);
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&all, &two, &one}));
+  const std::size_t sizes = kErrorSizesPx.size(), last = sizes - 1;
+  ASSERT_EQ(error_px.size(), 3 * sizes);
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ(error_px[i], 0.0f) << "the finest is what there is";
+  double mean_area = 0.0;  // a square's, over the views
+  for (const Viewpoint& view : error_viewpoints()) mean_area += std::abs(static_cast<double>(view.direction.z)) * 0.04 * 256 * 256 / 6.0;
+  EXPECT_NEAR(error_px[sizes + last], std::sqrt(mean_area), 0.05 * std::sqrt(mean_area));
+  EXPECT_GT(96.0 * 2.0 / 3.0, std::sqrt(2.0 * mean_area)) << "two thirds of the plant count more than their pixels";
+  EXPECT_NEAR(error_px[2 * sizes + last], 96.0 * 2.0 / 3.0, 0.5);
+}
+
+TEST(WoodError, DoesNotFallTowardsCoarserLods) {
+  const BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), one = squares(1, 0.2f);
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&all, &one, &all}));
+  const std::size_t sizes = kErrorSizesPx.size();
+  for (std::size_t i = 0; i < sizes; ++i) EXPECT_EQ(error_px[2 * sizes + i], error_px[sizes + i]);
+}
+
+TEST(WoodError, WhatLeavesHideDoesNotCount) {
+  BakedPlant plant = plant_of_wood();
+  const Mesh all = squares(3, 0.2f), one = squares(1, 0.2f);
+  const auto bare = measure_wood_error(plant, std::array{&all, &one});
+  // One leaf before all of it and one behind, seen from either side.
+  plant.tree.vertices = {{-2, -2, 0.001f}, {2, -2, 0.001f}, {2, 2, 0.001f}, {-2, 2, 0.001f}};
+  plant.tree.nodes[0].vertices = {0, 1, 2, 3};
+  const auto hidden = measure_wood_error(plant, std::array{&all, &one});
+  ASSERT_TRUE(bare && hidden);
+  EXPECT_LT(hidden->back(), 0.8f * bare->back()) << "half of the views have the leaf in front";
+}
+
+TEST(WoodError, NormalsThatAreWrongCount) {
+  BakedPlant plant = plant_of_wood();
+  plant.materials[0].base_color = {0.2f, 0.2f, 0.2f, 1.0f};
+  const Mesh whole = squares(3, 0.2f);
+  Mesh turned = whole;
+  for (glm::vec3& normal : turned.normals) normal = glm::vec3(0.0f, 1.0f, 0.0f);
+  const auto error_px = test::must(measure_wood_error(plant, std::array<const Mesh*, 2>{&whole, &turned}));
+  EXPECT_GT(error_px.back(), 3.0f) << "its triangles are where they were, but lit from another side";
+}
+
+TEST(WoodError, AThinStemThatIsMissingCounts) {
+  // A square on a stem, a 200th of its height wide: of the square's picture the stem is a tenth, and none of its pixels at 64 px is dark.
+  BakedPlant plant = plant_of_wood();
+  Mesh whole = squares(1, 0.45f);
+  Mesh without = whole;
+  test::add_polygon(whole, test::rectangle({-0.005f, -0.95f, 0}, {0.01f, 0, 0}, {0, 0.95f, 0}));
+  const auto error_px = test::must(measure_wood_error(plant, std::array{&whole, &without}));
+  const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3;
+  const double stem = 0.95 * 0.01, square = 0.45 * 0.45;
+  EXPECT_NEAR(error_px[sizes + at_64_px], 96.0 * stem / (stem + square), 1.0) << "what it is of the plant counts, in all parts of it";
+  EXPECT_LT(error_px[sizes], error_px[sizes + at_64_px] / 4.0) << "less where the plant is small";
+}
+
+TEST(WoodError, OtherSizesAreRefused) {
+  BakedPlant plant = plant_of_wood();
+  plant.errors.sizes_px = {10.0f};
+  const Mesh one = squares(1, 0.2f);
+  EXPECT_FALSE(measure_wood_error(plant, std::array{&one}));
 }
 
 }  // namespace error_table_test

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <regex>
@@ -12,6 +11,7 @@
 #include "image_decode.h"
 #include "mentions.h"
 #include "report.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -136,18 +136,10 @@ TEST(EvaluationHtml, LoadsNothing) {
   EXPECT_NE(page.find("Permission is hereby granted"), std::string::npos) << "the library's licence";
 }
 
-Image decode(const std::vector<std::uint8_t>& png) {
-  const auto image = decode_image(png, 4096);
-  EXPECT_TRUE(image) << image.error().message();
-  return image ? *image : Image{};
-}
-
 TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   std::vector<Material> materials = test::plain_materials();
   materials[0].base_color = {0.2f, 0.6f, 0.1f, 1.0f};
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {1.0, 0.1};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {1.0, 0.1}};
   const Foliage crown = test::ball_crown(60, 2);
   const auto without = evaluate_foliage("crown", {crown, materials, {}}, options, {});
   options.keep_pictures = true;
@@ -158,7 +150,7 @@ TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   EXPECT_EQ(with->source_picture_png, with->methods[0].levels[0].picture_png) << "all leaves are the source";
   EXPECT_NE(with->source_picture_png, with->methods[0].levels[1].picture_png);
 
-  const Image image = decode(with->source_picture_png);
+  const Image image = test::must(decode_image(with->source_picture_png, 4096));
   ASSERT_EQ(image.width, 256u);
   ASSERT_EQ(image.height, 256u);
   EXPECT_EQ((std::vector<std::uint8_t>(image.rgba.begin(), image.rgba.begin() + 4)), (std::vector<std::uint8_t>{255, 255, 255, 255}));

@@ -6,6 +6,7 @@
 #include "leaf_unions.h"
 #include "lines_and_voxels.h"
 #include "quad_merge.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -102,23 +103,21 @@ TEST(CardCoverage, IsTheShareWithoutHoles) {
   materials[0].image = 0;
   materials[0].alpha_cutoff = 0.5f;
   const std::vector<Image> images{{2, 2, {0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 255, 0, 0, 0, 255}}};
-  const auto coverage = card_coverage(test::plain_foliage({}).card_table, materials, images);
-  ASSERT_TRUE(coverage);
-  EXPECT_EQ(*coverage, std::vector<double>{0.75});
+  const auto coverage = test::must(card_coverage(test::plain_foliage({}).card_table, materials, images));
+  EXPECT_EQ(coverage, std::vector<double>{0.75});
   EXPECT_EQ(quad_point(flat(1, 2, 4, 8), 0.5, 0.25), glm::dvec3(3, 4, 0));
 }
 
 TEST(VoxelCloud, ACubeHoldsTheAreaByNormal) {
   // Two cells along x: the first has a leaf that faces z, the second one that faces x.
   const Foliage foliage = test::plain_foliage({flat(0, 0, 1, 1), test::rectangle({2, 0, 0}, {0, 1, 0}, {0, 0, 1})});
-  const auto voxels = fill_voxels({foliage, test::plain_materials(), {}}, 2);
-  ASSERT_TRUE(voxels);
-  ASSERT_EQ(voxels->size(), 2u);
-  EXPECT_EQ((*voxels)[0].center, glm::vec3(0.5f, 0.5f, 0.5f));
-  EXPECT_FLOAT_EQ((*voxels)[0].half_m, 0.5f);
-  EXPECT_NEAR((*voxels)[0].area_m2[2], 1.0f, 1e-5);
-  EXPECT_NEAR((*voxels)[1].area_m2[0], 1.0f, 1e-5);
-  EXPECT_EQ((*voxels)[1].area_m2[2], 0.0f);
+  const auto voxels = test::must(fill_voxels({foliage, test::plain_materials(), {}}, 2));
+  ASSERT_EQ(voxels.size(), 2u);
+  EXPECT_EQ(voxels[0].center, glm::vec3(0.5f, 0.5f, 0.5f));
+  EXPECT_FLOAT_EQ(voxels[0].half_m, 0.5f);
+  EXPECT_NEAR(voxels[0].area_m2[2], 1.0f, 1e-5);
+  EXPECT_NEAR(voxels[1].area_m2[0], 1.0f, 1e-5);
+  EXPECT_EQ(voxels[1].area_m2[2], 0.0f);
   const auto whole = fill_voxels({foliage, test::plain_materials(), {}}, 1);
   ASSERT_EQ(whole->size(), 1u);
   EXPECT_NEAR((*whole)[0].area_m2[0] + (*whole)[0].area_m2[2], 2.0f, 1e-5);

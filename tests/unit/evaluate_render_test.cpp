@@ -7,6 +7,7 @@
 
 #include "evaluation_render.h"
 #include "gltf_write.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
@@ -99,14 +100,13 @@ TEST(EvaluationRender, HolesOfTheMaskShowWhatIsBehindAndDoNotColour) {
   materials[0].image = 0;
   materials[0].alpha_cutoff = 0.5f;
   const std::vector<Image> images{{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}};
-  const auto looks = surface_looks(materials, images);
-  ASSERT_TRUE(looks) << looks.error().message();
-  EXPECT_NEAR((*looks)[0].albedo, 1.0, 1e-12);
-  EXPECT_EQ((*looks)[0].holes, (std::vector<std::uint8_t>{0, 1}));
+  const auto looks = test::must(surface_looks(materials, images));
+  EXPECT_NEAR(looks[0].albedo, 1.0, 1e-12);
+  EXPECT_EQ(looks[0].holes, (std::vector<std::uint8_t>{0, 1}));
 
   Foliage foliage = test::plain_foliage({upright(-kHalfImage_m, -kHalfImage_m, kHalfImage_m, kHalfImage_m, 0)});
   foliage.card_table[0].uv = {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)};
-  const EvaluationImage image = render_evaluation(foliage_mesh(foliage), *looks, camera_from({0, 0, 1}), 64);
+  const EvaluationImage image = render_evaluation(foliage_mesh(foliage), looks, camera_from({0, 0, 1}), 64);
   for (std::size_t pixel = 0; pixel < image.coverage.size(); ++pixel) {
     ASSERT_EQ(image.coverage[pixel], pixel % 64 < 32 ? 1 : 0) << pixel;
     ASSERT_EQ(image.luminance[pixel] == 255.0f, pixel % 64 >= 32) << pixel;
@@ -120,9 +120,8 @@ TEST(EvaluationRender, ColourIsTheMeanOfTheTexelsInLinearLight) {
   std::vector<Material> materials(1);
   materials[0].image = 0;
   materials[0].base_color = {0.5f, 0.5f, 0.5f, 1.0f};
-  const auto looks = surface_looks(materials, {{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}});
-  ASSERT_TRUE(looks) << looks.error().message();
-  EXPECT_NEAR((*looks)[0].albedo, 0.25, 1e-12);
+  const auto looks = test::must(surface_looks(materials, {{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}}));
+  EXPECT_NEAR(looks[0].albedo, 0.25, 1e-12);
   materials[0].image = 3;
   EXPECT_FALSE(surface_looks(materials, {}));
   materials[0].image = 0;
@@ -134,17 +133,17 @@ TEST(EvaluationRender, TexturesShowTheMeanOfWhatAPixelCovers) {
   materials[0].image = 0;
   materials[0].alpha_cutoff = 0.5f;
   // White, a hole, black: a hole has no part in any mean.
-  const auto row = surface_looks(materials, {{3, 1, {255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 0, 255}}}, SurfaceColour::textured);
-  ASSERT_TRUE(row) << row.error().message();
-  ASSERT_EQ((*row)[0].mips.size(), 3u);
-  const std::vector<float> none_is_halved{(*row)[0].mips[0].albedo[0], (*row)[0].mips[0].albedo[2]};
+  const auto row =
+      test::must(surface_looks(materials, {{3, 1, {255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 0, 255}}}, SurfaceColour::textured));
+  ASSERT_EQ(row[0].mips.size(), 3u);
+  const std::vector<float> none_is_halved{row[0].mips[0].albedo[0], row[0].mips[0].albedo[2]};
   EXPECT_EQ(none_is_halved, (std::vector<float>{1.0f, 0.0f}));
-  EXPECT_EQ((*row)[0].mips[1].albedo, (std::vector<float>{1.0f, 0.0f}));
-  EXPECT_EQ((*row)[0].mips[2].albedo, (std::vector<float>{0.5f}));
+  EXPECT_EQ(row[0].mips[1].albedo, (std::vector<float>{1.0f, 0.0f}));
+  EXPECT_EQ(row[0].mips[2].albedo, (std::vector<float>{0.5f}));
 
   Foliage foliage = test::plain_foliage({upright(-kHalfImage_m, -kHalfImage_m, kHalfImage_m, kHalfImage_m, 0)});
   foliage.card_table[0].uv = {glm::vec2(0, 1), glm::vec2(1, 1), glm::vec2(1, 0), glm::vec2(0, 0)};
-  const EvaluationImage near = render_evaluation(foliage_mesh(foliage), *row, camera_from({0, 0, 1}), 48);
+  const EvaluationImage near = render_evaluation(foliage_mesh(foliage), row, camera_from({0, 0, 1}), 48);
   const float white = lambert_luminance(1.0, {0, 0, 1}), black = lambert_luminance(0.0, {0, 0, 1});
   for (std::size_t pixel = 0; pixel < near.luminance.size(); ++pixel)
     ASSERT_EQ(near.luminance[pixel], pixel % 48 < 16 ? white : pixel % 48 < 32 ? kEvaluationWhite : black) << pixel;

@@ -12,16 +12,16 @@
 #include "gltf_write.h"
 #include "leaf_cards.h"
 #include "mentions.h"
+#include "polygons.h"
 #include "report.h"
+#include "results.h"
 #include "test_foliage.h"
 
 namespace coppice::bake {
 namespace evaluate_report_test {
 
 EvaluationReport evaluate_crown(const EvaluateOptions& options, std::uint32_t leaf_count = 60) {
-  auto report = evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {});
-  EXPECT_TRUE(report) << report.error().message();
-  return *report;
+  return test::must(evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {}));
 }
 
 std::set<std::string> keys(const nlohmann::json& object) {
@@ -40,9 +40,7 @@ TEST(Evaluate, LevelsAreThoseOfThePaper) {
 }
 
 TEST(Evaluate, TheWholePlantHasNoError) {
-  EvaluateOptions options;
-  options.methods = {Method::mi, Method::geometric, Method::stochastic, Method::prune};
-  options.fractions = {1.0};
+  EvaluateOptions options{.methods = {Method::mi, Method::geometric, Method::stochastic, Method::prune}, .fractions = {1.0}};
   for (const MethodMeasures& method : evaluate_crown(options).methods) {
     const LevelMeasures& level = method.levels.at(0);
     EXPECT_EQ(level.leaves, 60u);
@@ -61,9 +59,7 @@ TEST(Evaluate, TheWholePlantHasNoError) {
 }
 
 TEST(Evaluate, ErrorsGrowAsLeavesGo) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.9, 0.3, 0.05};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.9, 0.3, 0.05}};
   const EvaluationReport report = evaluate_crown(options, 200);
   const std::vector<LevelMeasures>& levels = report.methods.at(0).levels;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -76,9 +72,7 @@ TEST(Evaluate, ErrorsGrowAsLeavesGo) {
 }
 
 TEST(Evaluate, FiguresDoNotDependOnThreads) {
-  EvaluateOptions options;
-  options.fractions = {0.5, 0.1};
-  options.thread_count = 1;
+  EvaluateOptions options{.fractions = {0.5, 0.1}, .thread_count = 1};
   const std::string one = evaluation_json(evaluate_crown(options));
   options.thread_count = 2;
   EXPECT_EQ(evaluation_json(evaluate_crown(options)), one);
@@ -93,14 +87,9 @@ Plant triangle_plant() {
   for (std::uint32_t leaf = 0; leaf < 4; ++leaf) {
     const float angle = 0.7f * static_cast<float>(leaf);
     const glm::vec3 corner(1.5f * static_cast<float>(leaf), 0, 0), along(std::cos(angle), 0, std::sin(angle));
-    plant.foliage.positions.insert(plant.foliage.positions.end(),
-                                   {corner, corner + along, corner + 0.5f * along + glm::vec3(0, std::sqrt(0.75f), 0)});
-    plant.foliage.indices.insert(plant.foliage.indices.end(), {3 * leaf, 3 * leaf + 1, 3 * leaf + 2});
-    plant.foliage.triangle_materials.push_back(0);
+    test::add_polygon(plant.foliage, std::array{corner, corner + along, corner + 0.5f * along + glm::vec3(0, std::sqrt(0.75f), 0)});
     plant.leaves.push_back({leaf, 1});
   }
-  plant.foliage.normals.assign(plant.foliage.positions.size(), glm::vec3(0, 0, 1));
-  plant.foliage.uvs.assign(plant.foliage.positions.size(), glm::vec2(0));
   return plant;
 }
 
@@ -117,19 +106,15 @@ double covered_pixels(const Mesh& mesh, const Mesh& framed, const Plant& plant) 
 
 TEST(Evaluate, AgainstMeshesTheCardOfATriangleHasItsOutline) {
   const Plant plant = triangle_plant();
-  EvaluateOptions options;
-  options.methods = {Method::geometric};
-  options.fractions = {1.0};
-  const auto by_quads = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(by_quads) << by_quads.error().message();
-  EXPECT_EQ(by_quads->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_EQ(by_quads->source_triangles, 8u);
+  EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0}};
+  const auto by_quads = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(by_quads.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(by_quads.source_triangles, 8u);
 
   options.reference = ReferenceKind::meshes;
-  const auto by_meshes = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(by_meshes) << by_meshes.error().message();
-  EXPECT_EQ(by_meshes->source_triangles, 4u);
-  const LevelMeasures& level = by_meshes->methods[0].levels[0];
+  const auto by_meshes = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(by_meshes.source_triangles, 4u);
+  const LevelMeasures& level = by_meshes.methods[0].levels[0];
   EXPECT_EQ(level.leaves, 4u);
   // A rectangle on a side of a triangle and as high as it has twice its area; half of that are holes.
   EXPECT_NEAR(level.area_ratio, 2.0, 1e-5);
@@ -151,21 +136,15 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
   plant.materials = test::plain_materials();
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
-  EvaluateOptions options;
-  options.methods = {Method::geometric};
-  options.fractions = {1.0, 0.5};
-  options.reference = ReferenceKind::meshes;
-  const auto report = evaluate_plant(plant, options, {});
-  ASSERT_TRUE(report) << report.error().message();
-  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_NEAR(report->methods[0].levels[0].hausdorff, 0.0, 1e-7);
-  EXPECT_GT(report->methods[0].levels[1].rmse_full, 10.0);
+  const EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}, .reference = ReferenceKind::meshes};
+  const auto report = test::must(evaluate_plant(plant, options, {}));
+  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_NEAR(report.methods[0].levels[0].hausdorff, 0.0, 1e-7);
+  EXPECT_GT(report.methods[0].levels[1].rmse_full, 10.0);
 }
 
 TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}};
   const double at_256 = evaluate_crown(options).methods[0].levels[0].rmse_quarter;
   options.size_px = 512;
   const EvaluationReport report = evaluate_crown(options);
@@ -212,9 +191,7 @@ TEST(Evaluate, RefusesWhatCannotBeMeasured) {
 }
 
 TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
-  EvaluateOptions options;
-  options.methods = {Method::geometric, Method::meshopt_sloppy};
-  options.fractions = {0.5, 0.1};
+  EvaluateOptions options{.methods = {Method::geometric, Method::meshopt_sloppy}, .fractions = {0.5, 0.1}};
   const auto json = nlohmann::json::parse(evaluation_json(evaluate_crown(options)));
   EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "setup", "view_distance", "size_px", "methods"}));
   EXPECT_EQ(json["plant"], "crown");
@@ -238,9 +215,7 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
 }
 
 TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}};
   const EvaluationReport with = evaluate_crown(options);
   options.suns_and_frames = false;
   const EvaluationReport without = evaluate_crown(options);
@@ -257,11 +232,7 @@ TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
 }
 
 TEST(Evaluate, OfASweepTheBestCounts) {
-  EvaluateOptions options;
-  options.methods = {Method::fsa};
-  options.fractions = {0.5};
-  options.suns_and_frames = false;
-  const Foliage crown = test::ball_crown(60, 2);
+  EvaluateOptions options{.methods = {Method::fsa}, .fractions = {0.5}, .suns_and_frames = false};
   const EvaluationReport report = evaluate_crown(options);
   EXPECT_FALSE(report.methods[0].levels[0].parameters.empty());
   const auto json = nlohmann::json::parse(evaluation_json(report));
@@ -270,19 +241,14 @@ TEST(Evaluate, OfASweepTheBestCounts) {
 }
 
 TEST(Evaluate, FartherCamerasSeeTheCrownFromFarther) {
-  EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  options.fractions = {0.3};
-  options.suns_and_frames = false;
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}, .suns_and_frames = false};
   const double near = evaluate_crown(options).methods[0].levels[0].rmse_full;
   options.view_distance_radii = 30.0;
   EXPECT_NE(evaluate_crown(options).methods[0].levels[0].rmse_full, near);
   const Foliage foliage = test::ball_crown(5, 2);
-  const std::vector<Material> materials = test::plain_materials();
-  const std::vector<Image> images;
   for (const double distance : {1.0, 0.0, 1e9, std::nan("")}) {
     options.view_distance_radii = distance;
-    EXPECT_FALSE(evaluate_foliage("crown", {foliage, materials, images}, options, {})) << distance;
+    EXPECT_FALSE(evaluate_foliage("crown", {foliage, test::plain_materials(), {}}, options, {})) << distance;
   }
 }
 
@@ -292,24 +258,19 @@ TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
   plant.materials[0].alpha_cutoff = 0.5f;
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 0, 0, 0, 0}}};
-  const auto foliage = source_foliage(plant, Setup::paper);
-  ASSERT_TRUE(foliage) << foliage.error().message();
-  EXPECT_EQ(foliage->leaf_count(), 4u);
+  const auto foliage = test::must(source_foliage(plant, Setup::paper));
+  EXPECT_EQ(foliage.leaf_count(), 4u);
   EXPECT_EQ(plant.materials.size(), 1u) << "no cards";
   EXPECT_EQ(plant.materials[0].image, kNone);
   EXPECT_EQ(plant.materials[0].alpha_cutoff, 0.0f);
   EXPECT_EQ(plant.materials[0].base_color, glm::vec4(1.0f)) << "the mean of what is no hole";
 
-  EvaluateOptions options;
-  options.setup = Setup::paper;
-  options.methods = {Method::mi, Method::geometric};
-  options.fractions = {1.0, 0.5};
-  const auto report = evaluate_plant(triangle_plant(), options, {});
-  ASSERT_TRUE(report) << report.error().message();
-  EXPECT_EQ(report->methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_TRUE(test::mentions(paper_claim(*report), {"mi", "rmse_256", "geometric", "2"}));
-  EXPECT_EQ(nlohmann::json::parse(evaluation_json(*report))["setup"], "paper");
-  const auto both = nlohmann::json::parse(evaluations_json({*report, *report}));
+  const EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}, .setup = Setup::paper};
+  const auto report = test::must(evaluate_plant(triangle_plant(), options, {}));
+  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_TRUE(test::mentions(paper_claim(report), {"mi", "rmse_256", "geometric", "2"}));
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json(report))["setup"], "paper");
+  const auto both = nlohmann::json::parse(evaluations_json({report, report}));
   EXPECT_EQ(both["plants"].size(), 2u);
   EXPECT_EQ(both["plants"][1]["plant"], "trefoil");
 }

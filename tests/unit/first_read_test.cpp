@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -12,10 +11,10 @@
 #include "generate_plant.h"
 #include "import_gltf.h"
 #include "leaf_cards.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "plants_folder.h"
-#include "random_tree.h"
 #include "reader.h"
+#include "results.h"
 #include "texture_regions.h"
 #include "wood_lods.h"
 
@@ -34,23 +33,20 @@ ErrorTable flat_errors(std::uint32_t leaf_count) {
 }
 
 std::uint64_t first_read_bytes(Plant plant) {
-  const auto foliage = card_foliage(plant);
-  EXPECT_TRUE(foliage) << foliage.error().message();
+  const auto foliage = test::must(card_foliage(plant));
   BakedPlant baked;
   baked.name = plant.name;
   baked.metric = COPPICE_METRIC_IMAGE;
-  baked.tree = test::random_tree(*foliage, 1);
-  baked.card_table = foliage->card_table;
+  baked.tree = test::random_tree(foliage, 1);
+  baked.card_table = foliage.card_table;
   baked.materials = plant.materials;
   for (Material& material : baked.materials) material.image = kNone;  // no part of the first read
-  baked.errors = flat_errors(foliage->leaf_count());
-  baked.sphere = plant_sphere(*foliage, plant.wood);
+  baked.errors = flat_errors(foliage.leaf_count());
+  baked.sphere = plant_sphere(foliage, plant.wood);
   for (const WoodLevel& level : wood_levels(plant.wood)) baked.wood.lods.push_back(level.front());
   drop_unused_materials(baked);
-  PackSizes sizes;
-  const auto file = pack(baked, sizes);
-  EXPECT_TRUE(file) << file.error().message();
-  return read_front(*file, file->size())->header.first_read_bytes;
+  const auto file = test::packed(baked);
+  return read_front(file, file.size())->header.first_read_bytes;
 }
 
 TEST(FirstRead, OfABuiltInPlantIsAtMost64KiB) {
@@ -63,9 +59,8 @@ TEST(FirstRead, OfAThirdPartyPlantIsAtMost64KiB) {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path)) {
     if (entry.path().extension() != ".glb") continue;
-    auto plant = import_gltf(entry.path(), {});
-    ASSERT_TRUE(plant) << entry.path() << ": " << plant.error().message();
-    EXPECT_LE(first_read_bytes(*std::move(plant)), COPPICE_FIRST_READ_BYTES) << entry.path();
+    auto plant = test::must(import_gltf(entry.path(), {}));
+    EXPECT_LE(first_read_bytes(std::move(plant)), COPPICE_FIRST_READ_BYTES) << entry.path();
     ++count;
   }
   EXPECT_GT(count, 0u);

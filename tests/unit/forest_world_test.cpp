@@ -58,7 +58,7 @@ TEST(Options, OnePlantIsLookedAtFromAllSides) {
 }
 
 TEST(Watch, SeesAChangedFileOnceAndOnlyWhenItIsWhole) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("watch_test_" + std::to_string(::getpid()));
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / ("watch_test_" + std::to_string(::getpid()));
   const auto write = [&](const char* text) { std::ofstream(path) << text; };
   write("one");
   Watch watch = watch_files({path.string(), path.string() + ".missing"});
@@ -409,11 +409,16 @@ TEST(Feet, AreWherePlantsStandAndNotUnderASingleOne) {
   EXPECT_EQ(foot_share(make_feet(plant_forest(kSpecies, 1, 2)), {0, 0}), 0);
 }
 
+/// A forest as it is seen where the walk begins.
+struct SeenForest {
+  Planting planting = plant_forest(kSpecies, 400, 2);
+  Terrain terrain = make_terrain(planting.half_extent_m, 2);
+  Pose pose = walk_path(planting.trail, terrain).pose(0);
+  glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
+};
+
 TEST(Feet, MoundsRiseFromTheGroundAndFaceUp) {
-  const Planting planting = plant_forest(kSpecies, 400, 2);
-  const Terrain terrain = make_terrain(planting.half_extent_m, 2);
-  const Pose pose = walk_path(planting.trail, terrain).pose(0);
-  const glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
+  const auto [planting, terrain, pose, clip_from_world] = SeenForest();
   std::vector<TerrainVertex> vertices(kMaxMounds * kMoundVertices);
   vertices.resize(gather_mounds(terrain, make_feet(planting), clip_from_world, pose.position, vertices) * kMoundVertices);
   ASSERT_GT(vertices.size(), 0u);
@@ -429,11 +434,8 @@ TEST(Feet, MoundsRiseFromTheGroundAndFaceUp) {
 }
 
 TEST(Tufts, StandOnTheGroundInViewAndOffTheTrail) {
-  const Planting planting = plant_forest(kSpecies, 400, 2);
-  const Terrain terrain = make_terrain(planting.half_extent_m, 2);
+  const auto [planting, terrain, pose, clip_from_world] = SeenForest();
   const GroundMap map = make_ground_map(planting, {0, 1, 0}, 2);
-  const Pose pose = walk_path(planting.trail, terrain).pose(0);
-  const glm::mat4 clip_from_world = clip_from_view(pose, 1.7f) * view_from_world(pose);
   std::vector<Tuft> tufts(kMaxTufts);
   tufts.resize(gather_tufts(terrain, map, clip_from_world, pose.position, tufts));
   EXPECT_GT(tufts.size(), 100u);

@@ -1,7 +1,6 @@
 // The comparison that golden images rest on: what it must let pass and what it must not.
 
 #include <cstdint>
-#include <filesystem>
 
 #include <gtest/gtest.h>
 

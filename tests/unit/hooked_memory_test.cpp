@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "fake_gpu.h"
-#include "pack.h"
-#include "random_tree.h"
+#include "packed_plant.h"
 #include "reader.h"
 #include "scene_file.h"
 #include "scene_stream.h"
@@ -98,20 +97,16 @@ std::size_t new_bytes_of_plant(std::span<const std::uint8_t> file, const char* n
   return after - before;
 }
 
-Bytes packed(const test::RandomPlantOptions& options) {
-  bake::PackSizes sizes;
-  return *bake::pack(test::random_plant(options), sizes);
-}
-
 TEST(HookedMemory, WhatNewGivesForAPlantDoesNotDependOnIt) {
-  const Bytes small = packed({.leaf_count = 600, .wood_lod_count = 0, .texture_side = 2});
-  const Bytes large = packed({.leaf_count = 6000, .card_count = 200, .wood_lod_count = 0, .texture_side = 256});
+  const Bytes small = test::packed_plant({.leaf_count = 600, .wood_lod_count = 0, .texture_side = 2});
+  const Bytes large = test::packed_plant({.leaf_count = 6000, .card_count = 200, .wood_lod_count = 0, .texture_side = 256});
   new_bytes_of_plant(small, "a");  // the first has what is made once
   EXPECT_EQ(new_bytes_of_plant(small, "a"), new_bytes_of_plant(large, kLongName.c_str()));
 }
 
 TEST(HookedMemory, MeshesTakeWhatDracoTakesBesides) {
-  const Bytes bare = packed({.leaf_count = 600, .wood_lod_count = 0}), meshed = packed({.leaf_count = 600, .leaf_mesh_count = 3});
+  const Bytes bare = test::packed_plant({.leaf_count = 600, .wood_lod_count = 0}),
+              meshed = test::packed_plant({.leaf_count = 600, .leaf_mesh_count = 3});
   const auto front = read_front(meshed, meshed.size());
   std::size_t draco_bytes = 0;
   for (const coppice_file_chunk& chunk : front->chunks) {

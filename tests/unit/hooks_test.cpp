@@ -2,21 +2,23 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <condition_variable>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <string>
 
+#include "fake_hooks.h"
 #include "io_result.h"
 #include "mentions.h"
 #include "print_reading.h"
+#include "process.h"
+#include "results.h"
+#include "transfer.h"
 
 namespace coppice {
 namespace hooks_test {
@@ -29,32 +31,13 @@ Result<void> read_once(const coppice_io& io, std::int64_t file, std::uint64_t of
   return read.result();
 }
 
-struct CountingAllocator {
-  std::size_t live_bytes = 0, calls = 0, fail_at = SIZE_MAX;
-
-  coppice_allocator hook() {
-    return {sizeof(coppice_allocator), this,
-            [](void* user, std::size_t bytes, std::size_t align) -> void* {
-              auto* self = static_cast<CountingAllocator*>(user);
-              if (self->calls++ == self->fail_at) return nullptr;
-              self->live_bytes += bytes;
-              return std::aligned_alloc(align, (bytes + align - 1) / align * align);
-            },
-            [](void* user, void* pointer, std::size_t bytes) {
-              static_cast<CountingAllocator*>(user)->live_bytes -= bytes;
-              std::free(pointer);
-            }};
-  }
-};
-
 TEST(HookArray, GivesBackWhatItTook) {
-  CountingAllocator allocator;
+  test::FakeAllocator allocator;
   {
-    auto array = HookArray<std::uint32_t>::allocate(allocator.hook(), 10);
-    ASSERT_TRUE(array);
+    auto array = test::must(HookArray<std::uint32_t>::allocate(allocator.hook(), 10));
     EXPECT_EQ(allocator.live_bytes, 40u);
-    EXPECT_EQ((*array)[9], 0u);
-    HookArray<std::uint32_t> moved = *std::move(array);
+    EXPECT_EQ(array[9], 0u);
+    HookArray<std::uint32_t> moved = std::move(array);
     EXPECT_EQ(moved.bytes(), 40u);
     moved = HookArray<std::uint32_t>();
     EXPECT_EQ(allocator.live_bytes, 0u);
@@ -63,38 +46,31 @@ TEST(HookArray, GivesBackWhatItTook) {
 }
 
 TEST(HookArray, DestroysItsElements) {
-  CountingAllocator allocator;
+  test::FakeAllocator allocator;
   {
-    auto outer = HookArray<HookBuffer>::allocate(allocator.hook(), 3);
-    ASSERT_TRUE(outer);
-    auto inner = HookBuffer::allocate(allocator.hook(), 100);
-    ASSERT_TRUE(inner);
-    (*outer)[1] = *std::move(inner);
+    auto outer = test::must(HookArray<HookBuffer>::allocate(allocator.hook(), 3));
+    auto inner = test::must(HookBuffer::allocate(allocator.hook(), 100));
+    outer[1] = std::move(inner);
     EXPECT_GE(allocator.live_bytes, 100u);
   }
   EXPECT_EQ(allocator.live_bytes, 0u);
 }
 
 TEST(HookArray, ReportsWhatCannotBeHad) {
-  CountingAllocator allocator{.fail_at = 0};
+  test::FakeAllocator allocator{.fail_at = 0};
   EXPECT_EQ(HookBuffer::allocate(allocator.hook(), 1).error().status, Status::out_of_memory);
-  const auto overflowing = HookArray<std::uint64_t>::allocate(allocator.hook(), SIZE_MAX / 4);
-  ASSERT_FALSE(overflowing);
-  EXPECT_EQ(overflowing.error().status, Status::out_of_memory);
+  EXPECT_EQ(HookArray<std::uint64_t>::allocate(allocator.hook(), SIZE_MAX / 4).error().status, Status::out_of_memory);
   EXPECT_EQ(allocator.calls, 1u) << "a size that overflows must not reach the hook";
-  const auto empty = HookBuffer::allocate(allocator.hook(), 0);
-  ASSERT_TRUE(empty);
-  EXPECT_TRUE(empty->empty());
+  const auto empty = test::must(HookBuffer::allocate(allocator.hook(), 0));
+  EXPECT_TRUE(empty.empty());
 }
 
 TEST(CompleteHooks, RefusesHooksSetInPart) {
   Hooks half_allocator;
   half_allocator.allocator.allocate = [](void*, std::size_t, std::size_t) -> void* { return nullptr; };
-  ASSERT_FALSE(complete_hooks(half_allocator));
   EXPECT_EQ(complete_hooks(half_allocator).error().status, Status::invalid_argument);
   Hooks half_io;
   half_io.io.close = [](void*, std::int64_t) {};
-  ASSERT_FALSE(complete_hooks(half_io));
   EXPECT_EQ(complete_hooks(half_io).error().status, Status::invalid_argument);
 }
 
@@ -105,25 +81,21 @@ TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
             [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
               done(argument, -1);
             }};
-  auto set = complete_hooks(own);
-  ASSERT_TRUE(set);
-  EXPECT_EQ(set->defaults, nullptr);
-  EXPECT_EQ(set->hooks.jobs.submit, own.jobs.submit);
-  EXPECT_NE(set->hooks.allocator.allocate, nullptr);
+  auto set = test::must(complete_hooks(own));
+  EXPECT_EQ(set.defaults, nullptr);
+  EXPECT_EQ(set.hooks.jobs.submit, own.jobs.submit);
+  EXPECT_NE(set.hooks.allocator.allocate, nullptr);
 }
 
 class DefaultIo : public testing::TestWithParam<Reading> {
  protected:
   void SetUp() override {
-    path_ = std::filesystem::temp_directory_path() / ("coppice_hooks_test_" + std::to_string(::getpid()));
     std::ofstream(path_, std::ios::binary) << "0123456789";
-    auto set = complete_hooks({}, GetParam());
-    ASSERT_TRUE(set);
-    set_ = *std::move(set);
+    set_ = test::must(complete_hooks({}, GetParam()));
   }
-  void TearDown() override { std::filesystem::remove(path_); }
 
-  std::filesystem::path path_;
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "file";
   HookSet set_;
 };
 
@@ -137,7 +109,6 @@ TEST_P(DefaultIo, ReadsFromTheOffset) {
   EXPECT_TRUE(read_once(io, file, 3, four));
   EXPECT_EQ(std::string(four.begin(), four.end()), "3456");
   const auto past_the_end = read_once(io, file, 8, four);
-  ASSERT_FALSE(past_the_end);
   EXPECT_EQ(past_the_end.error().status, Status::io);
   EXPECT_EQ(past_the_end.error().offset, 8u);
   io.close(io.user, file);
@@ -147,19 +118,17 @@ TEST_P(DefaultIo, DoesNotOpenWhatIsNotAFile) {
   const coppice_io& io = set_.hooks.io;
   std::uint64_t bytes = 0;
   EXPECT_EQ(io.open(io.user, (path_.string() + ".missing").c_str(), &bytes), -ENOENT);
-  EXPECT_EQ(io.open(io.user, std::filesystem::temp_directory_path().c_str(), &bytes), -EISDIR);
+  EXPECT_EQ(io.open(io.user, folder_.path().c_str(), &bytes), -EISDIR);
   const std::string fifo = path_.string() + ".fifo";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   EXPECT_EQ(io.open(io.user, fifo.c_str(), &bytes), -EINVAL) << "and does not wait for a writer";
   EXPECT_EQ(io.open(io.user, "/dev/zero", &bytes), -EINVAL);
-  std::filesystem::remove(fifo);
 }
 
 TEST_P(DefaultIo, AFailingAllocatorFailsTheRead) {
-  CountingAllocator allocator{.fail_at = 0};
-  auto set = complete_hooks({.allocator = allocator.hook()}, GetParam());
-  ASSERT_TRUE(set);
-  const coppice_io& io = set->hooks.io;
+  test::FakeAllocator allocator{.fail_at = 0};
+  auto set = test::must(complete_hooks({.allocator = allocator.hook()}, GetParam()));
+  const coppice_io& io = set.hooks.io;
   std::uint64_t bytes = 0;
   const std::int64_t file = io.open(io.user, path_.c_str(), &bytes);
   std::array<std::uint8_t, 4> four{};
@@ -203,42 +172,33 @@ TEST_P(DefaultIo, ReadsManyAtOnceAndNoneTwice) {
   }
   EXPECT_EQ(read, text.substr(0, read.size()));
   io.close(io.user, file);
-  std::filesystem::remove(large);
 }
 
 INSTANTIATE_TEST_SUITE_P(Automatic, DefaultIo, testing::Values(Reading::automatic));
 INSTANTIATE_TEST_SUITE_P(ThreadPool, DefaultIo, testing::Values(Reading::thread_pool));
 
 TEST(CompleteHooks, ReadsByTheKernelWhereItCan) {
-  auto set = complete_hooks({});
-  ASSERT_TRUE(set);
-  EXPECT_EQ(set->defaults->uring != nullptr, bool(UringIo::create(set->hooks.allocator)));
-  auto by_pool = complete_hooks({}, Reading::thread_pool);
-  ASSERT_TRUE(by_pool);
-  EXPECT_EQ(by_pool->defaults->uring, nullptr);
+  auto set = test::must(complete_hooks({}));
+  EXPECT_EQ(set.defaults->uring != nullptr, bool(UringIo::create(set.hooks.allocator)));
+  auto by_pool = test::must(complete_hooks({}, Reading::thread_pool));
+  EXPECT_EQ(by_pool.defaults->uring, nullptr);
   auto own_jobs =
       complete_hooks({.jobs = {sizeof(coppice_jobs), nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
   ASSERT_TRUE(own_jobs);
   EXPECT_EQ(own_jobs->defaults->pool == nullptr, own_jobs->defaults->uring != nullptr) << "no thread that nobody needs";
 }
 
-TEST(Log, WritesOneFormattedLine) {
-  std::string line;
-  const coppice_log log{sizeof(coppice_log), &line,
-                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
-  log_line(log, COPPICE_LOG_WARNING, "%s: page %u", "oak", 3u);
-  EXPECT_EQ(line, "oak: page 3");
-  log_line({}, COPPICE_LOG_ERROR, "nobody listens");
-}
-
 TEST(Log, ALineIsOneLineAndTellsATerminalNothing) {
-  std::string line;
-  const coppice_log log{sizeof(coppice_log), &line,
-                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
-  log_line(log, COPPICE_LOG_ERROR, "%s: page %u", "oak\n\x1b[2J", 3u);
-  EXPECT_EQ(line, "oak\\x0a\\x1b[2J: page 3");
-  log_line(log, COPPICE_LOG_ERROR, "%s: reason", std::string(4000, 'x').c_str());
-  EXPECT_EQ(line.size(), 4008u) << "a long path leaves room for what is wrong";
+  test::FakeLog log;
+  const auto written = [&](const auto&... values) {
+    log_line(log.hook(), COPPICE_LOG_WARNING, values...);
+    return log.lines.back();
+  };
+  EXPECT_EQ(written("%s: page %u", "oak", 3u), "oak: page 3");
+  EXPECT_EQ(written("%s: %s", "oak\n\x1b[2J", "gone"), "oak\\x0a\\x1b[2J: gone");
+  EXPECT_EQ(written("%s: gone", "\xc3\xa9rable.coppice"), "\xc3\xa9rable.coppice: gone");
+  EXPECT_EQ(written("%s: reason", std::string(4000, 'x').c_str()).size(), 4008u) << "a long path leaves room for what is wrong";
+  log_line({}, COPPICE_LOG_ERROR, "nobody listens");
 }
 
 TEST(IoResult, SaysTheSystemsReason) {
@@ -260,16 +220,6 @@ TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
   while (retry.pause(1'000'000)) pauses_ms.push_back(retry.again_ns / 1'000'000 - 1);
   EXPECT_EQ(pauses_ms, (std::vector<std::uint64_t>{50, 200, 800}));
   EXPECT_EQ(retry.failed_attempts, kReadAttempts);
-}
-
-TEST(LogLine, IsFitForATerminal) {
-  std::string line;
-  const coppice_log log{sizeof(coppice_log), &line,
-                        [](void* user, coppice_log_level, const char* text) { *static_cast<std::string*>(user) = text; }};
-  log_line(log, COPPICE_LOG_ERROR, "%s: %s", "oak\x1b[31m\n.coppice", "gone");
-  EXPECT_EQ(line, "oak\\x1b[31m\\x0a.coppice: gone");
-  log_line(log, COPPICE_LOG_ERROR, "%s: gone", "\xc3\xa9rable.coppice");
-  EXPECT_EQ(line, "\xc3\xa9rable.coppice: gone");
 }
 
 }  // namespace hooks_test

@@ -6,27 +6,42 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <set>
-#include <string>
-#include <tuple>
 #include <vector>
 
+#include "abi.h"
+#include "atomic_file.h"
 #include "coppice/coppice.h"
 #include "demand.h"
 #include "host.h"
 #include "mentions.h"
 #include "reader.h"
+#include "results.h"
 #include "select.h"
 
 namespace coppice::test {
 namespace host_test {
 
-TEST(HostChanges, APlantComesChunkByChunkAndGoesAgain) {
+/// A host with one plant, which stands in view.
+class HostChanges : public testing::Test {
+ protected:
+  HostChanges() { host.add(plant, 0, -3); }
+  /// Changes of so many frames, those of opening left out.
+  std::vector<coppice_change> changes(int frames) {
+    std::vector<coppice_change> all;
+    for (int i = 0; i < frames; ++i) {
+      host.frame();
+      for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next())
+        if (change.kind != COPPICE_CHANGE_PLANT_OPENED) all.push_back(change);
+    }
+    return all;
+  }
+
   Host host;
-  const coppice_plant plant = host.open("two_pages.coppice");
-  host.add(plant, 0, -3);
+  coppice_plant plant = host.open("two_pages.coppice");
+};
+
+TEST_F(HostChanges, APlantComesChunkByChunkAndGoesAgain) {
   EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_OPENED);
   host.settle();
   EXPECT_EQ(host.there.size(), 3u) << "two pages and a wood LoD";
@@ -40,21 +55,15 @@ TEST(HostChanges, APlantComesChunkByChunkAndGoesAgain) {
   EXPECT_EQ(host.files[0], -1) << "closed; that it was opened was taken before";
 }
 
-TEST(HostChanges, WhatIsNotConfirmedDoesNotCount) {
-  Host host;
-  const coppice_plant plant = host.open("two_pages.coppice");
-  host.add(plant, 0, -3);
-  host.next();
+TEST_F(HostChanges, WhatIsNotConfirmedDoesNotCount) {
   std::vector<coppice_change> held;
   std::vector<std::vector<unsigned char>> bytes;
-  for (int i = 0; i < 50; ++i) {
-    host.frame();
-    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next()) {
+  for (int i = 0; i < 50; ++i)
+    for (const coppice_change& change : changes(1)) {
       const auto* first = static_cast<const unsigned char*>(change.bytes);
       bytes.emplace_back(first, first + change.byte_count);
       held.push_back(change);
     }
-  }
   ASSERT_EQ(held.size(), 2u) << "one page of a plant at a time, and the wood";
   EXPECT_EQ(host.info(plant).resident_leaf_count, 1u);
   ASSERT_EQ(host.draws().size(), 1u);
@@ -72,33 +81,20 @@ TEST(HostChanges, WhatIsNotConfirmedDoesNotCount) {
   EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_CLOSED);
 }
 
-TEST(HostChanges, WhatFailsIsOfferedAgain) {
-  Host host;
-  const coppice_plant plant = host.open("two_pages.coppice");
-  host.add(plant, 0, -3);
-  host.next();
+TEST_F(HostChanges, WhatFailsIsOfferedAgain) {
   int failed = 0;
-  for (int i = 0; i < 200; ++i) {
-    host.frame();
-    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next())
+  for (int i = 0; i < 200; ++i)
+    for (const coppice_change& change : changes(1))
       EXPECT_EQ(host.confirm(change, failed++ < 5 ? COPPICE_OUTCOME_FAILED : COPPICE_OUTCOME_TAKEN), COPPICE_OK);
-  }
   EXPECT_GT(failed, 5);
   EXPECT_EQ(host.info(plant).resident_leaf_count, 520u);
 }
 
-TEST(HostChanges, DroppedMemoryCountsUntilItIsFreed) {
-  Host host;
-  const coppice_plant plant = host.open("two_pages.coppice");
-  host.add(plant, 0, -3);
+TEST_F(HostChanges, DroppedMemoryCountsUntilItIsFreed) {
   host.settle();
   const std::uint64_t full_bytes = host.stats().memory_bytes;
   coppice_plant_close(host.context(), plant);
-  std::vector<coppice_change> dropped;
-  for (int i = 0; i < 20; ++i) {
-    host.frame();
-    for (coppice_change change = host.next(); change.kind != COPPICE_CHANGE_NONE; change = host.next()) dropped.push_back(change);
-  }
+  const std::vector<coppice_change> dropped = changes(20);
   ASSERT_EQ(dropped.size(), 3u);
   const std::uint64_t held_bytes = host.stats().memory_bytes;
   for (const coppice_change& change : dropped) {
@@ -112,10 +108,7 @@ TEST(HostChanges, DroppedMemoryCountsUntilItIsFreed) {
   EXPECT_EQ(host.next().kind, COPPICE_CHANGE_PLANT_CLOSED);
 }
 
-TEST(HostChanges, TheBudgetIsKept) {
-  Host host;
-  const coppice_plant plant = host.open("two_pages.coppice");
-  host.add(plant, 0, -3);
+TEST_F(HostChanges, TheBudgetIsKept) {
   host.settle();
   const std::uint64_t full_bytes = host.stats().memory_bytes;
   ASSERT_EQ(coppice_set_memory_budget(host.context(), full_bytes - 300), COPPICE_OK) << coppice_last_error(host.context());
@@ -130,11 +123,8 @@ TEST(HostChanges, TheBudgetIsKept) {
 /// The file of a test plant as selection sees it.
 struct OpenFile {
   explicit OpenFile(const char* name) {
-    std::ifstream stream(kPlants + name, std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(stream), {});
-    auto front = read_front(bytes, bytes.size());
-    EXPECT_TRUE(front);
-    file = *std::move(front);
+    bytes = *bake::read_file(kPlants + name);
+    file = must(read_front(bytes, bytes.size()));
     words = *pack_lod_table(file, default_allocator());
   }
   std::vector<std::uint8_t> bytes;
@@ -200,8 +190,7 @@ TEST(HostDraws, HaveWhatWindMayMoveIntoView) {
   host.add(plant, x, z);
   host.settle();
   EXPECT_EQ(host.draws().size(), 0u);
-  coppice_wind wind;
-  coppice_wind_init(&wind);
+  auto wind = struct_defaults<coppice_wind>();
   wind.speed = 25.0f;
   host.wind = &wind;
   host.frame();
@@ -224,8 +213,7 @@ TEST(HostDraws, OfAPairAreThoseThatEitherEyeSees) {
   const coppice_plant plant = host.open("two_pages.coppice");
   for (int i = 0; i < 700; ++i) host.add(plant, static_cast<float>(i % 30 - 15), static_cast<float>(10 - i / 30));
   host.settle();
-  coppice_eye second;
-  coppice_eye_init(&second);
+  auto second = struct_defaults<coppice_eye>();
   std::copy_n(host.camera().clip_from_view, 16, second.clip_from_view);
   second.view_from_world[0] = second.view_from_world[10] = -1.0;  // backwards
   second.view_from_world[12] = 0.2;
@@ -259,16 +247,14 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
   Host host;
   host.add(host.open("two_pages.coppice"), 0, -3);
   host.settle();
-  coppice_file_info info;
-  coppice_file_info_init(&info);
+  auto info = struct_defaults<coppice_file_info>();
   ASSERT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
   std::vector<coppice_leaf_node> nodes{info.root};
   nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
   std::vector<std::uint32_t> splits;
   for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
 
-  coppice_leaf_layout layout;
-  coppice_leaf_layout_init(&layout);
+  auto layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = sizeof(Vertex);
   layout.material = offsetof(Vertex, material);
   layout.uv = offsetof(Vertex, uv);
@@ -284,8 +270,7 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
     ASSERT_EQ(select_cut(splits, whole, cut), whole);
     std::vector<Vertex> vertices(4 * whole + 1, Vertex{.own = 77});
     std::vector<std::uint16_t> indices(6 * whole + 1, 0xeeee);
-    coppice_leaf_output output;
-    coppice_leaf_output_init(&output);
+    auto output = struct_defaults<coppice_leaf_output>();
     ASSERT_EQ(coppice_write_leaves(host.context(), 0, leaf_count, &layout, &output), COPPICE_OK);
     ASSERT_EQ(output.vertex_count, 4 * whole);
     output.vertices = vertices.data();
@@ -296,8 +281,7 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
     EXPECT_EQ(output.leaf_count, whole);
     for (std::uint32_t i = 0; i < whole; ++i) {
       const coppice_leaf_node& node = nodes[cut[i]];
-      coppice_card card;
-      coppice_card_init(&card);
+      auto card = struct_defaults<coppice_card>();
       ASSERT_EQ(coppice_file_get_card(host.context(), 0, node.card, &card), COPPICE_OK);
       for (std::uint32_t corner = 0; corner < 4; ++corner) {
         const Vertex& vertex = vertices[4 * i + corner];
@@ -316,11 +300,10 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
 
   std::vector<float> positions(3 * 4 * 20);
   std::vector<std::uint32_t> indices(6 * 20);
-  coppice_leaf_layout_init(&layout);
+  layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = 12;
   layout.position = 0;
-  coppice_leaf_output output;
-  coppice_leaf_output_init(&output);
+  auto output = struct_defaults<coppice_leaf_output>();
   output.vertices = positions.data();
   output.indices = indices.data();
   output.vertex_capacity = 80;

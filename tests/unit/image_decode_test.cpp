@@ -12,6 +12,7 @@
 #include "encoded_images.h"
 #include "gltf_builder.h"
 #include "gltf_compress.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace image_decode_test {
@@ -31,15 +32,12 @@ Result<Image> decode(const ImageBytes& file) {
 }
 
 Image decoded(const ImageBytes& file) {
-  const auto image = decode(file);
-  EXPECT_TRUE(image) << image.error().message();
-  return image ? *image : Image{};
+  return test::must(decode(file));
 }
 
 void expect_error(const ImageBytes& file, Status status) {
   const auto image = decode(file);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(static_cast<int>(image.error().status), static_cast<int>(status)) << image.error().message();
+  test::expect_error(image, status);
   EXPECT_EQ(image.error().message().find('\n'), std::string::npos);
 }
 
@@ -95,7 +93,7 @@ TEST(ImageDecode, EveryTruncationIsAnError) {
     for (std::size_t n = 0; n < file.size(); ++n) {
       const auto image = decode(first(file, n));
       ASSERT_FALSE(image) << name << ": " << n << " of " << file.size();
-      ASSERT_EQ(static_cast<int>(image.error().status), static_cast<int>(Status::bad_file)) << name << ": " << image.error().message();
+      ASSERT_EQ(image.error().status, Status::bad_file) << name << ": " << image.error().message();
     }
   }
 }

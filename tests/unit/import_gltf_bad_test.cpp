@@ -1,22 +1,29 @@
-// Files that are wrong in one way each: one clear line that names the file, the field and the place, and nothing worse.
+// Files that are wrong in one way each, made here or committed (tests/data/bad/gltf, as make_gltf_files wrote them): one clear line that
+// names the file, the field and the place, and nothing worse.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <functional>
+#include <filesystem>
 #include <ostream>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "bad_gltf.h"
 #include "encoded_images.h"
 #include "gltf_builder.h"
 #include "gltf_screen.h"
 #include "import_gltf.h"
+#include "imported.h"
 #include "mentions.h"
+#include "places.h"
 #include "process.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace import_gltf_bad_test {
@@ -29,6 +36,10 @@ Bytes text(const std::string& characters) {
   return {characters.begin(), characters.end()};
 }
 
+Bytes first_bytes(const Bytes& bytes, std::size_t count) {
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
 /// From a heap block of exactly the file's size, so that a sanitizer sees a read past its end.
 Result<Plant> import_bytes(const Bytes& bytes, const ImportOptions& options = {}) {
   const Bytes exact(bytes.begin(), bytes.end());
@@ -38,19 +49,17 @@ Result<Plant> import_bytes(const Bytes& bytes, const ImportOptions& options = {}
 /// The import fails with this status and one line that names the file and each of `names`.
 void expect_error(const Bytes& bytes, Status status, const std::vector<std::string>& names, const ImportOptions& options = {}) {
   const Result<Plant> plant = import_bytes(bytes, options);
-  ASSERT_FALSE(plant);
+  test::expect_error(plant, status, {"bad.glb"});
   const std::string message = plant.error().message();
-  EXPECT_EQ(static_cast<int>(plant.error().status), static_cast<int>(status)) << message;
-  EXPECT_TRUE(test::mentions(message, {"bad.glb"}));
   for (const std::string& name : names) EXPECT_TRUE(test::mentions(message, {name}));
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   EXPECT_LT(message.size(), 600u) << message;
 }
 
-/// One thing changed in the JSON of the small plant, and what the message must name.
+/// Members of the small plant's JSON by their pointers, with other values or null for none, and what the message must name.
 struct BadJson {
   const char* name;
-  std::function<void(json&)> change;
+  const char* changes;
   std::vector<std::string> names;
   Status status = Status::bad_file;
 };
@@ -60,214 +69,131 @@ void PrintTo(const BadJson& bad, std::ostream* out) {
   *out << bad.name;
 }
 
-// A table. NOLINTNEXTLINE(readability-function-size)
-std::vector<BadJson> bad_json() {
-  return {
-      {"AssetMissing", [](json& j) { j.erase("asset"); }, {"asset"}},
-      {"VersionOne", [](json& j) { j["asset"]["version"] = "1.0"; }, {"asset.version", "1.0"}, Status::unsupported},
-      {"RequiredExtension",
-       [](json& j) { j["extensionsRequired"] = {"EXT_texture_unheard_of"}; },
-       {"extensionsRequired", "EXT_texture_unheard_of"},
-       Status::unsupported},
-      {"ExtensionsNotAnArray", [](json& j) { j["extensionsRequired"] = 3; }, {"extensionsRequired"}},
-      {"BufferEmpty",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 0}}};
-       },
-       {"buffers[0].byteLength"}},
-      {"BufferLongerThanBin",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 1000000000}}};
-       },
-       {"buffers[0].byteLength", "1000000000"}},
-      {"SecondBufferWithoutUri",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 4}}, {{"byteLength", 4}}};
-       },
-       {"buffers[1].uri"}},
-      {"BufferFileMissing",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 96}, {"uri", "not_there.bin"}}};
-       },
-       {"buffers[0].uri", "not_there.bin"},
-       Status::io},
-      {"BufferOutsideFolder",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 96}, {"uri", "/dev/zero"}}};
-       },
-       {"buffers[0].uri", "/dev/zero", "--allow-outside"},
-       Status::invalid_argument},
-      {"ImageOutsideFolder",
-       [](json& j) {
-         j["images"] = {{{"uri", "..%2f..%2fleaf.png"}}};
-       },
-       {"images[0].uri", "..%2f..%2fleaf.png", "--allow-outside"},
-       Status::invalid_argument},
-      {"ImageUriWithNul",
-       [](json& j) {
-         j["images"] = {{{"uri", "leaf.png%00"}}};
-       },
-       {"images[0].uri"}},
-      {"BufferDataUriNotBase64",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 96}, {"uri", "data:application/octet-stream;base64,!!!!"}}};
-       },
-       {"buffers[0].uri"},
-       Status::io},
-      {"BufferUriNotText",
-       [](json& j) {
-         j["buffers"] = {{{"byteLength", 96}, {"uri", 5}}};
-       },
-       {"buffers[0].uri"}},
-      {"ViewOfNoBuffer", [](json& j) { j["bufferViews"][1]["buffer"] = 7; }, {"bufferViews[1].buffer", "7", "1"}},
-      {"ViewPastBuffer", [](json& j) { j["bufferViews"][0]["byteLength"] = 99999; }, {"bufferViews[0]", "99999"}},
-      {"ViewOffsetWraps", [](json& j) { j["bufferViews"][0]["byteOffset"] = 18446744073709551612ull; }, {"bufferViews[0]"}},
-      {"ViewStride", [](json& j) { j["bufferViews"][0]["byteStride"] = 3; }, {"bufferViews[0].byteStride"}},
-      {"ViewStrideTooShort", [](json& j) { j["bufferViews"][0]["byteStride"] = 4; }, {"accessors[0]", "stride"}},
-      {"ViewIsNumber", [](json& j) { j["bufferViews"][0] = 3; }, {"bufferViews[0]"}},
-      {"AccessorOfNoView", [](json& j) { j["accessors"][0]["bufferView"] = 30; }, {"accessors[0].bufferView", "30", "3"}},
-      {"AccessorNegativeView", [](json& j) { j["accessors"][0]["bufferView"] = -1; }, {"accessors[0].bufferView"}},
-      {"AccessorPastView", [](json& j) { j["accessors"][0]["count"] = 5; }, {"accessors[0]", "5"}},
-      {"AccessorBillion", [](json& j) { j["accessors"][0]["count"] = 1000000000; }, {"accessors[0]", "1000000000"}},
-      {"AccessorBillionOfNothing",
-       [](json& j) {
-         j["accessors"][0].erase("bufferView");
-         j["accessors"][0]["count"] = 1000000000;
-       },
-       {"accessors[0].count", "1000000000"}},
-      {"AccessorHugeCount", [](json& j) { j["accessors"][0]["count"] = 18446744073709551615ull; }, {"accessors[0]"}},
-      {"AccessorEmpty", [](json& j) { j["accessors"][0]["count"] = 0; }, {"accessors[0].count"}},
-      {"AccessorFractionalCount", [](json& j) { j["accessors"][0]["count"] = 1.5; }, {"accessors[0].count"}},
-      {"AccessorOffset", [](json& j) { j["accessors"][0]["byteOffset"] = 4; }, {"accessors[0]", "byteOffset", "4"}},
-      {"AccessorComponentType", [](json& j) { j["accessors"][0]["componentType"] = 5124; }, {"accessors[0].componentType", "5124"}},
-      {"AccessorType", [](json& j) { j["accessors"][0]["type"] = "VEC7"; }, {"accessors[0].type", "VEC7"}},
-      {"AccessorTypeMissing", [](json& j) { j["accessors"][0].erase("type"); }, {"accessors[0].type"}},
-      {"PositionsNotVec3", [](json& j) { j["accessors"][0]["type"] = "VEC2"; }, {"meshes[0].primitives[0]", "accessors[0]", "VEC3"}},
-      {"IndicesNotScalar", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 0; }, {"accessors[0]", "indices"}},
-      {"IndicesFloat",
-       [](json& j) {
-         j["accessors"][1].update({{"componentType", 5126}, {"count", 3}});
-       },
-       {"accessors[1]", "indices"}},
-      {"SparseCount",
-       [](json& j) {
-         const json part{{"bufferView", 0}, {"componentType", 5123}};
-         j["accessors"][0]["sparse"] = {{"count", 5}, {"indices", part}, {"values", part}};
-       },
-       {"accessors[0].sparse.count"}},
-      {"SparseViewMissing",
-       [](json& j) {
-         const json part{{"bufferView", 9}, {"componentType", 5123}};
-         j["accessors"][0]["sparse"] = {{"count", 1}, {"indices", part}, {"values", part}};
-       },
-       {"accessors[0].sparse.indices.bufferView"}},
-      {"SparseIndexBeyond",  // the leaf's positions, read as 16-bit indices, hold 0x3f80
-       [](json& j) {
-         const json part{{"bufferView", 0}, {"componentType", 5123}, {"byteOffset", 14}};
-         j["accessors"][0]["sparse"] = {{"count", 1}, {"indices", part}, {"values", {{"bufferView", 0}}}};
-       },
-       {"meshes[0].primitives[0]", "accessors[0]", "sparse"}},
-      {"PrimitiveWithoutAttributes",
-       [](json& j) { j["meshes"][0]["primitives"][0].erase("attributes"); },
-       {"meshes[0].primitives[0].attributes"}},
-      {"PrimitiveWithoutPosition",
-       [](json& j) {
-         j["meshes"][1]["primitives"][0]["attributes"] = {{"NORMAL", 0}};
-       },
-       {"meshes[1].primitives[0].attributes.POSITION"}},
-      {"PositionOfNoAccessor",
-       [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 12; },
-       {"meshes[0].primitives[0].attributes.POSITION", "12", "3"}},
-      {"IndicesOfNoAccessor", [](json& j) { j["meshes"][0]["primitives"][0]["indices"] = 12; }, {"meshes[0].primitives[0].indices"}},
-      {"MaterialMissing", [](json& j) { j["meshes"][0]["primitives"][0]["material"] = 2; }, {"meshes[0].primitives[0].material", "2"}},
-      {"Mode", [](json& j) { j["meshes"][0]["primitives"][0]["mode"] = 7; }, {"meshes[0].primitives[0].mode"}},
-      {"UnequalAttributes",
-       [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 2; },
-       {"meshes[0].primitives[0]", "NORMAL", "3", "POSITION", "4"}},
-      {"PrimitivesNotAnArray", [](json& j) { j["meshes"][0]["primitives"] = "x"; }, {"meshes[0].primitives"}},
-      {"NodeMesh", [](json& j) { j["nodes"][0]["mesh"] = 2; }, {"nodes[0].mesh", "2"}},
-      {"NodeChild", [](json& j) { j["nodes"][0]["children"] = {5}; }, {"nodes[0].children[0]", "5", "2"}},
-      {"NodeMatrix",
-       [](json& j) {
-         j["nodes"][0]["matrix"] = {1, 2, 3};
-       },
-       {"nodes[0].matrix"}},
-      {"NodeScaleOverflow",
-       [](json& j) {
-         j["nodes"][0]["scale"] = {1e300, 1e300, 1e300};
-       },
-       {"nodes[0]", "1e8"}},
-      {"NodeOwnChild", [](json& j) { j["nodes"][0]["children"] = {0}; }, {"nodes[0]"}},
-      {"NodesInACircle",
-       [](json& j) {
-         j["nodes"][0]["children"] = {1};
-         j["nodes"][1]["children"] = {0};
-         j["scenes"][0]["nodes"] = {0};
-       },
-       {"nodes[1]"}},
-      {"NodeWithTwoParents",
-       [](json& j) {
-         j["nodes"].push_back({{"children", {0}}});
-         j["nodes"].push_back({{"children", {0}}});
-       },
-       {"nodes[0]"}},
-      {"SceneNode",
-       [](json& j) {
-         j["scenes"][0]["nodes"] = {0, 44};
-       },
-       {"scenes[0].nodes[1]", "44", "2"}},
-      {"SceneNodeTwice",
-       [](json& j) {
-         j["scenes"][0]["nodes"] = {0, 0};
-       },
-       {"scenes[0].nodes"}},
-      {"SceneMissing", [](json& j) { j["scene"] = 3; }, {"scene", "3", "1"}},
-      {"NothingInTheScene", [](json& j) { j["scenes"][0]["nodes"] = json::array(); }, {}},
-      {"NoMeshes",
-       [](json& j) {
-         for (const char* name : {"meshes", "nodes", "scenes", "scene"}) j.erase(name);
-       },
-       {}},
-      {"BaseColor",
-       [](json& j) {
-         j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1};
-       },
-       {"materials[0]", "baseColorFactor"}},
-      {"TextureMissing",
-       [](json& j) { j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0; },
-       {"materials[0].pbrMetallicRoughness.baseColorTexture.index"}},
-      {"ImageOfNoView",
-       [](json& j) {
-         j["images"] = {{{"bufferView", 40}}};
-       },
-       {"images[0].bufferView"}},
-      {"ImageOfNothing", [](json& j) { j["images"] = json::array({json::object()}); }, {"images[0]"}},
-  };
-}
+const std::vector<BadJson> kBadJson{
+    {"AssetMissing", R"({"/asset": null})", {"asset"}},
+    {"VersionOne", R"({"/asset/version": "1.0"})", {"asset.version", "1.0"}, Status::unsupported},
+    {"RequiredExtension",
+     R"({"/extensionsRequired": ["EXT_texture_unheard_of"]})",
+     {"extensionsRequired", "EXT_texture_unheard_of"},
+     Status::unsupported},
+    {"ExtensionsNotAnArray", R"({"/extensionsRequired": 3})", {"extensionsRequired"}},
+    {"BufferEmpty", R"({"/buffers": [{"byteLength": 0}]})", {"buffers[0].byteLength"}},
+    {"BufferLongerThanBin", R"({"/buffers": [{"byteLength": 1000000000}]})", {"buffers[0].byteLength", "1000000000"}},
+    {"SecondBufferWithoutUri", R"({"/buffers": [{"byteLength": 4}, {"byteLength": 4}]})", {"buffers[1].uri"}},
+    {"BufferFileMissing", R"({"/buffers": [{"byteLength": 96, "uri": "not_there.bin"}]})", {"buffers[0].uri", "not_there.bin"}, Status::io},
+    {"BufferOutsideFolder",
+     R"({"/buffers": [{"byteLength": 96, "uri": "/dev/zero"}]})",
+     {"buffers[0].uri", "/dev/zero", "--allow-outside"},
+     Status::invalid_argument},
+    {"ImageOutsideFolder",
+     R"({"/images": [{"uri": "..%2f..%2fleaf.png"}]})",
+     {"images[0].uri", "..%2f..%2fleaf.png", "--allow-outside"},
+     Status::invalid_argument},
+    {"ImageUriWithNul", R"({"/images": [{"uri": "leaf.png%00"}]})", {"images[0].uri"}},
+    {"BufferDataUriNotBase64",
+     R"({"/buffers": [{"byteLength": 96, "uri": "data:application/octet-stream;base64,!!!!"}]})",
+     {"buffers[0].uri"},
+     Status::io},
+    {"BufferUriNotText", R"({"/buffers": [{"byteLength": 96, "uri": 5}]})", {"buffers[0].uri"}},
+    {"ViewOfNoBuffer", R"({"/bufferViews/1/buffer": 7})", {"bufferViews[1].buffer", "7", "1"}},
+    {"ViewPastBuffer", R"({"/bufferViews/0/byteLength": 99999})", {"bufferViews[0]", "99999"}},
+    {"ViewOffsetWraps", R"({"/bufferViews/0/byteOffset": 18446744073709551612})", {"bufferViews[0]"}},
+    {"ViewStride", R"({"/bufferViews/0/byteStride": 3})", {"bufferViews[0].byteStride"}},
+    {"ViewStrideTooShort", R"({"/bufferViews/0/byteStride": 4})", {"accessors[0]", "stride"}},
+    {"ViewIsNumber", R"({"/bufferViews/0": 3})", {"bufferViews[0]"}},
+    {"AccessorOfNoView", R"({"/accessors/0/bufferView": 30})", {"accessors[0].bufferView", "30", "3"}},
+    {"AccessorNegativeView", R"({"/accessors/0/bufferView": -1})", {"accessors[0].bufferView"}},
+    {"AccessorPastView", R"({"/accessors/0/count": 5})", {"accessors[0]", "5"}},
+    {"AccessorBillion", R"({"/accessors/0/count": 1000000000})", {"accessors[0]", "1000000000"}},
+    {"AccessorBillionOfNothing",
+     R"({"/accessors/0/count": 1000000000, "/accessors/0/bufferView": null})",
+     {"accessors[0].count", "1000000000"}},
+    {"AccessorHugeCount", R"({"/accessors/0/count": 18446744073709551615})", {"accessors[0]"}},
+    {"AccessorEmpty", R"({"/accessors/0/count": 0})", {"accessors[0].count"}},
+    {"AccessorFractionalCount", R"({"/accessors/0/count": 1.5})", {"accessors[0].count"}},
+    {"AccessorOffset", R"({"/accessors/0/byteOffset": 4})", {"accessors[0]", "byteOffset", "4"}},
+    {"AccessorComponentType", R"({"/accessors/0/componentType": 5124})", {"accessors[0].componentType", "5124"}},
+    {"AccessorType", R"({"/accessors/0/type": "VEC7"})", {"accessors[0].type", "VEC7"}},
+    {"AccessorTypeMissing", R"({"/accessors/0/type": null})", {"accessors[0].type"}},
+    {"PositionsNotVec3", R"({"/accessors/0/type": "VEC2"})", {"meshes[0].primitives[0]", "accessors[0]", "VEC3"}},
+    {"IndicesNotScalar", R"({"/meshes/0/primitives/0/indices": 0})", {"accessors[0]", "indices"}},
+    {"IndicesFloat", R"({"/accessors/1/componentType": 5126, "/accessors/1/count": 3})", {"accessors[1]", "indices"}},
+    {"SparseCount",
+     R"({"/accessors/0/sparse": {"count": 5, "indices": {"bufferView": 0, "componentType": 5123},
+                                            "values": {"bufferView": 0}}})",
+     {"accessors[0].sparse.count"}},
+    {"SparseViewMissing",
+     R"({"/accessors/0/sparse": {"count": 1, "indices": {"bufferView": 9, "componentType": 5123},
+                                            "values": {"bufferView": 9}}})",
+     {"accessors[0].sparse.indices.bufferView"}},
+    // The leaf's positions, read as 16-bit indices, hold 0x3f80.
+    {"SparseIndexBeyond",
+     R"({"/accessors/0/sparse": {"count": 1, "indices": {"bufferView": 0, "componentType": 5123, "byteOffset": 14},
+                                            "values": {"bufferView": 0}}})",
+     {"meshes[0].primitives[0]", "accessors[0]", "sparse"}},
+    {"PrimitiveWithoutAttributes", R"({"/meshes/0/primitives/0/attributes": null})", {"meshes[0].primitives[0].attributes"}},
+    {"PrimitiveWithoutPosition",
+     R"({"/meshes/1/primitives/0/attributes": {"NORMAL": 0}})",
+     {"meshes[1].primitives[0].attributes.POSITION"}},
+    {"PositionOfNoAccessor",
+     R"({"/meshes/0/primitives/0/attributes/POSITION": 12})",
+     {"meshes[0].primitives[0].attributes.POSITION", "12", "3"}},
+    {"IndicesOfNoAccessor", R"({"/meshes/0/primitives/0/indices": 12})", {"meshes[0].primitives[0].indices"}},
+    {"MaterialMissing", R"({"/meshes/0/primitives/0/material": 2})", {"meshes[0].primitives[0].material", "2"}},
+    {"Mode", R"({"/meshes/0/primitives/0/mode": 7})", {"meshes[0].primitives[0].mode"}},
+    {"UnequalAttributes",
+     R"({"/meshes/0/primitives/0/attributes/NORMAL": 2})",
+     {"meshes[0].primitives[0]", "NORMAL", "3", "POSITION", "4"}},
+    {"PrimitivesNotAnArray", R"({"/meshes/0/primitives": "x"})", {"meshes[0].primitives"}},
+    {"NodeMesh", R"({"/nodes/0/mesh": 2})", {"nodes[0].mesh", "2"}},
+    {"NodeChild", R"({"/nodes/0/children": [5]})", {"nodes[0].children[0]", "5", "2"}},
+    {"NodeMatrix", R"({"/nodes/0/matrix": [1, 2, 3]})", {"nodes[0].matrix"}},
+    {"NodeScaleOverflow", R"({"/nodes/0/scale": [1e300, 1e300, 1e300]})", {"nodes[0]", "1e8"}},
+    {"NodeOwnChild", R"({"/nodes/0/children": [0]})", {"nodes[0]"}},
+    {"NodesInACircle", R"({"/nodes/0/children": [1], "/nodes/1/children": [0], "/scenes/0/nodes": [0]})", {"nodes[1]"}},
+    {"NodeWithTwoParents", R"({"/nodes/2": {"children": [0]}, "/nodes/3": {"children": [0]}})", {"nodes[0]"}},
+    {"SceneNode", R"({"/scenes/0/nodes": [0, 44]})", {"scenes[0].nodes[1]", "44", "2"}},
+    {"SceneNodeTwice", R"({"/scenes/0/nodes": [0, 0]})", {"scenes[0].nodes"}},
+    {"SceneMissing", R"({"/scene": 3})", {"scene", "3", "1"}},
+    {"NothingInTheScene", R"({"/scenes/0/nodes": []})", {}},
+    {"NoMeshes", R"({"/meshes": null, "/nodes": null, "/scenes": null, "/scene": null})", {}},
+    {"BaseColor", R"({"/materials/0/pbrMetallicRoughness/baseColorFactor": [1, 1]})", {"materials[0]", "baseColorFactor"}},
+    {"TextureMissing",
+     R"({"/materials/0/pbrMetallicRoughness/baseColorTexture/index": 0})",
+     {"materials[0].pbrMetallicRoughness.baseColorTexture.index"}},
+    {"ImageOfNoView", R"({"/images": [{"bufferView": 40}]})", {"images[0].bufferView"}},
+    {"ImageFileMissing",
+     R"({"/images": [{"uri": "not_there.png"}], "/textures": [{"source": 0}],
+         "/materials/0/pbrMetallicRoughness/baseColorTexture": {"index": 0}})",
+     {"images[0].uri", "not_there.png"},
+     Status::io},
+    {"ImageOfNothing", R"({"/images": [{}]})", {"images[0]"}},
+};
 
 class BadJsonTest : public testing::TestWithParam<BadJson> {};
 
 TEST_P(BadJsonTest, NamesWhatIsWrong) {
   GltfBuilder builder = test::small_plant();
-  GetParam().change(builder.json);
+  const json changes = json::parse(GetParam().changes);
+  for (const auto& [pointer, value] : changes.items()) {
+    if (value.is_null())
+      builder.json = builder.json.patch(json::array({{{"op", "remove"}, {"path", pointer}}}));
+    else
+      builder.json[json::json_pointer(pointer)] = value;
+  }
   expect_error(builder.glb(), GetParam().status, GetParam().names);
 }
 
-INSTANTIATE_TEST_SUITE_P(ImportGltf, BadJsonTest, testing::ValuesIn(bad_json()),
+INSTANTIATE_TEST_SUITE_P(ImportGltf, BadJsonTest, testing::ValuesIn(kBadJson),
                          [](const testing::TestParamInfo<BadJson>& bad) { return std::string(bad.param.name); });
 
 TEST(ImportGltfBad, NoSuchFile) {
-  const Result<Plant> plant = import_gltf("not/there.glb", {});
-  ASSERT_FALSE(plant);
-  EXPECT_EQ(plant.error().status, Status::io);
-  EXPECT_TRUE(test::mentions(plant.error().message(), {"not/there.glb"}));
+  test::expect_error(import_gltf("not/there.glb", {}), Status::io, {"not/there.glb"});
 }
 
 TEST(ImportGltfBad, AFolder) {
   const test::TemporaryFolder folder;
-  const Result<Plant> plant = import_gltf(folder.path(), {});
-  ASSERT_FALSE(plant);
-  EXPECT_EQ(plant.error().status, Status::io);
+  test::expect_error(import_gltf(folder.path(), {}), Status::io);
 }
 
 TEST(ImportGltfBad, NotGltf) {
@@ -283,22 +209,18 @@ TEST(ImportGltfBad, NotGltf) {
 
 TEST(ImportGltfBad, GlbContainer) {
   const Bytes good = test::small_plant().glb();
-  expect_error(Bytes(good.begin(), good.begin() + 16), Status::bad_file, {"byte 16"});
-  expect_error(Bytes(good.begin(), good.end() - 10), Status::bad_file,
+  expect_error(first_bytes(good, 16), Status::bad_file, {"byte 16"});
+  expect_error(first_bytes(good, good.size() - 10), Status::bad_file,
                {std::to_string(good.size()), std::to_string(good.size() - 10), "byte 8"});
-  Bytes bytes = good;
-  bytes[4] = 1;
-  expect_error(bytes, Status::unsupported, {"byte 4"});
-  bytes = good;
-  bytes[15] = 0x7f;
-  expect_error(bytes, Status::bad_file, {"byte 12"});
-  bytes = good;
-  bytes[16] = 'X';
-  expect_error(bytes, Status::bad_file, {"JSON", "byte 16"});
-  bytes = good;
-  bytes[8] = 12;
-  bytes[9] = bytes[10] = bytes[11] = 0;
-  expect_error(bytes, Status::bad_file, {"byte 8"});
+  const auto with = [&](std::size_t at, const Bytes& values) {
+    Bytes bytes = good;
+    std::ranges::copy(values, bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    return bytes;
+  };
+  expect_error(with(4, {1}), Status::unsupported, {"byte 4"});
+  expect_error(with(15, {0x7f}), Status::bad_file, {"byte 12"});
+  expect_error(with(16, {'X'}), Status::bad_file, {"JSON", "byte 16"});
+  expect_error(with(8, {12, 0, 0, 0}), Status::bad_file, {"byte 8"});
 }
 
 TEST(ImportGltfBad, PositionsThatAreNotNumbers) {
@@ -372,10 +294,9 @@ TEST(ImportGltfBad, WhatIsNotReadTakesNoPlace) {
   const auto screened = screen_gltf(builder.json.dump(), std::nullopt);
   EXPECT_FALSE(screened) << "it has no buffer";
   const Bytes text = builder.gltf();
-  const auto complete = screen_gltf({reinterpret_cast<const char*>(text.data()), text.size()}, std::nullopt);
-  ASSERT_TRUE(complete) << complete.error().message();
-  EXPECT_EQ(complete->json.find("7,7"), std::string::npos);
-  EXPECT_NE(complete->json.find("KHR_materials_sheen"), std::string::npos) << "its name is told in warnings";
+  const auto complete = test::must(screen_gltf({reinterpret_cast<const char*>(text.data()), text.size()}, std::nullopt));
+  EXPECT_EQ(complete.json.find("7,7"), std::string::npos);
+  EXPECT_NE(complete.json.find("KHR_materials_sheen"), std::string::npos) << "its name is told in warnings";
 }
 
 TEST(ImportGltfBad, ImagesThatEndEarlyAreErrors) {
@@ -385,20 +306,19 @@ TEST(ImportGltfBad, ImagesThatEndEarlyAreErrors) {
   const Bytes good = test::png(3, 3, {10, 200, 30, 255});
   for (std::size_t n = 1; n < good.size(); ++n) {
     GltfBuilder cut = test::small_plant();
-    cut.set_texture(0, Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(n)));
+    cut.set_texture(0, first_bytes(good, n));
     expect_error(cut.glb(), Status::bad_file, {"images[0]"});
   }
 }
 
 TEST(ImportGltfBad, ImagesInOtherFormsAreLeftOut) {
-  for (const Bytes& image : {test::empty_pnm(), test::empty_tga()}) {
+  for (const Bytes& image : {test::empty_pnm(), test::empty_tga(), Bytes{1, 2, 3, 4}}) {
     GltfBuilder builder = test::small_plant();
     builder.set_texture(0, image);
-    const auto plant = import_bytes(builder.glb());
-    ASSERT_TRUE(plant) << plant.error().message();
-    EXPECT_TRUE(plant->images.empty()) << "nothing was decoded";
-    ASSERT_EQ(plant->warnings.size(), 1u);
-    EXPECT_TRUE(test::mentions(plant->warnings[0], {"images[0]"}));
+    const auto plant = test::must(import_bytes(builder.glb()));
+    EXPECT_TRUE(plant.images.empty()) << "nothing was decoded";
+    EXPECT_EQ(plant.materials[0].image, kNone);
+    test::expect_warning(plant, {"images[0]"});
   }
 }
 
@@ -408,9 +328,8 @@ TEST(ImportGltfBad, ChainOfManyNodes) {
   for (std::size_t i = 0; i < 20000; ++i) builder.json["nodes"].push_back({{"children", {first + i + 1}}});
   builder.json["nodes"].push_back({{"mesh", 0}});
   builder.json["scenes"][0]["nodes"].push_back(first);
-  const Result<Plant> plant = import_bytes(builder.glb());
-  ASSERT_TRUE(plant) << plant.error().message();
-  EXPECT_EQ(plant->leaves.size(), 2u);
+  const auto plant = test::must(import_bytes(builder.glb()));
+  EXPECT_EQ(plant.leaves.size(), 2u);
 }
 
 TEST(ImportGltfBad, LongMaterialNameDoesNotExhaustTheStack) {
@@ -453,8 +372,7 @@ void expect_consistent(const Result<Plant>& plant) {
 TEST(ImportGltfBad, EveryTruncationOfAGlbIsAnError) {
   const Bytes file = varied_plant().glb();
   ASSERT_TRUE(import_bytes(file));
-  for (std::size_t n = 0; n < file.size(); ++n)
-    EXPECT_FALSE(import_bytes(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(n)))) << n << " of " << file.size();
+  for (std::size_t n = 0; n < file.size(); ++n) EXPECT_FALSE(import_bytes(first_bytes(file, n))) << n << " of " << file.size();
 }
 
 TEST(ImportGltfBad, EveryDamagedByteGivesAnErrorOrAPlant) {
@@ -465,6 +383,42 @@ TEST(ImportGltfBad, EveryDamagedByteGivesAnErrorOrAPlant) {
       damaged[n] = static_cast<std::uint8_t>(damaged[n] ^ mask);
       expect_consistent(import_bytes(damaged));
     }
+}
+
+const std::filesystem::path kFolder = std::filesystem::path(test::kTestData) / "bad/gltf";
+
+class BadGltfTest : public testing::TestWithParam<test::BadGltf> {};
+
+TEST_P(BadGltfTest, OneLineNamesFileFieldAndPlace) {
+  const std::filesystem::path path = kFolder / GetParam().file;
+  ASSERT_TRUE(std::filesystem::exists(path));
+  const Result<Plant> plant = import_gltf(path, {});
+  test::expect_error(plant, GetParam().status, {path.string()});
+  const std::string message = plant.error().message();
+  for (const std::string& name : GetParam().names) EXPECT_TRUE(test::mentions(message, {name}));
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400u + path.string().size()) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, BadGltfTest, testing::ValuesIn(test::read_bad_gltf_list(kFolder / "expected.txt")),
+                         [](const testing::TestParamInfo<test::BadGltf>& bad) {
+                           std::string name = bad.param.file;
+                           std::replace(name.begin(), name.end(), '.', '_');
+                           return name;
+                         });
+
+TEST(BadGltf, FolderListAndGeneratorAgree) {
+  std::set<std::string> there, listed, generated;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder)) there.insert(entry.path().filename());
+  for (const test::BadGltf& bad : test::read_bad_gltf_list(kFolder / "expected.txt")) listed.insert(bad.file);
+  for (const test::BadGltf& bad : test::bad_gltf_files()) {
+    EXPECT_TRUE(generated.insert(bad.file).second) << bad.file << " twice";
+    EXPECT_FALSE(import_gltf_bytes(bad.bytes, kFolder / bad.file, {})) << bad.file;
+  }
+  there.erase("expected.txt");
+  EXPECT_EQ(there, listed) << "a file that no list names is never tried";
+  EXPECT_EQ(listed, generated);
+  EXPECT_GE(listed.size(), 25u);
 }
 
 }  // namespace import_gltf_bad_test

@@ -8,7 +8,6 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -24,6 +23,7 @@
 #include "mentions.h"
 #include "places.h"
 #include "print_reading.h"
+#include "results.h"
 #include "scene_stream.h"
 #include "streamer.h"
 
@@ -131,11 +131,10 @@ class IoFault : public testing::TestWithParam<Reading> {
   static Outcome run(const coppice_allocator& allocator = {}) {
     Outcome outcome;
     test::FakeLog log;
-    auto set = complete_hooks({.allocator = allocator, .log = log.hook()}, GetParam());
-    EXPECT_TRUE(set) << set.error().message();
+    auto set = test::must(complete_hooks({.allocator = allocator, .log = log.hook()}, GetParam()));
     Ledger ledger(256ull << 20);
     {
-      auto created = Streamer::create(set->hooks, ledger, {.gpu = {.block_textures = true}});
+      auto created = Streamer::create(set.hooks, ledger, {.gpu = {.block_textures = true}});
       if (!created) {
         EXPECT_EQ(created.error().status, Status::out_of_memory);
         return outcome;
@@ -143,7 +142,7 @@ class IoFault : public testing::TestWithParam<Reading> {
       const auto streamer = *std::move(created);
       test::FakeGpu gpu(*streamer, ledger);
       const auto plant = streamer->open_plant(kPlant.c_str());
-      auto scene = SceneStream::open(set->hooks, ledger, kScene.c_str(), {});
+      auto scene = SceneStream::open(set.hooks, ledger, kScene.c_str(), {});
       outcome.opened = plant && scene;
       if (outcome.opened) stream(*streamer, gpu, **scene, outcome);
       if (plant) streamer->close_plant(*plant);

@@ -1,6 +1,7 @@
 #include "leaf_cards.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <set>
@@ -14,18 +15,15 @@
 
 #include "leaf_meshes.h"
 #include "leaf_quads.h"
+#include "polygons.h"
+#include "results.h"
 #include "texture_regions.h"
 
 namespace coppice::bake {
 namespace leaf_cards_test {
 
+using test::kite;
 using test::LeafMesh;
-
-/// Stalk at the origin, tip at (2, 0, 0), a kite of area 0.8: 0.5 to +y, 0.3 to -y at x = 1. The vertex on its midrib makes it no quad.
-LeafMesh kite() {
-  return {{{0.0f, 0.0f, 0.0f}, {1.0f, -0.3f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.0f}, {1.0f, 0.0f, 0.0f}},
-          {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}};
-}
 
 /// A hexagon of the same length, with a tip that is blunt.
 LeafMesh blunt() {
@@ -50,12 +48,7 @@ Plant plant_of(const std::vector<LeafMesh>& leaves) {
 }
 
 Foliage carded(Plant& plant) {
-  Result<Foliage> foliage = card_foliage(plant);
-  if (!foliage) {
-    ADD_FAILURE() << foliage.error().message();
-    return {};
-  }
-  return *std::move(foliage);
+  return test::must(card_foliage(plant));
 }
 
 /// Share of a card's texels that are no hole.
@@ -74,7 +67,7 @@ double area_m2(const Quad& quad) {
   return static_cast<double>(glm::length(glm::cross(quad[1] - quad[0], quad[3] - quad[0])));
 }
 
-// The quad's rows and columns, by hand: a leaf that is the quad's lower left half (below the line from corner 3 to corner 1).
+// The picture shows the quad in rows and columns: the leaf is the quad's lower left half (below the line from corner 3 to corner 1).
 TEST(DrawLeaf, PutsTheStalkLeftAndCornerThreeOnTop) {
   const Plant plant = plant_of({{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}, {0, 1, 2}}});
   const Quad unit{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(1, 1, 0), glm::vec3(0, 1, 0)};
@@ -165,15 +158,8 @@ TEST(LeafCards, CongruentLeavesShareOnePictureOthersDoNot) {
   Plant plant = plant_of(leaves);
   plant.wood = {};
   for (int i = 0; i < 12; ++i) {
-    const auto first = static_cast<std::uint32_t>(plant.wood.positions.size());
     const glm::vec3 stalk(3.0f * static_cast<float>(i) - 0.01f, 0.0f, 0.0f);
-    for (const glm::vec3& offset : {glm::vec3(0.0f), glm::vec3(-0.01f, 0.0f, 0.0f), glm::vec3(-0.01f, 0.001f, 0.0f)}) {
-      plant.wood.positions.push_back(stalk + offset);
-      plant.wood.normals.emplace_back(0.0f, 0.0f, 1.0f);
-      plant.wood.uvs.emplace_back(0.0f, 0.0f);
-    }
-    for (std::uint32_t k = 0; k < 3; ++k) plant.wood.indices.push_back(first + k);
-    plant.wood.triangle_materials.push_back(1);
+    test::add_polygon(plant.wood, std::array{stalk, stalk + glm::vec3(-0.01f, 0, 0), stalk + glm::vec3(-0.01f, 0.001f, 0)}, {}, 1);
   }
   const Foliage foliage = carded(plant);
   EXPECT_EQ(foliage.card_table.size(), 2u);
@@ -187,13 +173,9 @@ TEST(LeafCards, QuadHoldsALeafThatReachesBehindItsStalk) {
         {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5}}});
   plant.wood.positions = {{-0.01f, 0.0f, 0.0f}, {-0.01f, 0.001f, 0.0f}, {-0.01f, 0.0f, 0.001f}};
   const Foliage foliage = carded(plant);
-  float min_x = 1.0f, max_x = 0.0f;
-  for (const glm::vec3& corner : foliage.quads[0]) {
-    min_x = std::min(min_x, corner.x);
-    max_x = std::max(max_x, corner.x);
-  }
-  EXPECT_NEAR(min_x, -0.4f, 1e-5f);
-  EXPECT_NEAR(max_x, 2.0f, 1e-5f);
+  const auto [low, high] = std::ranges::minmax(foliage.quads[0], {}, &glm::vec3::x);
+  EXPECT_NEAR(low.x, -0.4f, 1e-5f);
+  EXPECT_NEAR(high.x, 2.0f, 1e-5f);
 }
 
 TEST(LeafCards, QuadIsCroppedToWhatTheTextureShows) {

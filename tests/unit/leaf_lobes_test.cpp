@@ -1,8 +1,6 @@
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <ostream>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +10,7 @@
 #include "find_leaves.h"
 #include "leaf_quads.h"
 #include "lobed_plants.h"
+#include "results.h"
 
 namespace coppice::bake {
 
@@ -47,11 +46,10 @@ TEST(LeafLobes, AQuadStandsForAllLobes) {
   plant.foliage = std::move(found.foliage);
   plant.leaves = std::move(found.leaves);
   plant.wood = std::move(found.wood);
-  const auto fitted = fit_leaves(plant);
-  ASSERT_TRUE(fitted) << fitted.error().message();
-  ASSERT_EQ(fitted->size(), 900u);
-  for (std::size_t i = 0; i < fitted->size(); ++i) {
-    const Quad& quad = (*fitted)[i].quad;
+  const auto fitted = coppice::test::must(fit_leaves(plant));
+  ASSERT_EQ(fitted.size(), 900u);
+  for (std::size_t i = 0; i < fitted.size(); ++i) {
+    const Quad& quad = fitted[i].quad;
     double leaf_m2 = 0.0;
     for (std::size_t t = plant.leaves[i].first_triangle; t < plant.leaves[i].first_triangle + 18; ++t) {
       std::array<glm::dvec3, 3> at;

@@ -20,9 +20,10 @@
 #include "leaf_cards.h"
 #include "mentions.h"
 #include "mesh_error.h"
-#include "pack.h"
-#include "random_tree.h"
+#include "packed_plant.h"
 #include "reader.h"
+#include "results.h"
+#include "test_foliage.h"
 #include "texture_regions.h"
 #include "tree_order.h"
 #include "unpack.h"
@@ -32,8 +33,7 @@ namespace coppice::bake {
 namespace leaf_mesh_parts_test {
 
 Quad square_at(const glm::vec3& center, float half) {
-  return {center + glm::vec3(-half, -half, 0), center + glm::vec3(half, -half, 0), center + glm::vec3(half, half, 0),
-          center + glm::vec3(-half, half, 0)};
+  return test::rectangle(center - glm::vec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0});
 }
 
 /// A leaf of `rows` strips, two triangles each, that fills the square, with uvs from (u, 0) to (u + 1, 1).
@@ -191,33 +191,26 @@ struct Squares {
 TEST(PackLeafMeshes, KeepsEveryTriangleUvAndStalk) {
   const Squares squares;
   PackSizes sizes;
-  const auto file = pack(squares.baked, sizes);
-  ASSERT_TRUE(file) << file.error().message();
+  const auto file = test::must(pack(squares.baked, sizes));
   EXPECT_GT(sizes.leaf_mesh_bytes, 0u);
-  const auto back = unpack(*file);
-  ASSERT_TRUE(back) << back.error().message();
-  EXPECT_EQ(triangles_of(back->leaf_meshes, 0.1f), triangles_of(squares.baked.leaf_meshes, 0.1f));
-  EXPECT_EQ(back->leaf_meshes.error_px, squares.baked.leaf_meshes.error_px);
-  for (const LeafMeshPart& part : back->leaf_meshes.parts)
+  const auto back = test::must(unpack(file));
+  EXPECT_EQ(triangles_of(back.leaf_meshes, 0.1f), triangles_of(squares.baked.leaf_meshes, 0.1f));
+  EXPECT_EQ(back.leaf_meshes.error_px, squares.baked.leaf_meshes.error_px);
+  for (const LeafMeshPart& part : back.leaf_meshes.parts)
     for (const glm::vec3& normal : part.mesh.normals) EXPECT_NEAR(normal.z, 1.0f, 1e-4f);
-  EXPECT_EQ(*pack(squares.baked, sizes), *file) << "same plant, same bytes";
+  EXPECT_EQ(*pack(squares.baked, sizes), file) << "same plant, same bytes";
 }
 
 TEST(PackLeafMeshes, OneThatReachesOutOfThePlantsSphereIsNotVerified) {
   BakedPlant plant = test::random_plant({.leaf_count = 300, .leaf_mesh_count = 1});
   plant.wood.lods.clear();
-  PackSizes sizes;
-  EXPECT_TRUE(verify(*pack(plant, sizes)));
+  EXPECT_TRUE(verify(test::packed(plant)));
   // A corner of the leaves' box.
   glm::vec3 low = plant.tree.vertices[0];
   for (const glm::vec3& vertex : plant.tree.vertices) low = glm::min(low, vertex);
   plant.leaf_meshes.parts[0].mesh.positions[0] = low;
   ASSERT_GT(glm::distance(low, plant.sphere.center), 1.1f * plant.sphere.radius);
-  const auto file = pack(plant, sizes);
-  ASSERT_TRUE(file) << file.error().message();
-  const auto verified = verify(*file);
-  ASSERT_FALSE(verified);
-  EXPECT_TRUE(test::mentions(verified.error().message(), {"plant sphere"}));
+  EXPECT_STREQ(verify(test::packed(plant)).error().what, "plant sphere");
 }
 
 TEST(PackLeafMeshes, PositionsAreWithinTheStepsOfTheQuads) {
@@ -230,11 +223,9 @@ TEST(PackLeafMeshes, PositionsAreWithinTheStepsOfTheQuads) {
   plant.sphere.radius *= 10.0f;
   glm::vec3 low = plant.tree.vertices[0], high = low;
   for (const glm::vec3& vertex : plant.tree.vertices) low = glm::min(low, vertex), high = glm::max(high, vertex);
-  PackSizes sizes;
-  const auto back = unpack(*pack(plant, sizes));
-  ASSERT_TRUE(back) << back.error().message();
+  const auto back = test::must(unpack(test::packed(plant)));
   const std::vector<glm::vec3>& before = plant.leaf_meshes.parts[0].mesh.positions;
-  for (const glm::vec3& position : back->leaf_meshes.parts[0].mesh.positions) {
+  for (const glm::vec3& position : back.leaf_meshes.parts[0].mesh.positions) {
     float nearest = 1e9f;
     for (const glm::vec3& other : before) {
       const glm::vec3 steps = glm::abs(position - other) / ((high - low) / static_cast<float>(COPPICE_QUANTISED_MAX));
@@ -248,22 +239,19 @@ TEST(PackLeafMeshes, TheirMaterialTravelsAndIsMarkedAsTheirs) {
   const Squares squares;
   ASSERT_EQ(squares.baked.materials.size(), 2u) << "what nothing shows is dropped";
   ASSERT_EQ(squares.baked.images.size(), 1u);
-  PackSizes sizes;
-  const auto file = *pack(squares.baked, sizes);
-  const auto front = read_front(file, file.size());
-  ASSERT_TRUE(front) << front.error().message();
-  EXPECT_EQ(front->plant.texture_count, 1u);
-  EXPECT_NE(front->materials[0].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY, 0u);
-  EXPECT_EQ(front->materials[1].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY, 0u);
+  const auto file = test::packed(squares.baked);
+  const auto front = test::must(read_front(file, file.size()));
+  EXPECT_EQ(front.plant.texture_count, 1u);
+  EXPECT_NE(front.materials[0].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY, 0u);
+  EXPECT_EQ(front.materials[1].flags & COPPICE_MATERIAL_LEAF_MESH_ONLY, 0u);
 }
 
 TEST(LeafMeshError, LeavesThatAreTheirQuadsHaveNone) {
   Squares squares;
   squares.baked.card_table[0] = {.material = 0, .uv = squares.foliage.card_table[0].uv};
-  const auto error_px = measure_leaf_mesh_error(squares.baked);
-  ASSERT_TRUE(error_px) << error_px.error().message();
-  ASSERT_EQ(error_px->size(), 7u);
-  for (const float error : *error_px) EXPECT_LT(error, 1.0f) << "an edge pixel here and there";
+  const auto error_px = test::must(measure_leaf_mesh_error(squares.baked));
+  ASSERT_EQ(error_px.size(), 7u);
+  for (const float error : error_px) EXPECT_LT(error, 1.0f) << "an edge pixel here and there";
 }
 
 TEST(LeafMeshError, IsTheSideOfTheSquareOfWrongPixels) {
@@ -282,24 +270,21 @@ TEST(LeafMeshError, IsTheSideOfTheSquareOfWrongPixels) {
   baked.materials = {{.name = "leaf", .base_color = {0, 0, 0, 1}}};
   baked.leaf_meshes = keep_leaf_meshes(plant, foliage).meshes;
   baked.sphere = plant_sphere(quads, {});
-  const auto error_px = measure_leaf_mesh_error(baked);
-  ASSERT_TRUE(error_px) << error_px.error().message();
+  const auto error_px = test::must(measure_leaf_mesh_error(baked));
 
-  const auto buffers = render_item_buffers({quads, {{}}, {}}, error_viewpoints(), 512);
-  ASSERT_TRUE(buffers) << buffers.error().message();
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(render_item_buffers({quads, {{}}, {}}, error_viewpoints(), 512));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   double mean_area = 0.0;
   for (std::size_t view = 0; view < 6; ++view) mean_area += areas[view * 2 + 1] / 6.0;
   ASSERT_GT(mean_area, 100.0);
-  EXPECT_NEAR(error_px->back(), std::sqrt(mean_area), 0.02 * std::sqrt(mean_area));
-  for (std::size_t size = 1; size < error_px->size(); ++size) EXPECT_GE((*error_px)[size], (*error_px)[size - 1]);
+  EXPECT_NEAR(error_px.back(), std::sqrt(mean_area), 0.02 * std::sqrt(mean_area));
+  for (std::size_t size = 1; size < error_px.size(); ++size) EXPECT_GE(error_px[size], error_px[size - 1]);
 }
 
 TEST(LeafMeshError, SeesWhatIsPaintedOnThem) {
   Squares squares;  // meshes show a green image, quads plain white
-  const auto error_px = measure_leaf_mesh_error(squares.baked);
-  ASSERT_TRUE(error_px) << error_px.error().message();
-  EXPECT_GT(error_px->back(), 15.0f);
+  const auto error_px = test::must(measure_leaf_mesh_error(squares.baked));
+  EXPECT_GT(error_px.back(), 15.0f);
 }
 
 }  // namespace leaf_mesh_parts_test

@@ -6,8 +6,7 @@
 
 #include "chunk_value.h"
 #include "mentions.h"
-#include "pack.h"
-#include "random_tree.h"
+#include "packed_plant.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -19,10 +18,7 @@ constexpr std::uint32_t kParts = 4;
 
 /// Six pages, two textures, the second shown by leaf meshes alone. Quads err by size / 200 px: by the default 2 px at 400 px.
 const std::vector<std::uint8_t>& plant_file() {
-  static const std::vector<std::uint8_t> file = [] {
-    bake::PackSizes sizes;
-    return *bake::pack(test::random_plant({.leaf_count = 3000, .seed = 5, .leaf_mesh_count = kParts}), sizes);
-  }();
+  static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = 3000, .seed = 5, .leaf_mesh_count = kParts});
   return file;
 }
 

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "image_decode.h"
+#include "polygons.h"
+#include "results.h"
+#include "test_foliage.h"
 
 namespace coppice::bake {
 namespace leaf_preview_test {
@@ -15,20 +18,13 @@ struct Decoded {
 };
 
 Decoded picture_of(const Plant& plant) {
-  const auto png = render_leaf_preview_png(plant);
-  EXPECT_TRUE(png) << png.error().message();
-  const auto image = decode_image(png ? *png : std::vector<std::uint8_t>(), 3 * kSide);
-  EXPECT_TRUE(image) << image.error().message();
-  return {image ? *image : Image{}};
+  return {test::must(decode_image(test::must(render_leaf_preview_png(plant)), 3 * kSide))};
 }
 
 Mesh square(float x) {
   Mesh mesh;
-  mesh.positions = {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}};
-  mesh.normals.assign(4, {0, 0, 1});
-  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  mesh.indices = {0, 1, 2, 0, 2, 3};
-  mesh.triangle_materials = {0, 0};
+  test::add_polygon(mesh, test::rectangle({x, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                    std::array{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 1)});
   return mesh;
 }
 

@@ -4,9 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <numbers>
 #include <ostream>
 #include <random>
 #include <string>
@@ -17,12 +15,13 @@
 #include "coppice/format.h"
 #include "import_gltf.h"
 #include "leaf_meshes.h"
-#include "mentions.h"
-#include "places.h"
+#include "plants_folder.h"
+#include "results.h"
 
 namespace coppice::bake {
 namespace leaf_quads_test {
 
+using test::kite;
 using test::LeafMesh;
 
 /// A plant of these leaves, all of material 0, and a short upright twig of wood at `wood`.
@@ -34,12 +33,7 @@ Plant plant_of(const std::vector<LeafMesh>& leaves, const glm::vec3& wood = {-1.
 }
 
 Foliage fit(const Plant& plant) {
-  Result<Foliage> foliage = fit_leaf_quads(plant);
-  if (!foliage) {
-    ADD_FAILURE() << foliage.error().message();
-    return {};
-  }
-  return *std::move(foliage);
+  return test::must(fit_leaf_quads(plant));
 }
 
 void expect_quad(const Quad& quad, const std::array<glm::vec3, 4>& expected, float tolerance = 1e-5f) {
@@ -55,33 +49,27 @@ double quad_area(const Quad& quad) {
   return triangle_area(quad[0], quad[1], quad[2]) + triangle_area(quad[0], quad[2], quad[3]);
 }
 
-/// Stalk at the origin, tip at (2, 0, 0), widest at x = 1: 0.5 to +y, 0.3 to -y. Six triangles round a midrib vertex, which is no quad.
-LeafMesh rhombus() {
-  return {{{0.0f, 0.0f, 0.0f}, {1.0f, -0.3f, 0.0f}, {2.0f, 0.0f, 0.0f}, {1.0f, 0.5f, 0.0f}, {1.0f, 0.0f, 0.0f}},
-          {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}};
-}
-
-TEST(LeafQuads, FlatRhombusBecomesItsRectangle) {
-  const Foliage foliage = fit(plant_of({rhombus()}));
+TEST(LeafQuads, AFlatKiteBecomesItsRectangle) {
+  const Foliage foliage = fit(plant_of({kite()}));
   ASSERT_EQ(foliage.leaf_count(), 1u);
   expect_quad(foliage.quads[0], {{{0.0f, -0.3f, 0.0f}, {2.0f, -0.3f, 0.0f}, {2.0f, 0.5f, 0.0f}, {0.0f, 0.5f, 0.0f}}});
 }
 
 TEST(LeafQuads, TheFrontLooksWhereTheLeafsDoes) {
-  LeafMesh turned = rhombus();
+  LeafMesh turned = kite();
   for (std::size_t i = 0; i < turned.indices.size(); i += 3) std::swap(turned.indices[i], turned.indices[i + 1]);
   const Foliage foliage = fit(plant_of({turned}));
   expect_quad(foliage.quads[0], {{{0.0f, 0.5f, 0.0f}, {2.0f, 0.5f, 0.0f}, {2.0f, -0.3f, 0.0f}, {0.0f, -0.3f, 0.0f}}});
 }
 
 TEST(LeafQuads, TheStalkIsTheEndNearestTheWood) {
-  const Foliage foliage = fit(plant_of({rhombus()}, {3.0f, 0.0f, 0.0f}));
+  const Foliage foliage = fit(plant_of({kite()}, {3.0f, 0.0f, 0.0f}));
   expect_quad(foliage.quads[0], {{{2.0f, 0.5f, 0.0f}, {0.0f, 0.5f, 0.0f}, {0.0f, -0.3f, 0.0f}, {2.0f, -0.3f, 0.0f}}});
 }
 
 TEST(LeafQuads, LongBranchesAreNearAlongTheirLength) {
   // The branch passes the leaf's right end in the middle of an edge; its vertices are 10 m away.
-  Plant plant = plant_of({rhombus()});
+  Plant plant = plant_of({kite()});
   plant.wood.positions = {{2.5f, -10.0f, 0.0f}, {2.5f, 10.0f, 0.0f}, {2.6f, 10.0f, 0.0f}};
   const Foliage foliage = fit(plant);
   EXPECT_NEAR(foliage.quads[0][0].x, 2.0f, 1e-5f);
@@ -89,7 +77,7 @@ TEST(LeafQuads, LongBranchesAreNearAlongTheirLength) {
 }
 
 TEST(LeafQuads, WithoutWoodTheStalkIsNearestTheAxis) {
-  LeafMesh left = rhombus(), right = rhombus();
+  LeafMesh left = kite(), right = kite();
   for (glm::vec3& position : left.positions) position = {-1.0f - position.x, position.y, position.z};
   for (glm::vec3& position : right.positions) position.x += 1.0f;
   Plant plant = plant_of({left, right});
@@ -156,7 +144,7 @@ TEST(LeafQuads, CardWithABackIsStillACard) {
 }
 
 TEST(LeafQuads, UvsFollowTheRectangleWhereTheLeafIsMappedAffinely) {
-  LeafMesh leaf = rhombus();
+  LeafMesh leaf = kite();
   // u = 0.1 + 0.2 x - 0.1 y, v = 0.3 + 0.05 x + 0.4 y
   const auto uv = [](const glm::vec3& p) { return glm::vec2(0.1f + 0.2f * p.x - 0.1f * p.y, 0.3f + 0.05f * p.x + 0.4f * p.y); };
   for (const glm::vec3& position : leaf.positions) leaf.uvs.push_back(uv(position));
@@ -180,10 +168,7 @@ TEST(LeafQuads, OneTriangleAndNeedles) {
 
 TEST(LeafQuads, LeafWithoutAreaIsRefused) {
   const LeafMesh line{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {2.0f, 0.0f, 0.0f}}, {0, 1, 2}};
-  const Result<Foliage> foliage = fit_leaf_quads(plant_of({rhombus(), line}));
-  ASSERT_FALSE(foliage);
-  EXPECT_EQ(foliage.error().status, Status::invalid_argument);
-  EXPECT_TRUE(test::mentions(foliage.error().message(), {"leaf 1"}));
+  test::expect_error(fit_leaf_quads(plant_of({kite(), line})), Status::invalid_argument, {"leaf 1"});
 }
 
 TEST(LeafQuads, PlaneOfManyPointsFindsTheFlatOnes) {
@@ -238,7 +223,7 @@ TEST(CardTable, TooManyCardsSnapToTheNearestOfTheirMaterial) {
 }
 
 TEST(LeafQuads, AHundredThousandLeaves) {
-  std::vector<LeafMesh> leaves(100000, rhombus());
+  std::vector<LeafMesh> leaves(100000, kite());
   std::mt19937 random(3);
   // Far to one side of the wood, so that the stalk is each leaf's left end.
   std::uniform_real_distribution<float> coordinate(-2.0f, 2.0f);
@@ -271,13 +256,9 @@ void PrintTo(const RealPlant& each, std::ostream* out) {
 class RealPlantTest : public testing::TestWithParam<RealPlant> {};
 
 TEST_P(RealPlantTest, HasItsLeaves) {
-  const char* set = std::getenv("COPPICE_PLANTS");
-  const std::filesystem::path folder = set != nullptr ? set : test::kDefaultPlants;
-  const std::filesystem::path path = folder / GetParam().file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there; set COPPICE_PLANTS to the folder of third-party plants";
-  const Result<Plant> plant = import_gltf(path, {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  const Foliage foliage = fit(*plant);
+  COPPICE_PLANT_OR_SKIP(path, GetParam().file);
+  const auto plant = test::must(import_gltf(path, {}));
+  const Foliage foliage = fit(plant);
   ASSERT_EQ(foliage.leaf_count(), GetParam().leaf_count);
   EXPECT_LE(foliage.card_table.size(), COPPICE_MAX_CARDS);
 
@@ -286,7 +267,7 @@ TEST_P(RealPlantTest, HasItsLeaves) {
     for (const glm::vec3& corner : quad) ASSERT_TRUE(std::isfinite(corner.x) && std::isfinite(corner.y) && std::isfinite(corner.z));
     quads_m2 += quad_area(quad);
   }
-  const Mesh& mesh = plant->foliage;
+  const Mesh& mesh = plant.foliage;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
     leaves_m2 += triangle_area(mesh.positions[mesh.indices[i]], mesh.positions[mesh.indices[i + 1]], mesh.positions[mesh.indices[i + 2]]);
   EXPECT_GE(quads_m2 / leaves_m2, GetParam().min_area_ratio);

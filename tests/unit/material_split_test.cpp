@@ -3,24 +3,20 @@
 #include <gtest/gtest.h>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <set>
-#include <vector>
 
 #include "coppice/format.h"
+#include "polygons.h"
 
 namespace coppice::bake {
 namespace material_split_test {
 
 /// A triangle of 2 m^2 with the uvs `at` and two texels beside it in an image of 64.
 void add_triangle(Mesh& mesh, const glm::vec2& at, const glm::vec3& tint = glm::vec3(1.0f)) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const glm::vec2& corner : {glm::vec2(0.0f), glm::vec2(2.0f, 0.0f), glm::vec2(0.0f, 2.0f)}) {
-    mesh.positions.emplace_back(corner, static_cast<float>(first));
-    mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
-    mesh.uvs.push_back(at + corner / 64.0f);
-  }
-  for (const std::uint32_t k : {0u, 1u, 2u}) mesh.indices.push_back(first + k);
-  mesh.triangle_materials.push_back(0);
+  const auto z = static_cast<float>(mesh.positions.size());
+  test::add_polygon(mesh, std::array{glm::vec3(0, 0, z), glm::vec3(2, 0, z), glm::vec3(0, 2, z)},
+                    std::array{at, at + glm::vec2(2, 0) / 64.0f, at + glm::vec2(0, 2) / 64.0f});
   mesh.triangle_tints.push_back(tint);
 }
 

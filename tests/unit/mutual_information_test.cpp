@@ -6,6 +6,7 @@
 
 #include "collapse_information.h"
 #include "item_areas.h"
+#include "results.h"
 #include "test_foliage.h"
 #include "visibility.h"
 
@@ -36,7 +37,7 @@ TEST(OutcomeInformation, ALeafThatFillsOneOfTwoViewsHasHalfABit) {
   EXPECT_EQ(bits({0, 7}, {100, 7}), 0.5);
 }
 
-TEST(OutcomeInformation, SharesOfAQuarterAndThreeQuartersByHand) {
+TEST(OutcomeInformation, SharesOfAQuarterAndThreeQuarters) {
   // p(l) = 1/2: (1/2) (1/4 log2(1/2) + 3/4 log2(3/2)).
   EXPECT_NEAR(bits({25, 75}, {100, 100}), 0.5 * (-0.25 + 0.75 * std::log2(1.5)), 1e-12);
   // Shares, not areas: the same in views of different totals.
@@ -79,9 +80,9 @@ TwoViews back_to_back() {
 }
 
 double source_bits(const TwoViews& scene) {
-  const auto result = collapse_by_mutual_information({scene.foliage, test::plain_materials(), {}}, scene.views, scene.options, {});
-  EXPECT_TRUE(result);
-  return result->source.bits;
+  const auto result =
+      test::must(collapse_by_mutual_information({scene.foliage, test::plain_materials(), {}}, scene.views, scene.options, {}));
+  return result.source.bits;
 }
 
 TEST(FoliageInformation, TwoLeavesEachSeenByOneOfTwoViews) {
@@ -108,9 +109,8 @@ TEST(FoliageInformation, TheBackgroundIsAnOutcome) {
   scene.foliage = test::plain_foliage({test::rectangle({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0})});
   scene.views = {viewpoint_towards({0, 0, 1}), viewpoint_towards({1, 0, 0})};
   // The square fills 45 or 46 of 64 columns of one view, edge-on in the other. s: its share.
-  const auto buffers = render_item_buffers({scene.foliage, test::plain_materials(), {}}, scene.views, 64);
-  ASSERT_TRUE(buffers);
-  const double s = leaf_areas_px(*buffers)[0] / 4096.0;
+  const auto buffers = test::must(render_item_buffers({scene.foliage, test::plain_materials(), {}}, scene.views, 64));
+  const double s = leaf_areas_px(buffers)[0] / 4096.0;
   ASSERT_GT(s, 0.45);
   const double leaf = 0.5 * s;  // (1/2) s log2(s / (s/2))
   const double b = 1 - s / 2;   // p(background)

@@ -6,20 +6,19 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "atomic_file.h"
 #include "coppice_file.h"
 #include "decoded_pages.h"
 #include "inspect.h"
 #include "naive_reader.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "places.h"
-#include "random_tree.h"
 #include "reader.h"
+#include "results.h"
 #include "unpack.h"
 #include "wood_codec.h"
 
@@ -38,8 +37,7 @@ std::vector<NamedFile> files_below(const std::filesystem::path& folder) {
   std::vector<NamedFile> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".coppice") continue;
-    std::ifstream stream(entry.path(), std::ios::binary);
-    files.push_back({entry.path().lexically_relative(folder).string(), Bytes(std::istreambuf_iterator<char>(stream), {})});
+    files.push_back({entry.path().lexically_relative(folder).string(), *bake::read_file(entry.path())});
   }
   std::ranges::sort(files, {}, &NamedFile::name);
   return files;
@@ -48,10 +46,7 @@ std::vector<NamedFile> files_below(const std::filesystem::path& folder) {
 /// Files of this version with all that a file can have, each small.
 std::vector<NamedFile> made_files() {
   std::vector<NamedFile> files;
-  bake::PackSizes sizes;
-  const auto add = [&](const char* name, const test::RandomPlantOptions& options) {
-    files.push_back({name, *bake::pack(test::random_plant(options), sizes)});
-  };
+  const auto add = [&](const char* name, const test::RandomPlantOptions& options) { files.push_back({name, test::packed_plant(options)}); };
   add("one_leaf", {.leaf_count = 1, .seed = 3, .wood_lod_count = 0, .texture_side = 0});
   add("many_cards", {.leaf_count = 60, .seed = 4, .card_count = 9, .wood_lod_count = 1, .texture_side = 2});
   add("leaf_meshes", {.leaf_count = 40, .seed = 5, .wood_lod_count = 3, .texture_side = 4, .leaf_mesh_count = 2});
@@ -143,13 +138,12 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
   bake::DecodedPages pages(root, front.plant.leaf_count, front.plant.card_count, quantised_max(front.plant));
   std::size_t first = 0;
   for (std::uint32_t page = 0; page < front.plant.page_count; ++page) {
-    const auto splits = pages.add(chunk_bytes(file, front, COPPICE_CHUNK_PAGE, page));
-    ASSERT_TRUE(splits) << splits.error().message();
-    for (std::size_t i = 0; i < splits->size(); ++i) {
-      EXPECT_EQ((*splits)[i].parent, naive.splits[first + i].parent);
-      EXPECT_TRUE(std::ranges::equal((*splits)[i].parent_slots, naive.splits[first + i].parent_slots)) << first + i;
+    const auto splits = test::must(pages.add(chunk_bytes(file, front, COPPICE_CHUNK_PAGE, page)));
+    for (std::size_t i = 0; i < splits.size(); ++i) {
+      EXPECT_EQ(splits[i].parent, naive.splits[first + i].parent);
+      EXPECT_TRUE(std::ranges::equal(splits[i].parent_slots, naive.splits[first + i].parent_slots)) << first + i;
     }
-    first += splits->size();
+    first += splits.size();
   }
   const std::vector<PageNode> nodes = pages.nodes();
   ASSERT_EQ(nodes.size(), naive.nodes.size());
@@ -164,12 +158,11 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
 }
 
 void expect_same_mesh(const Bytes& chunk, const WoodShape& shape, const test::NaiveMesh& naive) {
-  const auto mesh = decode_wood(chunk, shape);
-  ASSERT_TRUE(mesh) << mesh.error().message();
-  EXPECT_EQ(mesh->vertices.size(), naive.vertex_count);
-  ASSERT_EQ(mesh->indices.size(), naive.corners.size());
+  const auto mesh = test::must(decode_wood(chunk, shape));
+  EXPECT_EQ(mesh.vertices.size(), naive.vertex_count);
+  ASSERT_EQ(mesh.indices.size(), naive.corners.size());
   for (std::size_t i = 0; i < naive.corners.size(); ++i) {
-    const WoodVertex& vertex = mesh->vertices[mesh->indices[i]];
+    const WoodVertex& vertex = mesh.vertices[mesh.indices[i]];
     const test::NaiveVertex& other = naive.corners[i];
     EXPECT_EQ(vertex.position, other.position);
     EXPECT_EQ(vertex.normal, other.normal);
@@ -194,17 +187,16 @@ void expect_same_textures(const Bytes& file, const PlantFile& front, const Naive
   ASSERT_EQ(naive.textures.size(), front.plant.texture_count);
   for (std::uint32_t t = 0; t < front.plant.texture_count; ++t) {
     const Bytes chunk = chunk_bytes(file, front, COPPICE_CHUNK_TEXTURE, t);
-    const auto layout = read_texture(chunk);
-    ASSERT_TRUE(layout);
+    const auto layout = test::must(read_texture(chunk));
     const test::NaiveTexture& other = naive.textures[t];
-    EXPECT_EQ(layout->format, other.format);
-    ASSERT_EQ(layout->levels().size(), other.mip_count);
-    EXPECT_EQ(layout->levels()[0].width, other.width);
-    EXPECT_EQ(layout->levels()[0].height, other.height);
-    const auto& last = layout->levels().back();
-    EXPECT_EQ(last.offset + last.bytes - layout->levels()[0].offset, other.levels.size());
+    EXPECT_EQ(layout.format, other.format);
+    ASSERT_EQ(layout.levels().size(), other.mip_count);
+    EXPECT_EQ(layout.levels()[0].width, other.width);
+    EXPECT_EQ(layout.levels()[0].height, other.height);
+    const auto& last = layout.levels().back();
+    EXPECT_EQ(last.offset + last.bytes - layout.levels()[0].offset, other.levels.size());
     EXPECT_TRUE(
-        std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout->levels()[0].offset)));
+        std::equal(other.levels.begin(), other.levels.end(), chunk.begin() + static_cast<std::ptrdiff_t>(layout.levels()[0].offset)));
     const HookBuffer& small = front.small_textures[t];
     const test::NaiveTexture& other_small = naive.small_textures[t];
     ASSERT_EQ(small.empty(), other_small.levels.empty());
@@ -225,14 +217,13 @@ void expect_same(const std::string& name, const Bytes& file) {
   SCOPED_TRACE(name);
   if (!expect_agreement(name, file)) return;
   const NaivePlant naive = test::read_naively(file).plant;
-  const auto front = read_front(file, file.size());
-  ASSERT_TRUE(front);
-  expect_same_front(*front, naive);
-  expect_same_wind(wind_field(*front), naive.wind_field);
-  expect_same_materials(*front, naive);
-  expect_same_tree(file, *front, naive);
-  expect_same_meshes(file, *front, naive);
-  expect_same_textures(file, *front, naive);
+  const auto front = test::must(read_front(file, file.size()));
+  expect_same_front(front, naive);
+  expect_same_wind(wind_field(front), naive.wind_field);
+  expect_same_materials(front, naive);
+  expect_same_tree(file, front, naive);
+  expect_same_meshes(file, front, naive);
+  expect_same_textures(file, front, naive);
 }
 
 /// Flips a bit, sets a byte, or swaps in another of the file's, at a place in each stretch of `stride` bytes.

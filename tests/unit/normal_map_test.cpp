@@ -8,6 +8,7 @@
 
 #include "block_texture.h"
 #include "reader.h"
+#include "results.h"
 #include "texture_encode.h"
 
 namespace coppice::bake {
@@ -80,17 +81,15 @@ TEST(NormalMap, ComesBackFromItsStoredForm) {
 
 TEST(NormalMap, BlocksStayWithinAFewDegrees) {
   const Image map = waves(64, 64);
-  const auto chunk = encode_texture(map, 0.0f, TextureCoding::bc);
-  ASSERT_TRUE(chunk);
-  const auto layout = read_texture(*chunk);
-  ASSERT_TRUE(layout);
-  EXPECT_EQ(layout->format, std::uint32_t{COPPICE_TEXTURE_BC3});
+  const auto chunk = test::must(encode_texture(map, 0.0f, TextureCoding::bc));
+  const auto layout = test::must(read_texture(chunk));
+  EXPECT_EQ(layout.format, std::uint32_t{COPPICE_TEXTURE_BC3});
   const std::vector<Image> levels = normal_map_levels(map);
-  ASSERT_EQ(layout->levels().size(), levels.size());
+  ASSERT_EQ(layout.levels().size(), levels.size());
   for (std::size_t i = 0; i < 3; ++i) {
-    const MipLevel& level = layout->levels()[i];
+    const MipLevel& level = layout.levels()[i];
     Image stored{level.width, level.height, std::vector<std::uint8_t>(std::size_t{level.width} * level.height * 4)};
-    decode_texture_level(layout->format, level, std::span(*chunk).subspan(level.offset, level.bytes), stored.rgba);
+    decode_texture_level(layout.format, level, std::span(chunk).subspan(level.offset, level.bytes), stored.rgba);
     EXPECT_LT(mean_angle_deg(levels[i], normal_map_from_stored(stored)), 5.0f) << i;
   }
 }

@@ -13,6 +13,7 @@
 #include "inspect.h"
 #include "mentions.h"
 #include "process.h"
+#include "results.h"
 #include "unpack.h"
 
 namespace coppice::bake {
@@ -36,12 +37,11 @@ class OddPlants : public testing::TestWithParam<test::OddPlant> {};
 
 TEST_P(OddPlants, LeavesAreCountedAndNothingIsLost) {
   const test::OddPlant& plant = GetParam();
-  const Result<Plant> imported = import_gltf_bytes(test::encode(plant), plant.name + ".glb", {});
-  ASSERT_TRUE(imported) << imported.error().message();
-  EXPECT_EQ(imported->leaves.size(), plant.leaf_count);
-  EXPECT_EQ(imported->foliage.triangle_materials.size() + imported->wood.triangle_materials.size(), different_triangles(plant.soup.mesh));
-  EXPECT_EQ(imported->warnings.size(), plant.leaf_count == 0 ? 1u : 0u) << testing::PrintToString(imported->warnings);
-  for (const std::string& warning : imported->warnings) EXPECT_TRUE(coppice::test::mentions(warning, {"--leaf-material"}));
+  const auto imported = coppice::test::must(import_gltf_bytes(test::encode(plant), plant.name + ".glb", {}));
+  EXPECT_EQ(imported.leaves.size(), plant.leaf_count);
+  EXPECT_EQ(imported.foliage.triangle_materials.size() + imported.wood.triangle_materials.size(), different_triangles(plant.soup.mesh));
+  EXPECT_EQ(imported.warnings.size(), plant.leaf_count == 0 ? 1u : 0u) << testing::PrintToString(imported.warnings);
+  for (const std::string& warning : imported.warnings) EXPECT_TRUE(coppice::test::mentions(warning, {"--leaf-material"}));
 }
 
 TEST_P(OddPlants, Bakes) {
@@ -51,15 +51,13 @@ TEST_P(OddPlants, Bakes) {
   options.collapse.resolution_px = 64;
   options.view_count = 6;
   BakeReport report;
-  const auto bytes = bake(
-      coppice::test::write_file(folder.path() / (plant.name + ".glb"), test::encode(plant)), options, [](const char*, double) {}, report);
-  ASSERT_TRUE(bytes) << bytes.error().message();
+  const auto bytes = coppice::test::must(bake(
+      coppice::test::write_file(folder.path() / (plant.name + ".glb"), test::encode(plant)), options, [](const char*, double) {}, report));
   EXPECT_EQ(report.source_leaves, plant.leaf_count);
-  const auto verified = verify(*bytes);
+  const auto verified = verify(bytes);
   EXPECT_TRUE(verified) << verified.error().message();
-  const auto baked = unpack(*bytes);
-  ASSERT_TRUE(baked) << baked.error().message();
-  EXPECT_EQ(baked->tree.leaf_count(), std::max(plant.leaf_count, 1u));
+  const auto baked = coppice::test::must(unpack(bytes));
+  EXPECT_EQ(baked.tree.leaf_count(), std::max(plant.leaf_count, 1u));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, OddPlants, testing::ValuesIn(test::odd_plants()), [](const auto& each) { return each.param.name; });

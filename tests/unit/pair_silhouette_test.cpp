@@ -61,7 +61,7 @@ TEST(PairShapes, AreDistinctAndTheLastIsThePapers) {
   }
 }
 
-TEST(PairShape, MismatchByHand) {
+TEST(PairShape, MismatchIsWhatIsMissedAddedAndTooMuch) {
   // A pair of 3 m^2, a quad of 5 m^2, 2 m^2 of both.
   const PairShape shape{{}, 3.0f, 5.0f, 2.0f};
   EXPECT_FLOAT_EQ(shape.mismatch_m2(1.0f, 1.0f), 1.0f + 3.0f + 2.0f);  // missed, added, more than the pair

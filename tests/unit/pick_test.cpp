@@ -11,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "abi.h"
 #include "host.h"
+#include "instances.h"
 #include "pick.h"
 
 namespace coppice::test {
@@ -94,16 +96,14 @@ TEST(Pick, TrianglesAreHitFromBothSidesAndNotBeside) {
 }
 
 coppice_ray ray_of(const std::array<double, 3>& origin, const vec3& direction) {
-  coppice_ray ray;
-  coppice_ray_init(&ray);
+  auto ray = struct_defaults<coppice_ray>();
   std::ranges::copy(origin, ray.origin);
   for (std::size_t axis = 0; axis < 3; ++axis) ray.direction[axis] = direction[axis];
   return ray;
 }
 
 coppice_hit pick(Host& host, const coppice_ray& ray) {
-  coppice_hit hit;
-  coppice_hit_init(&hit);
+  auto hit = struct_defaults<coppice_hit>();
   EXPECT_EQ(coppice_pick(host.context(), &ray, &hit), COPPICE_OK) << coppice_last_error(host.context());
   return hit;
 }
@@ -128,12 +128,10 @@ double brute_hit(const std::vector<std::array<dvec3, 3>>& triangles, const dvec3
 
 Triangles triangles_of(Host& host) {
   Triangles triangles;
-  coppice_leaf_layout layout;
-  coppice_leaf_layout_init(&layout);
+  auto layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = sizeof(float[3]);
   layout.position = 0;
-  coppice_leaf_output output;
-  coppice_leaf_output_init(&output);
+  auto output = struct_defaults<coppice_leaf_output>();
   EXPECT_EQ(coppice_write_leaves(host.context(), 0, 512.0f, &layout, &output), COPPICE_OK);
   std::vector<std::array<float, 3>> vertices(output.vertex_count);
   std::vector<std::uint32_t> indices(output.index_count);
@@ -159,8 +157,7 @@ TEST_P(PickAtScale, HitsTheNearestTriangleOfCrownAndWood) {
   const float scale = GetParam();
   Host host;
   const coppice_plant plant = host.open("two_pages.coppice");
-  coppice_placement placement;
-  coppice_placement_init(&placement);
+  auto placement = gpu::default_placement();
   std::ranges::copy(kPlace, placement.position);
   placement.scale = scale;
   placement.rotation[1] = placement.rotation[3] = std::sqrt(0.5f);  // a quarter turn: object's x is the world's -z
@@ -226,8 +223,7 @@ TEST(PickRuntime, TakesTheNearestOfManyWithinItsReachAndLayers) {
   ASSERT_EQ(coppice_instances_remove(host.context(), &row[9], 1), COPPICE_OK);
   EXPECT_EQ(pick(host, ray).instance, row[10]) << "what is removed is gone at once";
 
-  coppice_placement placement;
-  coppice_placement_init(&placement);
+  auto placement = gpu::default_placement();
   placement.position[1] = -1.0;
   placement.position[2] = -110.0;
   placement.layer_mask = 4;
@@ -258,8 +254,7 @@ TEST(PickRuntime, ACrownThatIsBareLetsTheRayThrough) {
     if (pick(host, ray).kind == COPPICE_HIT_CROWN) through_crown = ray;
   }
   ASSERT_TRUE(through_crown);
-  coppice_placement bare;
-  coppice_placement_init(&bare);
+  auto bare = gpu::default_placement();
   bare.position[1] = -1.0;
   bare.position[2] = -5.0;
   bare.leaf_share = 0.0f;
@@ -271,8 +266,7 @@ TEST(PickRuntime, ACrownThatIsBareLetsTheRayThrough) {
 
 TEST(PickRuntime, WrongRaysAreRefused) {
   Host host;
-  coppice_hit hit;
-  coppice_hit_init(&hit);
+  auto hit = struct_defaults<coppice_hit>();
   const auto expect_refused = [&](const char* field, auto change) {
     coppice_ray ray = ray_of({0, 0, 0}, {0, 0, -1});
     change(ray);

@@ -19,6 +19,11 @@ PieceShape measure(const std::vector<glm::vec3>& positions, const std::vector<st
   return measure_piece(mesh, triangles);
 }
 
+PieceShape octahedron() {
+  return measure({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+                 {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
+}
+
 TEST(PieceShape, ACard) {
   const PieceShape shape = measure({{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}}, {0, 1, 2, 0, 2, 3});
   EXPECT_EQ(shape.point_count, 4u);
@@ -51,8 +56,7 @@ TEST(PieceShape, AnOpenTubeIsHalfFlatAndABallAThird) {
     indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
   }
   EXPECT_NEAR(measure(ring, indices).flatness, 0.5, 1e-6);
-  const std::vector<glm::vec3> octahedron{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  const PieceShape ball = measure(octahedron, {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
+  const PieceShape ball = octahedron();
   EXPECT_NEAR(ball.flatness, 1.0 / 3.0, 1e-9);
   EXPECT_NEAR(ball.length_m, 2.0, 1e-9);
 }
@@ -123,9 +127,7 @@ TEST(PieceShape, BulkOfBodies) {
   EXPECT_NEAR(measure(kCubeCorners, cube).bulk, std::numbers::pi / 6.0, 1e-6);
   // Five sixths of the volume, seen from the middle, and of the area.
   EXPECT_NEAR(measure(kCubeCorners, kFiveSides).bulk, std::numbers::pi / 6.0 * 6.0 / 5.0, 1e-6) << "open at one side";
-  const PieceShape octahedron = measure({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
-                                        {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5});
-  EXPECT_NEAR(octahedron.bulk, std::numbers::pi / (3.0 * std::sqrt(3.0)), 1e-6);
+  EXPECT_NEAR(octahedron().bulk, std::numbers::pi / (3.0 * std::sqrt(3.0)), 1e-6);
 }
 
 TEST(PieceShape, SheetsHaveNoBulk) {

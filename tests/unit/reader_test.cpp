@@ -12,11 +12,13 @@
 #include <set>
 #include <sstream>
 
+#include "atomic_file.h"
 #include "coppice_file.h"
+#include "gltf_builder.h"
 #include "layout.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "places.h"
-#include "random_tree.h"
+#include "results.h"
 #include "unpack.h"
 
 namespace coppice {
@@ -30,30 +32,14 @@ bool updating() {
   return std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr;
 }
 
-Bytes packed(const test::RandomPlantOptions& options) {
-  bake::PackSizes sizes;
-  return *bake::pack(test::random_plant(options), sizes);
-}
-
 /// Small enough to try every byte of.
 Bytes small_file() {
-  return packed({.leaf_count = 6, .texture_side = 4});
-}
-
-Bytes read_bytes(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  EXPECT_TRUE(stream) << path;
-  return Bytes(std::istreambuf_iterator<char>(stream), {});
-}
-
-void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
-  std::ofstream stream(path, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return test::packed_plant({.leaf_count = 6, .texture_side = 4});
 }
 
 /// The same with leaf meshes.
 Bytes small_file_with_meshes() {
-  return packed({.leaf_count = 6, .texture_side = 4, .leaf_mesh_count = 2});
+  return test::packed_plant({.leaf_count = 6, .texture_side = 4, .leaf_mesh_count = 2});
 }
 
 /// A copy in a heap block of exactly its size, so that a sanitizer sees a read past the end.
@@ -100,7 +86,7 @@ TEST(BadFiles, EachIsRefusedForItsReasonAtItsPlace) {
     for (const std::string& name : files_in(kData / "bad")) std::filesystem::remove(kData / "bad" / (name + ".coppice"));
     std::ofstream expected(kData / "bad" / "expected.txt");
     for (const test::BadFile& bad : generated) {
-      write_bytes(kData / "bad" / (bad.name + ".coppice"), bad.bytes);
+      test::write_file(kData / "bad" / (bad.name + ".coppice"), bad.bytes);
       expected << bad.name << '|' << bad.reason << '|' << bad.offset << '\n';
     }
   }
@@ -108,7 +94,7 @@ TEST(BadFiles, EachIsRefusedForItsReasonAtItsPlace) {
   std::set<std::string> listed;
   for (const Expected& bad : expected) {
     listed.insert(bad.name);
-    const auto plant = unpack_exact(read_bytes(kData / "bad" / (bad.name + ".coppice")));
+    const auto plant = unpack_exact(*bake::read_file(kData / "bad" / (bad.name + ".coppice")));
     ASSERT_FALSE(plant) << bad.name;
     EXPECT_EQ(plant.error().what, bad.reason) << bad.name << ": " << plant.error().message();
     EXPECT_EQ(plant.error().offset, bad.value) << bad.name << ": " << plant.error().message();
@@ -162,9 +148,8 @@ void expect_read_as_ever(const std::filesystem::path& folder) {
   ASSERT_FALSE(expected.empty());
   ASSERT_EQ(expected.size(), files_in(folder).size());
   for (const Expected& golden : expected) {
-    const auto plant = unpack_exact(read_bytes(folder / (golden.name + ".coppice")));
-    ASSERT_TRUE(plant) << golden.name << ": " << plant.error().message();
-    EXPECT_EQ(digest(*plant), golden.value) << golden.name;
+    const auto plant = test::must(unpack_exact(*bake::read_file(folder / (golden.name + ".coppice"))));
+    EXPECT_EQ(digest(plant), golden.value) << golden.name;
   }
 }
 
@@ -183,8 +168,8 @@ TEST(GoldenFiles, TheyAreReadAsEver) {
     std::ofstream expected(folder / "expected.txt");
     for (const auto& [name, options] : plants) {
       const std::filesystem::path path = folder / (name + ".coppice");
-      if (!std::filesystem::exists(path)) write_bytes(path, packed(options));  // what an earlier build wrote stays
-      expected << name << "|digest|" << digest(*bake::unpack(read_bytes(path))) << '\n';
+      if (!std::filesystem::exists(path)) test::write_file(path, test::packed_plant(options));  // what an earlier build wrote stays
+      expected << name << "|digest|" << digest(*bake::unpack(*bake::read_file(path))) << '\n';
     }
   }
   ASSERT_GE(read_expected(folder / "expected.txt").size(), plants.size());
@@ -202,12 +187,10 @@ TEST(HostileFile, EveryTruncationIsRefused) {
 }
 
 TEST(HostileFile, ASourceLeafWithAFadeIsRefused) {
-  Bytes file = packed({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
+  Bytes file = test::packed_plant({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
   file[test::chunk_offset(file, COPPICE_CHUNK_PLANT) + offsetof(coppice_file_plant, root_fade)] = 0x80;
   test::fix_checksums(file);
-  const auto plant = bake::unpack(file);
-  ASSERT_FALSE(plant);
-  EXPECT_STREQ(plant.error().what, "plant root_fade");
+  EXPECT_STREQ(bake::unpack(file).error().what, "plant root_fade");
 }
 
 TEST(HostileFile, AnExtraByteIsRefused) {
@@ -218,9 +201,7 @@ TEST(HostileFile, AnExtraByteIsRefused) {
   const std::uint64_t file_bytes = file.size();
   std::memcpy(file.data() + offsetof(coppice_file_header, file_bytes), &file_bytes, sizeof file_bytes);
   test::fix_checksums(file);
-  const auto plant = unpack_exact(file);
-  ASSERT_FALSE(plant);
-  EXPECT_STREQ(plant.error().what, "chunk table");
+  EXPECT_STREQ(unpack_exact(file).error().what, "chunk table");
 }
 
 TEST(HostileFile, EveryFlippedBitIsRefused) {
@@ -270,25 +251,23 @@ TEST(HostileFile, DamageBehindRightChecksumsGivesAnErrorOrAValidPlant) {
 
 TEST(Reader, TextIsNotAPlant) {
   const std::string text = "solid teapot\n";
-  const auto plant = unpack_exact(Bytes(text.begin(), text.end()));
-  ASSERT_FALSE(plant);
-  EXPECT_STREQ(plant.error().what, "magic");
+  EXPECT_STREQ(unpack_exact(Bytes(text.begin(), text.end())).error().what, "magic");
 }
 
 TEST(Reader, FindsEveryChunkOfTheTableAndNoOther) {
-  const Bytes file = packed({.leaf_count = 1200, .wood_lod_count = 3, .leaf_mesh_count = 2});
-  const auto front = read_front(file, file.size());
-  ASSERT_TRUE(front) << front.error().message();
-  for (const coppice_file_chunk& chunk : front->chunks)
-    EXPECT_EQ(find_chunk(*front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
+  const Bytes file = test::packed_plant({.leaf_count = 1200, .wood_lod_count = 3, .leaf_mesh_count = 2});
+  const auto front = test::must(read_front(file, file.size()));
+  for (const coppice_file_chunk& chunk : front.chunks)
+    EXPECT_EQ(find_chunk(front, static_cast<coppice_chunk_kind>(chunk.kind), chunk.index), &chunk)
         << chunk_kind_name(chunk.kind) << chunk.index;
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PLANT, 1), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WIND, 1), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_WOOD, 3), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_PAGE, 3), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_TEXTURE, 2), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_LEAF_MESH, 2), nullptr);
-  EXPECT_EQ(find_chunk(*front, COPPICE_CHUNK_LEAF_MESHES, 1), nullptr);
+  for (const auto& [kind, count] : {std::pair{COPPICE_CHUNK_PLANT, 1u},
+                                    {COPPICE_CHUNK_WIND, 1u},
+                                    {COPPICE_CHUNK_WOOD, 3u},
+                                    {COPPICE_CHUNK_PAGE, 3u},
+                                    {COPPICE_CHUNK_TEXTURE, 2u},
+                                    {COPPICE_CHUNK_LEAF_MESH, 2u},
+                                    {COPPICE_CHUNK_LEAF_MESHES, 1u}})
+    EXPECT_EQ(find_chunk(front, kind, count), nullptr) << chunk_kind_name(kind);
 }
 
 TEST(Reader, SplitsFillPagesInOrder) {
@@ -307,29 +286,23 @@ TEST(Reader, CheckChunkLooksAtLengthAndBytes) {
   Bytes bytes(first, first + static_cast<std::ptrdiff_t>(page.bytes));
   EXPECT_TRUE(check_chunk(page, bytes));
   bytes.back() = static_cast<std::uint8_t>(bytes.back() ^ 1);
-  const auto flipped = check_chunk(page, bytes);
-  ASSERT_FALSE(flipped);
-  EXPECT_STREQ(flipped.error().what, "chunk checksum");
-  EXPECT_EQ(flipped.error().offset, page.offset);
+  EXPECT_STREQ(check_chunk(page, bytes).error().what, "chunk checksum");
+  EXPECT_EQ(check_chunk(page, bytes).error().offset, page.offset);
   bytes.pop_back();
-  const auto shorter = check_chunk(page, bytes);
-  ASSERT_FALSE(shorter);
-  EXPECT_STREQ(shorter.error().what, "chunk length");
+  EXPECT_STREQ(check_chunk(page, bytes).error().what, "chunk length");
 }
 
 TEST(Reader, MipLevelsTileTheTexture) {
-  bake::PackSizes sizes;
   for (const bake::TextureCoding coding : {bake::TextureCoding::rgba8, bake::TextureCoding::bc}) {
     const bool blocks = coding == bake::TextureCoding::bc;
-    const Bytes file = *bake::pack(test::random_plant({.leaf_count = 6, .texture_side = 9}), sizes, coding);
+    const Bytes file = test::packed_plant({.leaf_count = 6, .texture_side = 9}, coding);
     const auto front = read_front(file, file.size());
     const coppice_file_chunk& chunk = *find_chunk(*front, COPPICE_CHUNK_TEXTURE, 0);
-    const auto layout = read_texture(std::span(file).subspan(chunk.offset, chunk.bytes));
-    ASSERT_TRUE(layout) << layout.error().message();
-    EXPECT_EQ(layout->format, std::uint32_t{blocks ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_RGBA8});
-    ASSERT_EQ(layout->levels().size(), 4u);
+    const auto layout = test::must(read_texture(std::span(file).subspan(chunk.offset, chunk.bytes)));
+    EXPECT_EQ(layout.format, std::uint32_t{blocks ? COPPICE_TEXTURE_BC3 : COPPICE_TEXTURE_RGBA8});
+    ASSERT_EQ(layout.levels().size(), 4u);
     std::uint64_t at = sizeof(coppice_file_texture);
-    for (const MipLevel& level : layout->levels()) {
+    for (const MipLevel& level : layout.levels()) {
       EXPECT_EQ(level.offset, at);
       const std::uint64_t block_columns = (level.width + 3) / 4, block_rows = (level.height + 3) / 4;
       EXPECT_EQ(level.bytes, blocks ? block_columns * block_rows * 16 : std::uint64_t{level.width} * level.height * 4);

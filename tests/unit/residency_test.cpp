@@ -30,10 +30,6 @@ TEST(Residency, AllowsTheTableAndRefusesEverythingElse) {
     }
 }
 
-TEST(Residency, FailedIsForEver) {
-  for (std::uint32_t i = 0; i < kResidencyCount; ++i) EXPECT_FALSE(may_advance(failed, static_cast<Residency>(i)));
-}
-
 TEST(Residency, EveryStateHasItsOwnName) {
   std::set<std::string> names;
   for (std::uint32_t i = 0; i < kResidencyCount; ++i) names.insert(residency_name(static_cast<Residency>(i)));

@@ -7,15 +7,16 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <tuple>
 #include <utility>
 
+#include "atomic_file.h"
+#include "gltf_builder.h"
 #include "mentions.h"
 #include "places.h"
+#include "results.h"
 #include "scene_file.h"
 #include "scene_reader.h"
 #include "scene_write.h"
@@ -44,8 +45,7 @@ Result<std::vector<std::vector<SceneInstance>>> read_all(const Bytes& bytes, Sce
 TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
   std::vector<bake::ScenePlant> plants = test::random_scene_plants(30000, 3000, 1);
   SceneFile scene;
-  const auto tiles = read_all(test::random_scene(30000, 3000, 1), &scene);
-  ASSERT_TRUE(tiles) << tiles.error().message();
+  const auto tiles = test::must(read_all(test::random_scene(30000, 3000, 1), &scene));
   EXPECT_EQ(scene.header.instance_count, plants.size());
   ASSERT_EQ(scene.species.size(), 2u);
   EXPECT_EQ(scene.species[1].path, "trees/oak.coppice");
@@ -54,10 +54,10 @@ TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
   // Each read plant is nearest to the one written: 30,000 on 3 km stand metres apart, a step of the root tile is 5 cm.
   std::vector<bool> found(plants.size());
   std::ranges::sort(plants, {}, [](const bake::ScenePlant& plant) { return plant.position_m[0]; });
-  for (std::size_t t = 0; t < tiles->size(); ++t) {
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
     const coppice_scene_tile& entry = scene.tiles[t].entry;
     const float step_m = std::max(entry.box_max[0] - entry.box_min[0], entry.box_max[2] - entry.box_min[2]) / 65535.0f;
-    for (const SceneInstance& instance : (*tiles)[t]) {
+    for (const SceneInstance& instance : tiles[t]) {
       auto at =
           std::ranges::lower_bound(plants, instance.position_m[0] - step_m, {}, [](const auto& plant) { return plant.position_m[0]; });
       for (; at != plants.end() && std::abs(at->position_m[2] - instance.position_m[2]) > step_m; ++at) {
@@ -83,15 +83,14 @@ TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
 
 TEST(SceneFile, ATileHoldsTheLargestOfItsSquareAndSomeOfEveryPart) {
   SceneFile scene;
-  const auto tiles = read_all(test::random_scene(30000, 3000, 2), &scene);
-  ASSERT_TRUE(tiles);
+  const auto tiles = test::must(read_all(test::random_scene(30000, 3000, 2), &scene));
   ASSERT_GT(scene.tiles.size(), 15u);
   EXPECT_GT(scene.tiles[0].entry.instance_count, COPPICE_MAX_TILE_INSTANCES - 8) << "no cell of the grid is likely to be empty";
   const auto radius_m = [&](const SceneInstance& instance) { return instance.scale * scene.species[instance.species].sphere_radius_m; };
   for (std::size_t t = 0; t < scene.tiles.size(); ++t) {
     const SceneTile& tile = scene.tiles[t];
     float largest_m = 0.0f;
-    for (const SceneInstance& instance : (*tiles)[t]) {
+    for (const SceneInstance& instance : tiles[t]) {
       largest_m = std::max(largest_m, radius_m(instance));
       for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_GE(instance.position_m[2 * i], tile.square_min_m[i]);
@@ -105,7 +104,7 @@ TEST(SceneFile, ATileHoldsTheLargestOfItsSquareAndSomeOfEveryPart) {
   }
   // 3,000 plants are larger than 4.4 m; the root has a thousand of them, and its other thousand stands all over the square.
   std::array<int, 64> cells{};
-  for (const SceneInstance& instance : (*tiles)[0]) {
+  for (const SceneInstance& instance : tiles[0]) {
     const auto cell = [](float at) { return static_cast<std::size_t>(std::clamp((at + 1500.0f) / 3000.0f * 8.0f, 0.0f, 7.0f)); };
     ++cells[cell(instance.position_m[2]) * 8 + cell(instance.position_m[0])];
   }
@@ -123,11 +122,10 @@ TEST(SceneFile, OnePlantIsAScene) {
   std::vector<bake::ScenePlant> plants(1);
   plants[0].position_m = {-7.25f, 3.0f, 1e5f};
   plants[0].scale = 2.0f;
-  const auto tiles = read_all(*bake::encode_scene(test::scene_species(), plants));
-  ASSERT_TRUE(tiles) << tiles.error().message();
-  EXPECT_EQ((*tiles)[0][0].position_m, plants[0].position_m);
-  EXPECT_EQ((*tiles)[0][0].scale, 2.0f);
-  EXPECT_EQ((*tiles)[0][0].tint, (std::array<float, 3>{1, 1, 1})) << "no tint is exactly none";
+  const auto tiles = test::must(read_all(*bake::encode_scene(test::scene_species(), plants)));
+  EXPECT_EQ(tiles[0][0].position_m, plants[0].position_m);
+  EXPECT_EQ(tiles[0][0].scale, 2.0f);
+  EXPECT_EQ(tiles[0][0].tint, (std::array<float, 3>{1, 1, 1})) << "no tint is exactly none";
 }
 
 TEST(SceneFile, WhatIsNoSceneIsNotWritten) {
@@ -187,13 +185,21 @@ TEST(SceneFile, EveryFlippedByteUnderRightChecksumsIsRefusedOrValid) {
   EXPECT_GT(refused, static_cast<int>(front)) << "a third of them at least";
 }
 
-/// One value changed under right checksums, and the error it must give.
 /// What an error names before its colon: "tile max_radius" of "tile max_radius: larger than its parent's".
 std::string field_of(const Error& error) {
   const std::string what = error.what;
   return what.substr(0, what.find(':'));
 }
 
+/// Puts a value into a file, under right checksums.
+template <class T>
+Bytes with_value(Bytes bytes, std::size_t at, const T& value) {
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+  test::fix_scene_checksums(bytes);
+  return bytes;
+}
+
+/// One value changed under right checksums, and the field of the error it must give.
 struct Damage {
   const char* field;
   std::size_t at;
@@ -231,19 +237,13 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
       {"instance species", first + offsetof(coppice_scene_instance, species), 7},
   };
   for (const Damage& damage : damages) {
-    Bytes bad = good;
-    std::memcpy(bad.data() + damage.at, &damage.value, sizeof damage.value);
-    test::fix_scene_checksums(bad);
-    const auto read = read_all(bad);
-    ASSERT_FALSE(read) << damage.field;
+    const auto read = read_all(with_value(good, damage.at, damage.value));
     EXPECT_EQ(field_of(read.error()), damage.field);
     EXPECT_EQ(read.error().status, Status::bad_file) << damage.field;
     EXPECT_EQ(read.error().offset, damage.at) << damage.field;
   }
-  Bytes absolute = good;
-  absolute[kSceneHeaderBytes + 2 * sizeof(coppice_scene_species)] = '/';
-  test::fix_scene_checksums(absolute);
-  EXPECT_EQ(field_of(read_all(absolute).error()), "species path");
+  const std::size_t path = kSceneHeaderBytes + 2 * sizeof(coppice_scene_species);
+  EXPECT_EQ(field_of(read_all(with_value(good, path, '/')).error()), "species path") << "it is absolute";
 }
 
 // Each is in range; their ratio is infinite, and an instance of scale 0 would stand at NaN.
@@ -255,34 +255,23 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
     Bytes bytes = good;
     for (std::size_t instance = tile + sizeof(coppice_scene_tile); instance < bytes.size(); instance += sizeof(coppice_scene_instance))
       bytes[instance + offsetof(coppice_scene_instance, scale)] = 0;
-    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_min), &scale_min, sizeof scale_min);
-    std::memcpy(bytes.data() + tile + offsetof(coppice_scene_tile, scale_max), &scale_max, sizeof scale_max);
-    test::fix_scene_checksums(bytes);
-    return bytes;
+    bytes = with_value(bytes, tile + offsetof(coppice_scene_tile, scale_min), scale_min);
+    return with_value(bytes, tile + offsetof(coppice_scene_tile, scale_max), scale_max);
   };
   for (const float scale_min : {1e-45f, 1e-38f, 1e-33f}) {
     const auto read = read_all(with_scales(scale_min, 1e6f));
-    ASSERT_FALSE(read) << scale_min;
-    EXPECT_EQ(field_of(read.error()), "tile scale_min, scale_max");
+    EXPECT_EQ(field_of(read.error()), "tile scale_min, scale_max") << scale_min;
     EXPECT_EQ(read.error().offset, tile + offsetof(coppice_scene_tile, scale_min));
   }
   for (const auto& [scale_min, scale_max] : {std::pair{1e-23f, 1e6f}, std::pair{1e-45f, 1e-44f}}) {
-    const auto read = read_all(with_scales(scale_min, scale_max));
-    ASSERT_TRUE(read) << read.error().message();
-    for (const SceneInstance& instance : read->front()) ASSERT_GT(instance.scale, 0.0f);
+    const auto read = test::must(read_all(with_scales(scale_min, scale_max)));
+    for (const SceneInstance& instance : read.front()) ASSERT_GT(instance.scale, 0.0f);
   }
 }
 
 // One float of the front at a time is NaN, under right checksums.
 TEST(SceneFile, NoFloatMayBeNaN) {
   const Bytes good = test::random_scene(60, 100, 7);
-  const auto nan_at = [&](std::size_t at) {
-    Bytes bytes = good;
-    const float value = std::numeric_limits<float>::quiet_NaN();
-    std::memcpy(bytes.data() + at, &value, sizeof value);
-    test::fix_scene_checksums(bytes);
-    return bytes;
-  };
   const std::size_t tile =
       static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
   std::vector<std::size_t> floats;
@@ -292,7 +281,8 @@ TEST(SceneFile, NoFloatMayBeNaN) {
       floats.push_back(kSceneHeaderBytes + species * sizeof(coppice_scene_species) + offsetof(coppice_scene_species, sphere_center) +
                        4 * i);
   for (std::size_t i = 0; i < 9; ++i) floats.push_back(tile + 4 * i);
-  for (const std::size_t at : floats) EXPECT_FALSE(read_all(nan_at(at))) << "byte " << at;
+  for (const std::size_t at : floats)
+    EXPECT_FALSE(read_all(with_value(good, at, std::numeric_limits<float>::quiet_NaN()))) << "byte " << at;
 }
 
 TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
@@ -301,28 +291,23 @@ TEST(SceneFile, WhatTheReaderRefusesIsNotWritten) {
   EXPECT_FALSE(bake::encode_scene(test::scene_species(), plants));
   plants[0].scale = 1e-23f;
   plants[1].scale = 1e6f;
-  const auto bytes = bake::encode_scene(test::scene_species(), plants);
-  ASSERT_TRUE(bytes);
-  const auto read = read_all(*bytes);
+  const auto bytes = test::must(bake::encode_scene(test::scene_species(), plants));
+  const auto read = read_all(bytes);
   EXPECT_TRUE(read) << read.error().message();
 }
 
 TEST(SceneFile, Version1IsReadForEver) {
   const std::filesystem::path path = std::filesystem::path(test::kTestData) / "scene_v1" / "small.forest";
   if (std::getenv("COPPICE_UPDATE_GOLDEN") != nullptr && !std::filesystem::exists(path)) {
-    const Bytes bytes = test::random_scene(60, 100, 7);
     std::filesystem::create_directories(path.parent_path());
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    test::write_file(path, test::random_scene(60, 100, 7));
   }
-  std::ifstream stream(path, std::ios::binary);
-  ASSERT_TRUE(stream) << path;
-  const Bytes bytes(std::istreambuf_iterator<char>(stream), {});
+  const Bytes bytes = *bake::read_file(path);
   SceneFile scene;
-  const auto tiles = read_all(bytes, &scene);
-  ASSERT_TRUE(tiles) << tiles.error().message();
+  const auto tiles = test::must(read_all(bytes, &scene));
   EXPECT_EQ(scene.species[0].path, "shrub.coppice");
-  ASSERT_EQ(tiles->size(), 1u);
-  EXPECT_EQ(tiles->front().size(), 60u);
+  ASSERT_EQ(tiles.size(), 1u);
+  EXPECT_EQ(tiles.front().size(), 60u);
   EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
 }
 

@@ -3,19 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <set>
 
 #include "fake_hooks.h"
 #include "io_result.h"
 #include "mentions.h"
+#include "process.h"
+#include "results.h"
 #include "scene_file.h"
 #include "tile_selection.h"
 
@@ -51,14 +52,13 @@ float fit(const SceneFile& scene, std::vector<TileSize>& tiles, float min_px, st
 }
 
 TEST(TileSelection, FindsWhatAScanFinds) {
-  const auto scene = read_scene_front(scene_bytes(), scene_bytes().size());
-  ASSERT_TRUE(scene);
+  const auto scene = test::must(read_scene_front(scene_bytes(), scene_bytes().size()));
   for (const SceneEye& eye : {eye_at(0, 0), eye_at(1900, -1800), eye_at(9000, 0)})
     for (const float floor_px : {0.5f, 2.0f, 8.0f, 64.0f}) {
-      const std::vector<TileSize> found = gather(*scene, eye, floor_px);
+      const std::vector<TileSize> found = gather(scene, eye, floor_px);
       std::vector<std::uint32_t> scan;
-      for (std::uint32_t tile = 0; tile < scene->tiles.size(); ++tile)
-        if (size_of(scene->tiles[tile], eye) >= floor_px) scan.push_back(tile);
+      for (std::uint32_t tile = 0; tile < scene.tiles.size(); ++tile)
+        if (size_of(scene.tiles[tile], eye) >= floor_px) scan.push_back(tile);
       ASSERT_EQ(found.size(), scan.size()) << floor_px << " px";
       for (std::size_t i = 0; i < scan.size(); ++i) EXPECT_EQ(found[i].tile, scan[i]);
     }
@@ -125,21 +125,18 @@ struct Owner {
   std::multiset<std::pair<float, float>> plants;  ///< x, z of what is there
   std::vector<std::vector<SceneInstance>> of_tile;
   std::uint32_t blocks = 0, max_blocks = 0;
-  AssetFolder plants_folder;
+  SceneStreamOptions options{.min_px = 1.0f, .max_in_flight = 8, .clock_ns = test::hurried_clock_ns};
 
-  explicit Owner(std::vector<std::uint8_t> bytes = scene_bytes(), std::uint32_t max_in_flight = 8) {
+  explicit Owner(std::vector<std::uint8_t> bytes = scene_bytes()) {
     io.files["wood/a.forest"] = std::move(bytes);
-    open(max_in_flight);
+    open();
   }
-  void open(std::uint32_t max_in_flight) {
-    auto opened =
-        SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, ledger, "wood/a.forest",
-                          {.min_px = 1.0f, .max_in_flight = max_in_flight, .plants = plants_folder, .clock_ns = test::hurried_clock_ns});
-    if (!opened) return;
-    stream = *std::move(opened);
-    of_tile.resize(stream->file().tiles.size());
+  /// Opens after `prepare`.
+  explicit Owner(const std::function<void(Owner&)>& prepare) {
+    io.files["wood/a.forest"] = scene_bytes();
+    prepare(*this);
+    open();
   }
-
   void frame(const SceneEye& eye, std::uint32_t block_count) { frame(std::span(&eye, 1), block_count); }
   void frame(std::span<const SceneEye> eyes, std::uint32_t block_count) {
     stream->begin_frame(eyes, block_count);
@@ -165,6 +162,14 @@ struct Owner {
       if (size_of(stream->file().tiles[tile], eye) >= stream->stats().threshold_px) tiles.insert(tile);
     return tiles;
   }
+
+ private:
+  void open() {
+    auto opened = SceneStream::open({allocator.hook(), jobs.hook(), io.hook(), log.hook()}, ledger, "wood/a.forest", options);
+    if (!opened) return;
+    stream = *std::move(opened);
+    of_tile.resize(stream->file().tiles.size());
+  }
 };
 
 constexpr std::uint32_t kPlenty = 100000;
@@ -186,7 +191,7 @@ TEST(SceneStream, BringsWhatIsWantedAndDropsWhatIsNot) {
 TEST(SceneStream, KeepsTheLargestWhereNotAllFit) {
   Owner owner;
   const SceneEye here = eye_at(200, 300);
-  constexpr std::uint32_t kFew = 120;  // of some 700
+  constexpr std::uint32_t kFew = 120;  // some 700 are in demand
   owner.settle(here, kFew);
   const float threshold_px = owner.stream->stats().threshold_px;
   EXPECT_GT(threshold_px, 1.0f);
@@ -313,13 +318,11 @@ TEST(SceneStream, EveryReadMayFailAFewTimes) {
   const SceneEye here = eye_at(0, 0);
   for (const test::ReadFault fault : {test::ReadFault::fails, test::ReadFault::comes_short})
     for (std::size_t n = 0;; n += n < 4 ? 1 : 7) {
-      Owner owner(std::vector<std::uint8_t>{});
-      owner.io.files["wood/a.forest"] = scene_bytes();
-      owner.io.fault = fault;
-      owner.io.fault_at = n;
-      owner.io.fault_attempts = kReadAttempts - 1;
-      owner.log.lines.clear();
-      owner.open(8);
+      Owner owner([&](Owner& unopened) {
+        unopened.io.fault = fault;
+        unopened.io.fault_at = n;
+        unopened.io.fault_attempts = kReadAttempts - 1;
+      });
       ASSERT_NE(owner.stream, nullptr) << n;
       owner.settle(here, kPlenty);
       EXPECT_TRUE(owner.log.lines.empty()) << n << ": " << owner.log.lines[0];
@@ -332,12 +335,7 @@ TEST(SceneStream, EveryReadMayFailAFewTimes) {
 }
 
 TEST(SceneStream, ATileWhoseReadIsPausedIsForgottenWhenTheCameraGoes) {
-  Owner owner;
-  static std::uint64_t now_ns;
-  now_ns = 1;
-  owner.stream.reset();
-  owner.stream = *SceneStream::open({owner.allocator.hook(), owner.jobs.hook(), owner.io.hook(), owner.log.hook()}, owner.ledger,
-                                    "wood/a.forest", {.max_in_flight = 8, .clock_ns = [] { return now_ns; }});
+  Owner owner([](Owner& unopened) { unopened.options.clock_ns = [] { return std::uint64_t{1}; }; });
   owner.io.fail_offset = owner.stream->file().tiles[0].offset;
   owner.settle(eye_at(0, 0), kPlenty);
   EXPECT_EQ(owner.stream->stats().missing_tiles, 1u) << "it is waited for";
@@ -371,11 +369,10 @@ TEST(SceneStream, APlantOutsideTheFolderIsLeftOutAndSaidOnce) {
 
 TEST(SceneStream, AnAssetRootAndAPermissionLetPlantsBeElsewhere) {
   for (const AssetFolder& folder : {AssetFolder{.root = "."}, AssetFolder{.root = "wood/.."}, AssetFolder{.allow_outside = true}}) {
-    Owner owner(std::vector<std::uint8_t>{});
-    owner.log.lines.clear();
-    owner.io.files["wood/a.forest"] = scene_with("../oak.coppice");
-    owner.plants_folder = folder;
-    owner.open(8);
+    Owner owner([&](Owner& unopened) {
+      unopened.io.files["wood/a.forest"] = scene_with("../oak.coppice");
+      unopened.options.plants = folder;
+    });
     owner.settle(eye_at(0, 0), kPlenty);
     EXPECT_EQ(owner.stream->species_state(1), SpeciesState::open) << folder.root;
     EXPECT_TRUE(owner.log.lines.empty());
@@ -399,7 +396,8 @@ TEST(SceneStream, ANameCannotForgeALine) {
 
 TEST(SpeciesPath, FollowsLinksOfRealFiles) {
   namespace fs = std::filesystem;
-  const fs::path base = fs::temp_directory_path() / ("species_path_test_" + std::to_string(::getpid()));
+  const test::TemporaryFolder temporary;
+  const fs::path& base = temporary.path();
   fs::create_directories(base / "scene");
   std::ofstream(base / "scene/in.coppice") << "in";
   std::ofstream(base / "out.coppice") << "out";
@@ -416,10 +414,7 @@ TEST(SpeciesPath, FollowsLinksOfRealFiles) {
   EXPECT_TRUE(check_species_path(whole, scene, "link.coppice"));
   EXPECT_FALSE(check_species_path(whole, scene, "../../out.coppice"));
   EXPECT_FALSE(check_species_path({.root = (base / "scene").string(), .real_files = true}, scene, "link.coppice"));
-  const auto missing = check_species_path({.real_files = true}, scene, "none.coppice");
-  ASSERT_FALSE(missing);
-  EXPECT_TRUE(test::mentions(missing.error().message(), {"none.coppice", std::strerror(ENOENT)}));
-  fs::remove_all(base);
+  test::expect_error(check_species_path({.real_files = true}, scene, "none.coppice"), Status::io, {"none.coppice", std::strerror(ENOENT)});
 }
 
 TEST(SceneStream, ATileWaitsForItsSpecies) {
@@ -442,13 +437,10 @@ TEST(SceneStream, ATileWaitsForItsSpecies) {
 
 TEST(SceneStream, AnAllocatorThatFailsIsSurvivedWithoutALeak) {
   for (std::size_t n = 0;; ++n) {
-    Owner owner(std::vector<std::uint8_t>(scene_bytes().size()), 4);  // zeros: not opened
-    ASSERT_EQ(owner.stream, nullptr);
-    owner.log.lines.clear();
-    owner.io.files["wood/a.forest"] = scene_bytes();
-    const std::size_t before = owner.allocator.calls;
-    owner.allocator.fail_at = before + n;
-    owner.open(4);
+    Owner owner([&](Owner& unopened) {
+      unopened.options.max_in_flight = 4;
+      unopened.allocator.fail_at = n;
+    });
     if (owner.stream == nullptr) {
       EXPECT_EQ(owner.log.lines.size(), 1u) << n;
     } else {

@@ -28,6 +28,9 @@ struct Table {
     file.error_px = hook_array<float>({4.0f, 16.0f, 2.0f, 8.0f, 0.5f, 2.0f});
     file.plant.wood_lod_count = 4;
     file.wood_error_px = hook_array<float>({0.0f, 0.0f, 0.1f, 0.4f, 0.2f, 0.8f, 0.4f, 1.6f});
+    pack();
+  }
+  void pack() {
     words = *pack_lod_table(file, default_allocator());
     table = lod_table(file, words);
   }
@@ -114,9 +117,16 @@ TEST(LeafCount, KeepsTheThresholdItWasGiven) {
 struct TableWithMeshes : Table {
   TableWithMeshes() {
     file.leaf_mesh_error_px = hook_array<float>({1.0f, 2.0f});
-    words = *pack_lod_table(file, default_allocator());
-    table = lod_table(file, words);
+    pack();
+    plant = {.table = table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
   }
+  /// At a threshold of 4 px.
+  [[nodiscard]] InstanceLod lod_at(float size_px) const {
+    return select_lod({.center_m = {0.0f, 0.0f, 1000.0f / size_px}, .radius_m = 1.0f, .plant = 0}, 0, plant, view);
+  }
+
+  LodPlant plant;
+  LodView view{.focal_px = 500.0f, .error_px = 4.0f};
 };
 
 TEST(LeafCount, DiscreteLevelsAreQuartersAndNeverTooFew) {
@@ -140,35 +150,25 @@ TEST(LeafMeshes, ErrorIsTheTablesAndGrowsWithTheSizeBeyondIt) {
 }
 
 TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {
-  const TableWithMeshes t;
-  LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
-  const LodView view{.focal_px = 500.0f, .error_px = 4.0f};  // 4 px at a size of 64 px
-  const auto at_size = [&](float size_px) {
-    return select_lod({.center_m = {0.0f, 0.0f, 1000.0f / size_px}, .radius_m = 1.0f, .plant = 0}, 0, plant, view);
-  };
-  const float share = lod::coppice_instance_threshold_px(1.0f, 0);
-  EXPECT_TRUE(at_size(64.0f * share * 1.001f).leaf_meshes);
-  EXPECT_FALSE(at_size(64.0f * share * 0.999f).leaf_meshes);
-  plant.leaf_meshes_resident = false;
-  EXPECT_FALSE(at_size(1000.0f).leaf_meshes) << "quads until they are there";
-  EXPECT_EQ(at_size(1000.0f).leaf_count, 100.0f);
+  TableWithMeshes t;
+  const float share = lod::coppice_instance_threshold_px(1.0f, 0);  // quads err by 4 px at a size of 64 px
+  EXPECT_TRUE(t.lod_at(64.0f * share * 1.001f).leaf_meshes);
+  EXPECT_FALSE(t.lod_at(64.0f * share * 0.999f).leaf_meshes);
+  t.plant.leaf_meshes_resident = false;
+  EXPECT_FALSE(t.lod_at(1000.0f).leaf_meshes) << "quads until they are there";
+  EXPECT_EQ(t.lod_at(1000.0f).leaf_count, 100.0f);
 }
 
 TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
   TableWithMeshes t;
   // All leaves have no error against themselves, as baked tables say.
   t.file.error_px = hook_array<float>({4.0f, 16.0f, 2.0f, 8.0f, 0.0f, 0.0f});
-  t.words = *pack_lod_table(t.file, default_allocator());
-  t.table = lod_table(t.file, t.words);
-  LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
-  const LodView view{.focal_px = 500.0f, .error_px = 4.0f};
-  const auto at_size = [&](float size_px) {
-    return select_lod({.center_m = {0.0f, 0.0f, 1000.0f / size_px}, .radius_m = 1.0f, .plant = 0}, 0, plant, view);
-  };
+  t.pack();
+  t.plant.table = t.table;
   const float threshold_px = lod::coppice_instance_threshold_px(4.0f, 0);
   float last = 0.0f;
   for (float size_px = 8.0f; size_px < 64.0f * threshold_px / 4.0f; size_px *= 1.01f) {
-    const InstanceLod lod = at_size(size_px);
+    const InstanceLod lod = t.lod_at(size_px);
     ASSERT_FALSE(lod.leaf_meshes);
     EXPECT_GE(lod.leaf_count, last * 0.99999f) << "detail grows with the size";
     last = lod.leaf_count;
@@ -177,15 +177,14 @@ TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
     EXPECT_LE(std::hypot(of_cut, of_quads), threshold_px * 1.001f) << size_px << " px";
   }
   EXPECT_GT(last, 90.0f);
-  plant.leaf_meshes_resident = false;
-  EXPECT_LT(at_size(32.0f * threshold_px / 2.0f).leaf_count, 90.0f) << "nothing takes over: the cut as the table has it";
+  t.plant.leaf_meshes_resident = false;
+  EXPECT_LT(t.lod_at(32.0f * threshold_px / 2.0f).leaf_count, 90.0f) << "nothing takes over: the cut as the table has it";
 }
 
 TEST(LeafMeshes, FullDetailDrawsThem) {
-  const TableWithMeshes t;
-  const LodPlant plant{.table = t.table, .resident_leaf_count = 100, .resident_wood_mask = 0b1111, .leaf_meshes_resident = true};
-  const LodView view{.focal_px = 500.0f, .error_px = 4.0f, .full = true};
-  EXPECT_TRUE(select_lod({.center_m = {0.0f, 0.0f, 1000.0f}, .radius_m = 1.0f, .plant = 0}, 0, plant, view).leaf_meshes);
+  TableWithMeshes t;
+  t.view.full = true;
+  EXPECT_TRUE(t.lod_at(1.0f).leaf_meshes);
 }
 
 TEST(ProjectedSize, IsTheDiameterAtItsDistance) {
@@ -260,7 +259,7 @@ std::vector<std::uint32_t> cut(std::span<const std::uint32_t> node_split, std::u
   return nodes;
 }
 
-TEST(SelectCut, OfFourLeavesByHand) {
+TEST(SelectCut, OfFourLeaves) {
   // Split 0: node 0 -> 1 2; split 1: node 2 -> 3 4; split 2: node 1 -> 5 6.
   constexpr std::uint32_t kLast = lod::kCoppiceNoSplit;
   const std::vector<std::uint32_t> node_split = {0, 2, 1, kLast, kLast, kLast, kLast};

@@ -1,7 +1,6 @@
 #include "streamer.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -9,17 +8,18 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "chunk_value.h"
 #include "decoded_pages.h"
+#include "gltf_builder.h"
 #include "mentions.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "print_reading.h"
-#include "random_tree.h"
+#include "process.h"
+#include "results.h"
 #include "streamer_fixture.h"
 
 namespace coppice {
@@ -29,26 +29,13 @@ using test::demand_of;
 
 /// Six pages, two wood LoDs, a texture. Its table asks for m = (size / 20)^2 leaves at the default threshold.
 const std::vector<std::uint8_t>& plant_file() {
-  static const std::vector<std::uint8_t> file = [] {
-    bake::PackSizes sizes;
-    return *bake::pack(test::random_plant({.leaf_count = 3000, .seed = 5}), sizes);
-  }();
-  return file;
-}
-
-const std::vector<std::uint8_t>& small_plant_file() {
-  static const std::vector<std::uint8_t> file = [] {
-    bake::PackSizes sizes;
-    return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 6, .texture_side = 0}), sizes);
-  }();
+  static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = 3000, .seed = 5});
   return file;
 }
 
 /// Few leaves and a large texture.
 std::vector<std::uint8_t> poster_file(std::uint32_t texture_side) {
-  bake::PackSizes sizes;
-  return *bake::pack(test::random_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = texture_side}), sizes,
-                     bake::TextureCoding::rgba8);
+  return test::packed_plant({.leaf_count = 40, .seed = 7, .wood_lod_count = 0, .texture_side = texture_side}, bake::TextureCoding::rgba8);
 }
 
 const GpuSizes kGpuSizes = {.plant_bytes = 1000, .block_textures = true};
@@ -58,7 +45,7 @@ class StreamerTest : public test::StreamerFixture {
   void SetUp() override {
     io.files["a"] = plant_file();
     io.files["b"] = plant_file();
-    io.files["small"] = small_plant_file();
+    io.files["small"] = test::packed_plant({.leaf_count = 40, .seed = 6, .texture_side = 0});
     options.gpu = kGpuSizes;
   }
 
@@ -66,12 +53,30 @@ class StreamerTest : public test::StreamerFixture {
     StreamerFixture::start();
     empty_bytes = ledger.reserved();
   }
+  /// A streamer with one plant in it.
+  std::uint32_t start_with(const char* path) {
+    start();
+    return open(path);
+  }
+  /// A streamer with the plant "a" in it, of which all is resident.
+  std::uint32_t start_with_whole_plant() {
+    const std::uint32_t plant = start_with("a");
+    frames(20, {demand_of(5000.0f)});
+    expect_whole(plant);
+    return plant;
+  }
+  /// `count` plants "a" that are whole, and their demands.
+  std::vector<PlantDemand> start_with_whole_plants(std::size_t count) {
+    start();
+    for (std::size_t i = 0; i < count; ++i) open("a");
+    std::vector<PlantDemand> demands(count, demand_of(5000.0f));
+    for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
+    EXPECT_EQ(streamer->stats().all().wanted, 0u);
+    return demands;
+  }
   [[nodiscard]] coppice_file_chunk page_chunk(std::uint32_t plant, std::uint32_t page) const {
     return *find_chunk(streamer->file(plant), COPPICE_CHUNK_PAGE, page);
   }
-  /// Reads of a chunk since the log was cleared.
-  [[nodiscard]] std::ptrdiff_t reads_at(std::uint64_t offset) const { return std::ranges::count(io.log, offset, &test::FakeRead::offset); }
-
   /// Error, px, of a plant's resident leaves at a size; of those that one page less would leave.
   [[nodiscard]] float error_px(std::uint32_t plant, float size_px, std::uint32_t pages_less = 0) const {
     const std::uint32_t pages = streamer->state(plant).resident_page_count - pages_less;
@@ -83,8 +88,7 @@ class StreamerTest : public test::StreamerFixture {
 };
 
 TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   EXPECT_EQ(streamer->file(plant).plant.leaf_count, 3000u);
   EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1u);
   EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0u);
@@ -97,30 +101,25 @@ TEST_F(StreamerTest, OpensWithTheFirstPageAndTheCoarsestWood) {
 }
 
 TEST_F(StreamerTest, LoadsExactlyWhatTheViewWants) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(700.0f)});  // about 1,240 leaves
   EXPECT_EQ(streamer->state(plant).resident_page_count, 3u);
   EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
   frames(20, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  expect_whole(plant);
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
   EXPECT_EQ(streamer->stats().all().loaded, 6u + 2u + 1u);
 }
 
 TEST_F(StreamerTest, FullDetailWantsEverythingInView) {
-  start();
   view.full = true;
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(10.0f)});
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
+  expect_whole(plant);
 }
 
 TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   for (float size_px = 100.0f; size_px < 6000.0f; size_px *= 1.5f) {
     frames(6, {demand_of(size_px)});
     const std::uint32_t leaves = streamer->state(plant).resident_leaf_count;
@@ -134,9 +133,7 @@ TEST_F(StreamerTest, EveryCutOfWhatArrivedIsAWholePlant) {
 }
 
 TEST_F(StreamerTest, HandsOutWhatTheCodecDecodes) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const PlantFile& file = streamer->file(plant);
   bake::DecodedPages pages(root_node(file.plant), file.plant.leaf_count, file.plant.card_count, quantised_max(file.plant));
   const test::FakeGpuPlant& uploaded = gpu->plants[plant];
@@ -170,8 +167,7 @@ TEST_F(StreamerTest, AsksFirstForWhatRemovesMoreError) {
 }
 
 TEST_F(StreamerTest, LaterPagesAreWorthLess) {
-  start();
-  open("a");
+  start_with("a");
   const ValuedPlant valued{lod_table(streamer->file(0), streamer->lod_words(0)), 3000, 61440};
   const PlantDemand demand = demand_of(5000.0f), twice = demand_of(5000.0f, 2.0f);
   const DemandedDetail demanded = demanded_detail(valued, demand, view);
@@ -190,8 +186,7 @@ TEST_F(StreamerTest, LaterPagesAreWorthLess) {
 }
 
 TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   const std::uint64_t before = ledger.reserved();
   io.deferred = true;
@@ -211,8 +206,7 @@ TEST_F(StreamerTest, DropsAReadThatNobodyWantsAnyMore) {
 }
 
 TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
-  start();
-  open("a");
+  start_with("a");
   frames(3, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -224,9 +218,7 @@ TEST_F(StreamerTest, AGlanceAsideDropsNothing) {
 }
 
 TEST_F(StreamerTest, PagesThatReturnOutOfOrderAreDecodedInOrder) {
-  io.deferred = false;
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(1, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -247,8 +239,8 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
   const std::uint64_t floor_bytes = ledger.reserved();
   const std::vector<PlantDemand> demands = {demand_of(5000.0f, 10.0f), demand_of(5000.0f, 1.0f)};
   frames(20, demands);
-  ASSERT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  ASSERT_EQ(streamer->state(other).resident_leaf_count, 3000u);
+  expect_whole(plant);
+  expect_whole(other);
   EXPECT_FLOAT_EQ(streamer->threshold_px(0), 2.0f) << "the view's own while everything fits";
   float threshold_px = 2.0f;
   for (std::uint64_t budget = ledger.reserved(); budget > floor_bytes; budget = std::max(floor_bytes, budget - 40000)) {
@@ -275,8 +267,7 @@ TEST_F(StreamerTest, AShrinkingBudgetRaisesTheThresholdForAllAlikeWithinAFrame) 
 }
 
 TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(1, {PlantDemand{}});
   const std::uint64_t floor_bytes = ledger.reserved();
   ledger.set_budget(floor_bytes + 1000);
@@ -297,9 +288,7 @@ TEST_F(StreamerTest, TheThresholdFallsByStepsOnceThereIsRoomAgain) {
 }
 
 TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
-  start();
-  open("a");
-  frames(20, {demand_of(5000.0f)});
+  start_with_whole_plant();
   const std::uint64_t full = ledger.reserved();
   gpu->frames_behind = 3;
   ledger.set_budget(full - 100000);
@@ -357,10 +346,7 @@ class ATwentieth : public StreamerTest {
 
   void SetUp() override {
     StreamerTest::SetUp();
-    static const std::vector<std::uint8_t> file = [] {
-      bake::PackSizes sizes;
-      return *bake::pack(test::random_plant({.leaf_count = 20000, .seed = 8}), sizes);
-    }();
+    static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = 20000, .seed = 8});
     io.files["large"] = file;
     start();
     for (std::uint32_t i = 0; i < kPlants; ++i) open("large");
@@ -447,9 +433,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
 }
 
 TEST_F(StreamerTest, WhatOthersTakeEvicts) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const std::uint64_t budget = ledger.reserved() + 370000;  // a load takes more than what it leaves behind
   ledger.set_budget(budget);
   ledger.reserve(500000);
@@ -463,14 +447,7 @@ TEST_F(StreamerTest, WhatOthersTakeEvicts) {
 
 TEST_F(StreamerTest, ATextureLargerThanItsShareCostsTheOthersNothing) {
   io.files["poster"] = poster_file(1024);
-  start();
-  std::vector<PlantDemand> demands;
-  for (int i = 0; i < 10; ++i) {
-    open("a");
-    demands.push_back(demand_of(5000.0f));
-  }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
-  ASSERT_EQ(streamer->stats().all().wanted, 0u);
+  std::vector<PlantDemand> demands = start_with_whole_plants(10);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e4f));
   ASSERT_GT(find_chunk(streamer->file(poster), COPPICE_CHUNK_TEXTURE, 0)->bytes, 10 * 5 * 62000u);
@@ -506,13 +483,7 @@ TEST_F(StreamerTest, OfManyTexturesThoseThatFitTogetherAreWanted) {
 
 TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   io.files["poster"] = poster_file(1024);
-  start();
-  std::vector<PlantDemand> demands;
-  for (int i = 0; i < 40; ++i) {
-    open("a");
-    demands.push_back(demand_of(5000.0f));
-  }
-  for (int i = 0; i < 200 && (i < 3 || streamer->stats().all().wanted > 0); ++i) frames(1, demands);
+  std::vector<PlantDemand> demands = start_with_whole_plants(40);
   const std::uint32_t poster = open("poster");
   demands.push_back(demand_of(5000.0f, 1e6f));
   ledger.set_budget(ledger.reserved());
@@ -521,50 +492,52 @@ TEST_F(StreamerTest, ARequestThatNeedsManyEvictionsIsGranted) {
   EXPECT_GT(streamer->stats().all().evicted, 64u);
 }
 
+/// Page 2 cannot be read.
 class BadPage : public StreamerTest {
  protected:
-  /// Page 2 is the bad one.
-  void expect_last_good_cut(std::uint32_t plant, const std::string& reason) {
+  void SetUp() override {
+    StreamerTest::SetUp();
+    start();
+    plant = open("a");
+    page = page_chunk(plant, 2);
+    io.fail_offset = page.offset;
+  }
+  void expect_last_good_cut(const std::string& reason) {
     frames(20, {demand_of(5000.0f)});
     EXPECT_EQ(streamer->state(plant).resident_leaf_count, 1025u);
     EXPECT_EQ(streamer->stats().all().failed, 1u);
     EXPECT_EQ(streamer->stats().all().wanted, 0u) << "what can never come is not waited for";
     EXPECT_EQ(streamer->stats().all().in_flight, 0u);
     ASSERT_EQ(log.lines.size(), 1u);
-    EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", reason, "byte " + std::to_string(page_chunk(plant, 2).offset)}));
+    EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", reason, "byte " + std::to_string(page.offset)}));
     io.log.clear();
     frames(100, {demand_of(5000.0f)});
     EXPECT_TRUE(io.log.empty()) << "a failed page is not read again";
     EXPECT_EQ(log.lines.size(), 1u);
   }
+
+  std::uint32_t plant = 0;
+  coppice_file_chunk page{};
 };
 
 TEST_F(BadPage, FailedRead) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.fail_offset = page_chunk(plant, 2).offset;
   io.failing_result = -EIO;
-  expect_last_good_cut(plant, std::strerror(EIO));
+  expect_last_good_cut(std::strerror(EIO));
 }
 
 TEST_F(BadPage, ShortRead) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.fail_offset = page_chunk(plant, 2).offset;
-  io.failing_result = static_cast<std::int64_t>(page_chunk(plant, 2).bytes) - 1;
-  expect_last_good_cut(plant, std::to_string(io.failing_result));
+  io.failing_result = static_cast<std::int64_t>(page.bytes) - 1;
+  expect_last_good_cut(std::to_string(io.failing_result));
 }
 
 TEST_F(BadPage, FlippedBit) {
-  start();
-  const std::uint32_t plant = open("a");
-  io.files["a"][page_chunk(plant, 2).offset + 100] ^= 1;
-  expect_last_good_cut(plant, "checksum");
+  io.fail_offset = UINT64_MAX;
+  io.files["a"][page.offset + 100] ^= 1;
+  expect_last_good_cut("checksum");
 }
 
 TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
   const std::uint64_t decoded_bytes = ledger.reserved();
@@ -581,8 +554,7 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
 }
 
 TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   for (int round = 0; round < 2; ++round) {  // what is pinned first; then a page in the middle, a wood LoD and the texture
     frames(10, {demand_of(5000.0f)});
@@ -597,16 +569,13 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
     frames(40, {demand_of(5000.0f)});
   }
   for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) gpu->upload(chunk);
-  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
-  EXPECT_EQ(streamer->state(plant).resident_wood_mask, 0b11u);
-  EXPECT_EQ(streamer->state(plant).resident_texture_count, 1u);
+  expect_whole(plant);
   EXPECT_EQ(streamer->stats().all().failed, 0u);
   EXPECT_EQ(log.lines.size(), 2u) << "one line for each time the device had nothing";
 }
 
 TEST_F(StreamerTest, TakesUploadsInPortions) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;
   frames(10, {demand_of(5000.0f)});
   std::size_t rounds = 0;
@@ -628,8 +597,7 @@ std::uint64_t slow_clock_ns() {
 TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
   options.clock_ns = slow_clock_ns;
   options.hand_over_budget_ns = 4'500'000;
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
@@ -652,8 +620,7 @@ TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
 TEST_F(StreamerTest, WithoutTimeOneChunkAFrameIsTakenOver) {
   options.clock_ns = slow_clock_ns;
   options.hand_over_budget_ns = 1;
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   std::uint32_t steps = 0;
   for (; streamer->state(plant).resident_leaf_count < 3000 && steps < 40; ++steps) frames(1, {demand_of(5000.0f)});
@@ -676,8 +643,7 @@ TEST_F(StreamerTest, HandsOutFirstWhatIsWorthMost) {
 }
 
 TEST_F(StreamerTest, AClosedPlantIsThereUntilTheGpuIsDoneWithIt) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   gpu->uploads = false;  // it has no chunk whose memory would be waited for
   gpu->frames_behind = 4;
   frames(8, {demand_of(700.0f)});
@@ -692,8 +658,7 @@ TEST_F(StreamerTest, AClosedPlantIsThereUntilTheGpuIsDoneWithIt) {
 }
 
 TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(3, {demand_of(700.0f)});
   io.deferred = true;
   jobs.deferred = true;
@@ -718,8 +683,7 @@ TEST_F(StreamerTest, ClosingGivesEverythingBackEvenWithReadsInFlight) {
 }
 
 TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(5, {demand_of(700.0f)});
   jobs.deferred = true;
   frames(2, {demand_of(5000.0f)});
@@ -736,15 +700,14 @@ TEST_F(StreamerTest, AJobUnderWayKeepsTheQuadsItReads) {
 TEST_F(StreamerTest, OpenReportsWhatIsWrong) {
   options.max_plants = 1;
   start();
-  EXPECT_EQ(streamer->open_plant("missing").error().status, Status::io);
-  EXPECT_TRUE(test::mentions(log.lines.back(), {"missing", std::strerror(ENOENT)}));
   io.files["text"] = std::vector<std::uint8_t>(1000, 'x');
-  EXPECT_EQ(streamer->open_plant("text").error().status, Status::bad_file);
   io.files["empty"] = {};
-  EXPECT_EQ(streamer->open_plant("empty").error().status, Status::bad_file);
   io.files["cut"] = plant_file();
-  io.files["cut"].resize(plant_file().size() - 1);
-  EXPECT_EQ(streamer->open_plant("cut").error().status, Status::bad_file);
+  io.files["cut"].pop_back();
+  for (const auto& [path, status] :
+       {std::pair{"missing", Status::io}, {"text", Status::bad_file}, {"empty", Status::bad_file}, {"cut", Status::bad_file}})
+    EXPECT_EQ(streamer->open_plant(path).error().status, status) << path;
+  EXPECT_TRUE(test::mentions(log.lines.at(0), {"missing", std::strerror(ENOENT)}));
   EXPECT_EQ(io.open_count, 0u) << "every file is closed again";
   EXPECT_EQ(ledger.reserved(), empty_bytes);
   const std::uint32_t plant = open("small");
@@ -854,14 +817,13 @@ TEST_F(StreamerTest, AnOpeningIsTakenBackWithoutWaiting) {
 }
 
 TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
-  start();
-  (void)open("a");
-  frames(20, {demand_of(5000.0f)});
+  start_with_whole_plant();
   const std::uint64_t enough = ledger.budget();
   ledger.set_budget(1);
-  const std::uint32_t plant = *streamer->start_open("b");
+  std::uint32_t plant = *streamer->start_open("b");
+  std::uint64_t waited = 0;  // frames of the last wait
   const auto wait = [&](std::uint64_t most) -> std::optional<Result<void>> {
-    for (std::uint64_t i = 0; i < most; ++i) {
+    for (waited = 0; waited < most; ++waited) {
       if (auto finished = streamer->finish_open(plant)) return finished;
       frames(1, {});
     }
@@ -872,22 +834,17 @@ TEST_F(StreamerTest, AnOpeningWithoutRoomIsTriedAgainAndThenFails) {
   const auto opened = wait(2 * Streamer::kOpenRetryFrames);
   ASSERT_TRUE(opened && *opened);
   ledger.set_budget(1);
-  ASSERT_EQ(*streamer->start_open("b"), plant + 1);
-  std::uint64_t tried = 0;
-  auto failed = streamer->finish_open(plant + 1);
-  for (; !failed && tried < 1000; ++tried) {
-    frames(1, {});
-    failed = streamer->finish_open(plant + 1);
-  }
+  plant = *streamer->start_open("b");
+  const auto failed = wait(1000);
   ASSERT_TRUE(failed);
   EXPECT_EQ(failed->error().status, Status::out_of_memory);
-  EXPECT_EQ(tried, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
+  EXPECT_EQ(waited, (Streamer::kOpenAttempts - 1) * Streamer::kOpenRetryFrames);
 }
 
 TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {
   start();
   io.files["cut"] = plant_file();
-  io.files["cut"].resize(plant_file().size() - 1);
+  io.files["cut"].pop_back();
   io.files["damaged"] = plant_file();
   io.files["damaged"][static_cast<std::size_t>(page_chunk(open("a"), 0).offset) + 100] ^= 1;
   const std::size_t open_count = io.open_count;
@@ -906,11 +863,10 @@ TEST_F(StreamerTest, AnOpeningSaysWhatIsWrongOnceItKnows) {
 TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
   io.files.clear();
   start();
-  const auto plant = streamer->open_plant({"archive:a", plant_file()});
-  ASSERT_TRUE(plant) << plant.error().message();
+  const auto plant = test::must(streamer->open_plant({"archive:a", plant_file()}));
   frames(20, {demand_of(5000.0f)});
-  EXPECT_EQ(streamer->state(*plant).resident_leaf_count, 3000u);
-  EXPECT_STREQ(streamer->path(*plant), "archive:a");
+  EXPECT_EQ(streamer->state(plant).resident_leaf_count, 3000u);
+  EXPECT_STREQ(streamer->path(plant), "archive:a");
   EXPECT_TRUE(io.handles.empty() && io.log.empty()) << "the io hook has been called";
   const std::vector<std::uint8_t>& exact = plant_file();
   for (std::size_t n = 1; n < exact.size(); n += n < 300 ? 1 : 997) {
@@ -923,18 +879,15 @@ TEST_F(StreamerTest, APlantInMemoryIsStreamedFromThere) {
 }
 
 TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
-  start();
-  const std::uint32_t plant = open("a");
-  frames(20, {demand_of(5000.0f)});
+  const std::uint32_t plant = start_with_whole_plant();
   const std::uint64_t budget = ledger.reserved() + 130000;  // a page on its way takes decoders, too
   ledger.set_budget(budget);
   gpu->frames_behind = 2;
-  const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
   int attempts = 0;
   for (auto other = streamer->open_plant("b"); !other; other = streamer->open_plant("b")) {
     EXPECT_EQ(other.error().status, Status::out_of_memory);
     ASSERT_LT(++attempts, 12);
-    gpu->frame(view, demands);
+    frames(1, {demand_of(5000.0f)});
     EXPECT_LE(ledger.reserved(), budget);
   }
   EXPECT_GT(attempts, 2) << "nothing is reused before the GPU is done with it";
@@ -943,8 +896,7 @@ TEST_F(StreamerTest, APlantThatFindsNoRoomFindsItAfterAFewFrames) {
 }
 
 TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
-  start();
-  const std::uint32_t plant = open("a");
+  const std::uint32_t plant = start_with("a");
   frames(20, {demand_of(300.0f)});
   ASSERT_EQ(streamer->state(plant).resident_texture_count, 1u);
   const std::uint64_t loaded = streamer->stats().all().loaded;
@@ -958,16 +910,13 @@ TEST_F(StreamerTest, APlantTooLargeForTheBudgetCostsTheOthersNothing) {
   EXPECT_EQ(streamer->stats().all().loaded, loaded);
 }
 
-/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more. Of a plant with all that a file can have.
+/// The n-th allocation fails, n = 0, 1, 2 ... until nothing fails any more. The plant has all that a file can have.
 class FailingAllocator : public StreamerTest, public testing::WithParamInterface<bool> {
  protected:
   static constexpr std::uint32_t kLeaves = 1200, kLeafMeshes = 2;
 
   FailingAllocator() {
-    static const std::vector<std::uint8_t> file = [] {
-      bake::PackSizes sizes;
-      return *bake::pack(test::random_plant({.leaf_count = kLeaves, .seed = 5, .leaf_mesh_count = kLeafMeshes}), sizes);
-    }();
+    static const std::vector<std::uint8_t> file = test::packed_plant({.leaf_count = kLeaves, .seed = 5, .leaf_mesh_count = kLeafMeshes});
     io.files["whole"] = file;
     options.gpu.block_textures = false;  // a job then allocates too
   }
@@ -977,15 +926,11 @@ class FailingAllocator : public StreamerTest, public testing::WithParamInterface
     test::FakeAllocator failing;
     failing.fail_at = fail_at;
     failing.fail_for_good = GetParam();
-    {
-      ledger = Ledger(256ull << 20);
-      auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, ledger, options);
-      if (!created) {
-        EXPECT_EQ(created.error().status, Status::out_of_memory);
-      } else {
-        drive(**created, failing);
-      }
-    }
+    ledger = Ledger(256ull << 20);
+    if (auto created = Streamer::create({failing.hook(), jobs.hook(), io.hook(), {}}, ledger, options))
+      drive(**created, failing);
+    else
+      EXPECT_EQ(created.error().status, Status::out_of_memory);
     EXPECT_EQ(failing.live_bytes, 0u) << "leak when allocation " << fail_at << " fails";
     EXPECT_EQ(io.open_count, 0u) << "file left open when allocation " << fail_at << " fails";
     return failing.calls <= fail_at;
@@ -1021,8 +966,7 @@ INSTANTIATE_TEST_SUITE_P(Once, FailingAllocator, testing::Values(false));
 INSTANTIATE_TEST_SUITE_P(ForGood, FailingAllocator, testing::Values(true));
 
 TEST_F(StreamerTest, DestructionWaitsForReadsInFlight) {
-  start();
-  open("a");
+  start_with("a");
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
   ASSERT_FALSE(io.waiting.empty());
@@ -1044,18 +988,14 @@ INSTANTIATE_TEST_SUITE_P(Automatic, StreamerThreads, testing::Values(Reading::au
 INSTANTIATE_TEST_SUITE_P(ThreadPool, StreamerThreads, testing::Values(Reading::thread_pool));
 
 TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("coppice_streamer_test_" + std::to_string(::getpid()) + ".coppice");
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(plant_file().data()), static_cast<std::streamsize>(plant_file().size()));
-  auto set = complete_hooks({}, GetParam());
-  ASSERT_TRUE(set);
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = test::write_file(folder / "plant.coppice", plant_file());
+  auto set = test::must(complete_hooks({}, GetParam()));
   for (int round = 0; round < 5; ++round) {
     Ledger ledger;
-    auto streamer = Streamer::create(set->hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6});
-    ASSERT_TRUE(streamer);
-    test::FakeGpu gpu(**streamer, ledger);
-    for (int i = 0; i < 3; ++i) ASSERT_TRUE((*streamer)->open_plant(path.c_str()));
+    auto streamer = test::must(Streamer::create(set.hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6}));
+    test::FakeGpu gpu(*streamer, ledger);
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(streamer->open_plant(path.c_str()));
     const std::uint64_t budget = ledger.reserved() + 500000;
     ledger.set_budget(budget);
     LodView view;
@@ -1066,10 +1006,9 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
       ASSERT_LE(ledger.reserved(), budget);
       if (i % 8 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    EXPECT_EQ((*streamer)->stats().all().failed, 0u);
-    EXPECT_GT((*streamer)->stats().all().loaded, 6u);
+    EXPECT_EQ(streamer->stats().all().failed, 0u);
+    EXPECT_GT(streamer->stats().all().loaded, 6u);
   }
-  std::filesystem::remove(path);
 }
 
 }  // namespace streamer_test

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "material_split.h"
+#include "polygons.h"
 #include "srgb.h"
 #include "texture_mips.h"
 #include "texture_regions.h"
@@ -34,14 +34,11 @@ Image paint(const std::function<Rgba(std::uint32_t, std::uint32_t)>& texel) {
 
 /// In texels; drawn as large as it is in the picture, times `scale`.
 void add_rectangle(Mesh& mesh, std::uint32_t material, const glm::vec2& low, const glm::vec2& high, float scale = 1.0f) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const glm::vec2& corner : {low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)}) {
-    mesh.positions.emplace_back(corner * scale, 0.0f);
-    mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
-    mesh.uvs.push_back(corner / static_cast<float>(kSide));
-  }
-  for (const std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + k);
-  mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, material);
+  std::array<glm::vec2, 4> uvs{low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)};
+  std::array<glm::vec3, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = glm::vec3(uvs[i] * scale, 0.0f);
+  for (glm::vec2& uv : uvs) uv /= static_cast<float>(kSide);
+  test::add_polygon(mesh, corners, uvs, material);
 }
 
 void add_leaf(Plant& plant, std::uint32_t material, const glm::vec2& low, const glm::vec2& high, float scale = 1.0f) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <tuple>
 
+#include "polygons.h"
 #include "texture_mips.h"
 
 namespace coppice::bake {
@@ -34,13 +35,7 @@ Image paper_and_bark() {
 }
 
 void add_triangle(Mesh& mesh, std::uint32_t material, const std::array<glm::vec2, 3>& uvs) {
-  for (const glm::vec2& uv : uvs) {
-    mesh.indices.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
-    mesh.positions.emplace_back(uv, 0.0f);
-    mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
-    mesh.uvs.push_back(uv);
-  }
-  mesh.triangle_materials.push_back(material);
+  test::add_polygon(mesh, std::array{glm::vec3(uvs[0], 0.0f), glm::vec3(uvs[1], 0.0f), glm::vec3(uvs[2], 0.0f)}, uvs, material);
 }
 
 /// A leaf inside the disc, two periods off, and bark that repeats along v.

@@ -5,9 +5,11 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
-#include <string>
+#include <numeric>
 #include <thread>
 #include <vector>
+
+#include "results.h"
 
 namespace coppice {
 namespace thread_pool_test {
@@ -15,60 +17,50 @@ namespace thread_pool_test {
 TEST(ThreadPool, RunsEverythingBeforeItGoes) {
   std::atomic<int> ran = 0;
   {
-    auto pool = ThreadPool::create(3);
-    ASSERT_TRUE(pool);
-    for (int i = 0; i < 100; ++i) (*pool)->submit([](void* argument) { ++*static_cast<std::atomic<int>*>(argument); }, &ran);
+    auto pool = test::must(ThreadPool::create(3));
+    for (int i = 0; i < 100; ++i) pool->submit([](void* argument) { ++*static_cast<std::atomic<int>*>(argument); }, &ran);
   }
   EXPECT_EQ(ran, 100);
 }
 
-TEST(ThreadPool, OneThreadKeepsTheOrder) {
-  struct Step {
-    std::vector<int>* order;
-    int number;
-  };
-  std::vector<int> order;
-  std::vector<Step> steps;
-  for (int i = 0; i < 50; ++i) steps.push_back({&order, i});
-  {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    for (Step& step : steps)
-      (*pool)->submit(
-          [](void* argument) {
-            auto* s = static_cast<Step*>(argument);
-            s->order->push_back(s->number);
-          },
-          &step);
+/// A job that says that it ran.
+struct Step {
+  std::vector<int>* order;
+  int number;
+
+  static void run(void* argument) {
+    const auto* step = static_cast<Step*>(argument);
+    step->order->push_back(step->number);
   }
-  ASSERT_EQ(order.size(), 50u);
-  for (int i = 0; i < 50; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
+};
+
+TEST(ThreadPool, OneThreadKeepsTheOrder) {
+  std::vector<int> order, expected(50);
+  std::iota(expected.begin(), expected.end(), 0);
+  std::vector<Step> steps;
+  for (const int number : expected) steps.push_back({&order, number});
+  {
+    auto pool = test::must(ThreadPool::create(1));
+    for (Step& step : steps) pool->submit(Step::run, &step);
+  }
+  EXPECT_EQ(order, expected);
 }
 
 TEST(ThreadPool, WhatMayTakeLongStartsWhenNothingElseWaits) {
-  struct Step {
-    std::string* order;
-    char name;
-  };
-  std::string order;
+  std::vector<int> order;
   std::mutex started;
   started.lock();
-  Step steps[] = {{&order, 'a'}, {&order, 'b'}, {&order, 'c'}, {&order, 'd'}};
-  const auto run = [](void* argument) {
-    auto* step = static_cast<Step*>(argument);
-    step->order->push_back(step->name);
-  };
+  Step steps[] = {{&order, 0}, {&order, 1}, {&order, 2}, {&order, 3}};
   {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    (*pool)->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
-    (*pool)->submit_long(run, &steps[2]);
-    (*pool)->submit_long(run, &steps[3]);
-    (*pool)->submit(run, &steps[0]);
-    (*pool)->submit(run, &steps[1]);
+    auto pool = test::must(ThreadPool::create(1));
+    pool->submit([](void* argument) { std::lock_guard(*static_cast<std::mutex*>(argument)); }, &started);  // holds the thread
+    pool->submit_long(Step::run, &steps[2]);
+    pool->submit_long(Step::run, &steps[3]);
+    pool->submit(Step::run, &steps[0]);
+    pool->submit(Step::run, &steps[1]);
     started.unlock();
   }
-  EXPECT_EQ(order, "abcd");
+  EXPECT_EQ(order, (std::vector{0, 1, 2, 3}));
 }
 
 struct Gate {
@@ -99,10 +91,9 @@ struct Gate {
 TEST(ThreadPool, RunsInlineWhatNoLongerFitsTheQueue) {
   Gate gate;
   {
-    auto pool = ThreadPool::create(1);
-    ASSERT_TRUE(pool);
-    (*pool)->submit(Gate::wait, &gate);
-    for (std::uint32_t i = 0; i < ThreadPool::kQueueLength + 10; ++i) (*pool)->submit(Gate::count, &gate);
+    auto pool = test::must(ThreadPool::create(1));
+    pool->submit(Gate::wait, &gate);
+    for (std::uint32_t i = 0; i < ThreadPool::kQueueLength + 10; ++i) pool->submit(Gate::count, &gate);
     EXPECT_GE(gate.ran_inline, 10);
     EXPECT_LE(gate.ran_inline, 11);  // the gate itself may still be queued
     gate.release();

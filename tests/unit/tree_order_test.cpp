@@ -8,6 +8,7 @@
 
 #include "collapse_information.h"
 #include "quad_merge.h"
+#include "results.h"
 #include "test_foliage.h"
 #include "viewpoints.h"
 
@@ -16,7 +17,7 @@ namespace tree_order_test {
 
 using Corners = std::array<std::uint8_t, 4>;
 
-TEST(MergeCorners, Figure3ByHand) {
+TEST(MergeCorners, Figure3) {
   // Two squares of side 1 side by side, 4 apart, the second turned by one corner:
   //   3 2       4 7
   //   0 1       5 6
@@ -45,10 +46,14 @@ TEST(MergedCard, IsThatOfTheLargerTheFirstOfEquals) {
   EXPECT_EQ(merged_card(small, 7, small, 9), 7u);
 }
 
+Foliage three_leaves() {
+  return test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({9, 0, 0}, {3, 0, 0}, {0, 1, 0}),
+                              test::rectangle({20, 0, 0}, {2, 0, 0}, {0, 1, 0})});
+}
+
 /// Three leaves in a row: 1 and 2 merge, then 0 and the result.
-TEST(TreeOrder, ThreeLeavesByHand) {
-  Foliage foliage = test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({9, 0, 0}, {3, 0, 0}, {0, 1, 0}),
-                                         test::rectangle({20, 0, 0}, {2, 0, 0}, {0, 1, 0})});
+TEST(TreeOrder, ThreeLeaves) {
+  Foliage foliage = three_leaves();
   foliage.cards = {0, 1, 0};
   foliage.card_table.push_back(foliage.card_table[0]);
   const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 3, 6, 5}}, Merge{0, 3, {0, 1, 7, 4}}}, 0});
@@ -67,9 +72,7 @@ TEST(TreeOrder, ThreeLeavesByHand) {
 }
 
 TEST(TreeOrder, CutsHaveTheFadesOfTheirMerges) {
-  const Foliage foliage =
-      test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({9, 0, 0}, {3, 0, 0}, {0, 1, 0}),
-                           test::rectangle({20, 0, 0}, {2, 0, 0}, {0, 1, 0})});
+  const Foliage foliage = three_leaves();
   const Tree tree =
       build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, fade_of(9, 3)}, Merge{0, 3, {0, 1, 6, 7}, fade_of(4, 11)}}, 0});
   EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).fades, (std::vector<std::uint8_t>{fade_of(4, 11)}));
@@ -84,9 +87,8 @@ TEST(TreeOrder, CutsHaveTheFadesOfTheirMerges) {
 }
 
 Tree baked_tree(const Foliage& foliage) {
-  const auto result = collapse_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(6), {32, true, 4}, {});
-  EXPECT_TRUE(result);
-  return build_tree(foliage, result->sequence);
+  const auto result = test::must(collapse_by_mutual_information({foliage, test::plain_materials(), {}}, *viewpoints(6), {32, true, 4}, {}));
+  return build_tree(foliage, result.sequence);
 }
 
 std::vector<std::uint32_t> parents_of(const Tree& tree) {

@@ -14,9 +14,8 @@
 #include "gltf_builder.h"
 #include "inspect.h"
 #include "mentions.h"
-#include "pack.h"
+#include "packed_plant.h"
 #include "process.h"
-#include "random_tree.h"
 #include "scene_file.h"
 #include "scene_write.h"
 
@@ -25,11 +24,10 @@ namespace verify_scene_test {
 
 namespace fs = std::filesystem;
 
-std::vector<std::uint8_t> packed(std::uint32_t seed, const std::string& name = "oak") {
-  bake::PackSizes sizes;
+std::vector<std::uint8_t> packed_oak(std::uint32_t seed, const std::string& name = "oak") {
   bake::BakedPlant plant = random_plant({.leaf_count = 30, .seed = seed});
   plant.name = name;
-  return *bake::pack(plant, sizes);
+  return packed(plant);
 }
 
 /// Two species, one in a folder of its own, and a scene of 5,000 plants of them.
@@ -37,8 +35,8 @@ class VerifyScene : public testing::Test {
  protected:
   void SetUp() override {
     fs::create_directories(scene_folder_ / "trees");
-    write_file(scene_folder_ / "fern.coppice", packed(1));
-    write_file(scene_folder_ / "trees" / "oak.coppice", packed(2));
+    write_file(scene_folder_ / "fern.coppice", packed_oak(1));
+    write_file(scene_folder_ / "trees" / "oak.coppice", packed_oak(2));
   }
 
   /// The scene of species at these paths from its folder, with the spheres of the two plants.
@@ -72,13 +70,13 @@ TEST_F(VerifyScene, PassesAWholeScene) {
   EXPECT_GT(report.tiles_checked, 1u);
   EXPECT_EQ(report.species_checked, 2u);
   EXPECT_EQ(report.bytes_checked, file.size());
-  EXPECT_FALSE(bake::is_scene(packed(1)));
+  EXPECT_FALSE(bake::is_scene(packed_oak(1)));
 }
 
 TEST_F(VerifyScene, ListsEverySpeciesThatIsWrong) {
   fs::create_directories(folder_ / "other");
-  write_file(folder_ / "other" / "oak.coppice", packed(2));
-  auto damaged = packed(1);
+  write_file(folder_ / "other" / "oak.coppice", packed_oak(2));
+  auto damaged = packed_oak(1);
   damaged[damaged.size() - 9] ^= 0x10;
   write_file(scene_folder_ / "damaged.coppice", damaged);
   fs::create_symlink("../other/oak.coppice", scene_folder_ / "link.coppice");
@@ -96,8 +94,7 @@ TEST_F(VerifyScene, ListsEverySpeciesThatIsWrong) {
 TEST_F(VerifyScene, FindsAPlantThatHasChanged) {
   bake::BakedPlant plant = random_plant({.leaf_count = 30, .seed = 2});
   plant.sphere.radius *= 1.05f;
-  bake::PackSizes sizes;
-  write_file(scene_folder_ / "trees" / "oak.coppice", *bake::pack(plant, sizes));
+  write_file(scene_folder_ / "trees" / "oak.coppice", packed(plant));
   const auto lines = errors(scene(good_));
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_TRUE(mentions(lines[0], {"1", "trees/oak.coppice"}));
@@ -130,9 +127,9 @@ TEST_F(VerifyScene, RefusesControlCharactersInNames) {
 }
 
 TEST(VerifyPlant, RefusesControlCharactersInTheName) {
-  EXPECT_TRUE(bake::verify(packed(1, "\xc3\xa9rable")));
+  EXPECT_TRUE(bake::verify(packed_oak(1, "\xc3\xa9rable")));
   for (const char* name : {"o\x1b[31mk", "oak\n", "\xc2\x9b", "oak\xe2\x80\xae"}) {
-    const auto file = packed(1, name);
+    const auto file = packed_oak(1, name);
     EXPECT_TRUE(bake::inspect(file)) << "the reader takes it";
     const auto verified = bake::verify(file);
     ASSERT_FALSE(verified);

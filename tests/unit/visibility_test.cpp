@@ -1,17 +1,86 @@
-#include "visibility.h"
+// Where leaves are seen from, and which pixels they cover.
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
-#include <tuple>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "item_areas.h"
+#include "results.h"
 #include "test_foliage.h"
+#include "viewpoints.h"
+#include "visibility.h"
 
 namespace coppice::bake {
 namespace visibility_test {
+
+TEST(Viewpoints, TwentyAreTheVerticesOfADodecahedron) {
+  const auto views = test::must(viewpoints(20));
+  ASSERT_EQ(views.size(), 20u);
+  // Neighbours of a vertex on the unit sphere are at the angle whose cosine is sqrt(5) / 3.
+  const float edge_cosine = std::sqrt(5.0f) / 3.0f;
+  for (const Viewpoint& view : views) {
+    std::vector<float> cosines;
+    for (const Viewpoint& other : views) cosines.push_back(glm::dot(view.direction, other.direction));
+    std::sort(cosines.begin(), cosines.end(), std::greater<>());
+    EXPECT_NEAR(cosines[0], 1.0f, 1e-6f);
+    for (std::size_t i = 1; i <= 3; ++i) EXPECT_NEAR(cosines[i], edge_cosine, 1e-6f);
+    EXPECT_NEAR(cosines[4], 1.0f / 3.0f, 1e-6f);
+    EXPECT_NEAR(cosines[19], -1.0f, 1e-6f);
+  }
+}
+
+TEST(Viewpoints, AxesAreOrthonormalAndRightHandedForAnyCount) {
+  for (const std::uint32_t count : {1u, 2u, 6u, 20u, 100u, 1024u}) {
+    const auto views = test::must(viewpoints(count));
+    ASSERT_EQ(views.size(), count);
+    for (const Viewpoint& view : views) {
+      EXPECT_NEAR(glm::length(view.direction), 1.0f, 1e-5f);
+      EXPECT_NEAR(glm::length(view.right), 1.0f, 1e-5f);
+      EXPECT_NEAR(glm::length(view.up), 1.0f, 1e-5f);
+      EXPECT_NEAR(glm::distance(glm::cross(view.right, view.up), view.direction), 0.0f, 1e-5f);
+    }
+  }
+}
+
+TEST(Viewpoints, FibonacciSphereHasNoTwinsAndNoGaps) {
+  const auto views = test::must(viewpoints(100));
+  glm::vec3 sum(0.0f);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    sum += views[i].direction;
+    float nearest = -1.0f;
+    for (std::size_t j = 0; j < views.size(); ++j)
+      if (j != i) nearest = std::max(nearest, glm::dot(views[i].direction, views[j].direction));
+    EXPECT_LT(nearest, std::cos(0.2f)) << i;
+    EXPECT_GT(nearest, std::cos(0.6f)) << i;
+  }
+  EXPECT_LT(glm::length(sum) / 100.0f, 0.02f);
+}
+
+TEST(Viewpoints, ViewsFromThePolesHaveAxes) {
+  for (const float y : {-1.0f, 1.0f}) {
+    const Viewpoint view = viewpoint_towards({0.0f, y, 0.0f});
+    EXPECT_NEAR(glm::distance(view.up, glm::vec3(0, 0, 1)), 0.0f, 1e-6f);
+    EXPECT_NEAR(glm::distance(glm::cross(view.right, view.up), view.direction), 0.0f, 1e-6f);
+  }
+}
+
+TEST(Viewpoints, CountsOutOfRangeAreRejected) {
+  for (const std::uint32_t count : {0u, 1025u, 0xffffffffu}) EXPECT_EQ(viewpoints(count).error().status, Status::invalid_argument);
+}
+
+TEST(BoundingSphere, IsAboutTheBoxCentreAndReachesTheFarthestVertex) {
+  const Foliage foliage =
+      test::plain_foliage({test::rectangle({0, 0, 0}, {4, 0, 0}, {0, 2, 0}), test::rectangle({1, 1, 4}, {1, 0, 0}, {0, 1, 0})});
+  const Sphere sphere = bounding_sphere(foliage);
+  EXPECT_EQ(sphere.center, glm::vec3(2, 1, 2));
+  EXPECT_FLOAT_EQ(sphere.radius, 3.0f);  // to (0, 0, 0): sqrt(4 + 1 + 4)
+  EXPECT_EQ(bounding_sphere(Foliage{}).radius, 0.0f);
+}
 
 using Pixel = std::pair<std::int32_t, std::int32_t>;
 
@@ -187,13 +256,12 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
   const Foliage foliage =
       test::plain_foliage({test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), test::rectangle({0, 0, 1}, {1, 0, 0}, {0, 1, 0})});
   const std::vector<Viewpoint> views{viewpoint_towards({0, 0, 1}), viewpoint_towards({0, 0, -1}), viewpoint_towards({1, 0, 0})};
-  const auto buffers = render_item_buffers({foliage, test::plain_materials(), {}}, views, 64);
-  ASSERT_TRUE(buffers);
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(render_item_buffers({foliage, test::plain_materials(), {}}, views, 64));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   // The sphere about the unit cube has radius sqrt(3) / 2, so a unit is 64 / sqrt(3) = 36.95 px, from 13.52 to 50.48: centres 14 .. 49.
   EXPECT_EQ(areas, (std::vector<std::uint32_t>{0, 36 * 36, 36 * 36, 0, 0, 0}));
-  EXPECT_EQ(background_areas_px(*buffers), (std::vector<std::uint32_t>{64 * 64 - 36 * 36, 64 * 64 - 36 * 36, 64 * 64}));
-  const auto middle = buffers->at(0, 32 * 64 + 32);
+  EXPECT_EQ(background_areas_px(buffers), (std::vector<std::uint32_t>{64 * 64 - 36 * 36, 64 * 64 - 36 * 36, 64 * 64}));
+  const auto middle = buffers.at(0, 32 * 64 + 32);
   ASSERT_EQ(middle.size(), 2u);
   EXPECT_EQ(fragment_leaf(middle[0]), 1u);
   EXPECT_EQ(fragment_leaf(middle[1]), 0u);
@@ -201,10 +269,9 @@ TEST(ItemBuffers, TheNearerLeafIsInFrontAndTheOtherStaysInTheList) {
 
 TEST(ItemBuffers, EqualDepthsGoToTheSmallerId) {
   const Quad square = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
-  const auto buffers =
-      render_item_buffers({test::plain_foliage({square, square}), test::plain_materials(), {}}, {viewpoint_towards({0, 0, 1})}, 32);
-  ASSERT_TRUE(buffers);
-  const std::vector<std::uint32_t> areas = leaf_areas_px(*buffers);
+  const auto buffers = test::must(
+      render_item_buffers({test::plain_foliage({square, square}), test::plain_materials(), {}}, {viewpoint_towards({0, 0, 1})}, 32));
+  const std::vector<std::uint32_t> areas = leaf_areas_px(buffers);
   EXPECT_GT(areas[0], 0u);
   EXPECT_EQ(areas[1], 0u);
 }

@@ -10,6 +10,7 @@
 #include "generate_plant.h"
 #include "import_gltf.h"
 #include "plants_folder.h"
+#include "results.h"
 
 namespace coppice::test {
 namespace wind_figures_test {
@@ -25,9 +26,8 @@ void expect_whole(const WindFigures& of) {
 class GrownInWind : public testing::TestWithParam<const char*> {};
 
 TEST_P(GrownInWind, LeavesStayOnTheirTwigs) {
-  auto plant = bake::generate_plant(GetParam(), 1);
-  ASSERT_TRUE(plant);
-  const WindFigures of = wind_figures(std::move(*plant), 300);
+  auto plant = must(bake::generate_plant(GetParam(), 1));
+  const WindFigures of = wind_figures(std::move(plant), 300);
   expect_whole(of);
   EXPECT_GE(of.move_max_m, 0.01 * of.radius_m) << "it moves";
 }
@@ -39,9 +39,8 @@ class ForeignInWind : public testing::TestWithParam<const char*> {};
 
 TEST_P(ForeignInWind, LeavesStayOnTheirTwigs) {
   COPPICE_PLANT_OR_SKIP(path, GetParam() + std::string(".glb"));
-  auto plant = bake::import_gltf(path, {});
-  ASSERT_TRUE(plant) << plant.error().message();
-  expect_whole(wind_figures(std::move(*plant), 300));
+  auto plant = must(bake::import_gltf(path, {}));
+  expect_whole(wind_figures(std::move(plant), 300));
 }
 
 INSTANTIATE_TEST_SUITE_P(Plants, ForeignInWind, testing::Values("eztree_oak_medium", "eztree_pine_large", "scopia_poplar", "coffee"),

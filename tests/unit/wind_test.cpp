@@ -5,7 +5,6 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -19,6 +18,7 @@
 #include "bounds.h"
 #include "generate_plant.h"
 #include "leaf_cards.h"
+#include "results.h"
 #include "seeded_random.h"
 #include "wind_field.h"
 #include "wood_bending.h"
@@ -446,11 +446,10 @@ INSTANTIATE_TEST_SUITE_P(Plants, WindOfWood, testing::ValuesIn(test::wood_plants
 
 TEST(Wind, GrownPlantsKeepTheLimitsAndTwigsMoveMost) {
   for (const char* species : {"corylus", "willow"}) {
-    auto plant = generate_plant(species, 1);
-    ASSERT_TRUE(plant);
-    const Foliage foliage = *card_foliage(*plant);
-    const Sphere sphere = plant_sphere(foliage, plant->wood);
-    const Wind wind = wind_of({plant->wood, plant->foliage, plant->leaves, foliage.quads, sphere}, {});
+    auto plant = coppice::test::must(generate_plant(species, 1));
+    const Foliage foliage = *card_foliage(plant);
+    const Sphere sphere = plant_sphere(foliage, plant.wood);
+    const Wind wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {});
     expect_within_limits(wind, sphere, species);
     EXPECT_GT(max_wind_move_m(field_of(wind)), 0.015 * sphere.radius) << species << " visibly moves in a gale";
     double leaf_sum_m = 0.0;

@@ -9,6 +9,7 @@
 #include "coppice/format.h"
 #include "fake_hooks.h"
 #include "random_tree.h"
+#include "results.h"
 #include "wood_encode.h"
 
 namespace coppice {
@@ -35,11 +36,9 @@ std::vector<std::array<Corner, 3>> surface(const std::vector<std::array<Corner, 
 
 TEST(WoodCodec, KeepsEveryTriangleWithinTheQuantisation) {
   const bake::Mesh mesh = stem();
-  const auto wood = bake::encode_wood(mesh, 2);
-  ASSERT_TRUE(wood) << wood.error().message();
-  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
-  ASSERT_TRUE(decoded) << decoded.error().message();
-  EXPECT_EQ(decoded->indices.size(), mesh.indices.size());
+  const auto wood = test::must(bake::encode_wood(mesh, 2));
+  const auto decoded = test::must(decode_wood(wood.bytes, shape_of(wood)));
+  EXPECT_EQ(decoded.indices.size(), mesh.indices.size());
   std::vector<std::array<Corner, 3>> before, after;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
     before.emplace_back();
@@ -47,7 +46,7 @@ TEST(WoodCodec, KeepsEveryTriangleWithinTheQuantisation) {
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::vec3& position = mesh.positions[mesh.indices[i + k]];
       before.back()[k] = {position.x, position.y, position.z};
-      after.back()[k] = decoded->vertices[decoded->indices[i + k]].position;
+      after.back()[k] = decoded.vertices[decoded.indices[i + k]].position;
     }
   }
   const float step = 2.0f / 16383.0f;  // the stem is 2 m tall; Draco quantises all axes by the longest
@@ -64,9 +63,8 @@ TEST(WoodCodec, KeepsEveryTriangleWithinTheQuantisation) {
 
 TEST(WoodCodec, NormalsStayUnitAndPointOutward) {
   const auto wood = bake::encode_wood(stem(), 2);
-  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
-  ASSERT_TRUE(decoded) << decoded.error().message();
-  for (const WoodVertex& vertex : decoded->vertices) {
+  const auto decoded = test::must(decode_wood(wood->bytes, shape_of(*wood)));
+  for (const WoodVertex& vertex : decoded.vertices) {
     const auto& n = vertex.normal;
     EXPECT_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1.0f, 1e-4f);
     const float radius = std::hypot(vertex.position[0], vertex.position[2]);
@@ -79,13 +77,12 @@ TEST(WoodCodec, DoublesVerticesWhereMaterialsMeet) {
   bake::Mesh mesh = stem();
   for (std::size_t i = 0; i < mesh.triangle_materials.size(); i += 2) mesh.triangle_materials[i] = 0;
   const auto wood = bake::encode_wood(mesh, 2);
-  const auto decoded = decode_wood(wood->bytes, shape_of(*wood));
-  ASSERT_TRUE(decoded) << decoded.error().message();
+  const auto decoded = test::must(decode_wood(wood->bytes, shape_of(*wood)));
   std::size_t of_first = 0;
-  for (std::size_t i = 0; i < decoded->indices.size(); i += 3) {
-    const std::uint32_t material = decoded->vertices[decoded->indices[i]].material;
+  for (std::size_t i = 0; i < decoded.indices.size(); i += 3) {
+    const std::uint32_t material = decoded.vertices[decoded.indices[i]].material;
     of_first += material == 0 ? 1u : 0u;
-    for (std::size_t k = 1; k < 3; ++k) EXPECT_EQ(decoded->vertices[decoded->indices[i + k]].material, material);
+    for (std::size_t k = 1; k < 3; ++k) EXPECT_EQ(decoded.vertices[decoded.indices[i + k]].material, material);
   }
   EXPECT_EQ(of_first, (mesh.triangle_materials.size() + 1) / 2);
 }
@@ -131,15 +128,13 @@ TEST(LeafMeshCodec, StalksComeBackAndAreAskedFor) {
   const bake::Mesh mesh = stem();
   std::vector<QuantisedPoint> stalks;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) stalks.push_back({static_cast<std::uint16_t>(16383 - i / 9), 5, 16383});
-  const auto coded = bake::encode_leaf_mesh(mesh, stalks, 2, 15);
-  ASSERT_TRUE(coded) << coded.error().message();
-  WoodShape shape = shape_of(*coded);
-  EXPECT_STREQ(decode_wood(coded->bytes, shape).error().what, "wood attribute") << "wood has no stalks";
+  const auto coded = test::must(bake::encode_leaf_mesh(mesh, stalks, 2, 15));
+  WoodShape shape = shape_of(coded);
+  EXPECT_STREQ(decode_wood(coded.bytes, shape).error().what, "wood attribute") << "wood has no stalks";
   shape.has_stalks = true;
-  const auto decoded = decode_wood(coded->bytes, shape);
-  ASSERT_TRUE(decoded) << decoded.error().message();
+  const auto decoded = test::must(decode_wood(coded.bytes, shape));
   std::set<QuantisedPoint> before(stalks.begin(), stalks.end()), after;
-  for (const WoodVertex& vertex : decoded->vertices) after.insert(vertex.stalk);
+  for (const WoodVertex& vertex : decoded.vertices) after.insert(vertex.stalk);
   EXPECT_EQ(after, before);
 
   const auto wood = bake::encode_wood(mesh, 2);

@@ -19,8 +19,10 @@
 #include "error_image.h"
 #include "error_table.h"
 #include "mesh_error.h"
+#include "polygons.h"
 #include "random_tree.h"
 #include "raster.h"
+#include "results.h"
 #include "wood_plants.h"
 #include "wood_proxies.h"
 
@@ -98,11 +100,7 @@ TEST(WoodLods, NoWoodNoLods) {
 
 TEST(WoodLods, AFewTrianglesStayAsTheyAre) {
   Mesh mesh;
-  mesh.positions = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
-  mesh.normals.assign(3, {0.0f, 0.0f, 1.0f});
-  mesh.uvs.assign(3, {0.0f, 0.0f});
-  mesh.indices = {0, 1, 2};
-  mesh.triangle_materials = {0};
+  coppice::test::add_polygon(mesh, std::array{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)});
   const WoodLods chain = simplify_wood(mesh);
   ASSERT_EQ(chain.lods.size(), 1u);
   EXPECT_EQ(chain.lods[0].indices.size(), 3u);
@@ -186,21 +184,20 @@ class DifficultWood : public ::testing::TestWithParam<test::WoodPlant> {};
 TEST_P(DifficultWood, WhatMayBeDrawnKeepsAreaAndColours) {
   const Plant plant = GetParam().grow();
   const BakedPlant baked = bare_plant(plant);
-  const auto chain = choose_wood_lods(baked, wood_levels(plant.wood));
-  ASSERT_TRUE(chain) << chain.error().message();
+  const auto chain = coppice::test::must(choose_wood_lods(baked, wood_levels(plant.wood)));
   const auto whole = seen_pixels(plant.wood, baked.sphere);
   glm::dvec3 whole_mean(0.0);
   for (const auto& [material, count] : whole) whole_mean += count / sum(whole) * glm::dvec3(plant.materials[material].base_color);
   std::size_t drawn = 0;
-  for (std::size_t i = 1; i < chain->lods.size(); ++i) {
-    const Mesh& lod = chain->lods[i];
+  for (std::size_t i = 1; i < chain.lods.size(); ++i) {
+    const Mesh& lod = chain.lods[i];
     expect_valid(lod);
     auto seen = seen_pixels(lod, baked.sphere);
     glm::dvec3 mean(0.0);
     for (const auto& [material, count] : whole) mean += seen[material] / sum(seen) * glm::dvec3(plant.materials[material].base_color);
     const double share = sum(seen) / sum(whole), off = glm::length(mean - whole_mean);
     constexpr std::size_t kAt64Px = 3;
-    const float error_px = chain->error_px[i * kErrorSizesPx.size() + kAt64Px];
+    const float error_px = chain.error_px[i * kErrorSizesPx.size() + kAt64Px];
     std::printf("%s: %zu triangles, error %.1f px, %.2f of the pixels, mean colour off by %.3f\n", plant.name.c_str(),
                 lod.triangle_materials.size(), static_cast<double>(error_px), share, off);
     if (error_px > 11.0f) continue;  // not drawn at 64 px, even at a threshold of 7.3 px
@@ -227,13 +224,8 @@ Mesh faceted_box() {
     return position;
   };
   const auto add = [&](const std::array<glm::vec3, 3>& corners) {
-    for (const glm::vec3& corner : corners) {
-      box.indices.push_back(static_cast<std::uint32_t>(box.positions.size()));
-      box.positions.push_back(corner);
-      box.normals.push_back(glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])));
-      box.uvs.emplace_back(0.0f);
-    }
-    box.triangle_materials.push_back(0);
+    coppice::test::add_polygon(box, corners);
+    std::fill(box.normals.end() - 3, box.normals.end(), glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])));
   };
   for (int side = 0; side < 6; ++side)
     for (int v = 0; v < kSquares; ++v)

@@ -6,6 +6,7 @@
 
 #include "layout.h"
 #include "reader.h"
+#include "results.h"
 
 namespace coppice {
 namespace writer_test {
@@ -35,17 +36,15 @@ FileContents contents() {
 }
 
 TEST(Writer, LaysChunksOutInTheOrderOfTheFormat) {
-  const auto file = write_file(contents());
-  ASSERT_TRUE(file) << file.error().message();
-  const auto front = read_front(*file, file->size());
-  ASSERT_TRUE(front) << front.error().message();
+  const auto file = test::must(write_file(contents()));
+  const auto front = test::must(read_front(file, file.size()));
   std::string order;
-  for (const coppice_file_chunk& chunk : front->chunks)
+  for (const coppice_file_chunk& chunk : front.chunks)
     order += std::string(chunk_kind_name(chunk.kind)) + std::to_string(chunk.index) + " ";
   EXPECT_EQ(order, "PLANT0 MATERIALS0 CARDS0 ERRORS0 WIND0 TEXTURES0 WOOD1 PAGE0 TEXTURE0 WOOD0 PAGE1 ");
-  EXPECT_EQ(front->chunks[0].offset, 64u + 11u * 32u);
-  EXPECT_EQ(front->header.first_read_bytes, front->chunks[8].offset);
-  EXPECT_EQ(front->chunks.back().offset + 1, file->size());
+  EXPECT_EQ(front.chunks[0].offset, 64u + 11u * 32u);
+  EXPECT_EQ(front.header.first_read_bytes, front.chunks[8].offset);
+  EXPECT_EQ(front.chunks.back().offset + 1, file.size());
 }
 
 TEST(Writer, StoresChunksUnchanged) {
@@ -60,10 +59,6 @@ TEST(Writer, StoresChunksUnchanged) {
   EXPECT_EQ(front->plant.page_count, 2u);
 }
 
-TEST(Writer, SameContentsSameBytes) {
-  EXPECT_EQ(*write_file(contents()), *write_file(contents()));
-}
-
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
   const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 7, 0, 0, 0, 11, 0, 0, 0};
@@ -73,10 +68,8 @@ TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
 TEST(Writer, RefusesWhatTheReaderWould) {
   FileContents wrong = contents();
   wrong.pages.pop_back();
-  auto file = write_file(wrong);
-  ASSERT_FALSE(file);
-  EXPECT_EQ(file.error().status, Status::invalid_argument);
-  EXPECT_STREQ(file.error().what, "plant page_count");
+  EXPECT_EQ(write_file(wrong).error().status, Status::invalid_argument);
+  EXPECT_STREQ(write_file(wrong).error().what, "plant page_count");
   wrong = contents();
   wrong.pages[1].resize(COPPICE_MAX_PAGE_BYTES + 1);
   EXPECT_STREQ(write_file(wrong).error().what, "chunk table bytes");

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include "block_texture.h"
@@ -423,11 +424,23 @@ WindField wind_field(const PlantFile& file) {
 }
 
 const coppice_file_chunk* find_chunk(const PlantFile& file, coppice_chunk_kind kind, std::uint32_t index) {
-  const auto sought = [&](const coppice_file_chunk& chunk) {
-    return chunk.kind == static_cast<std::uint32_t>(kind) && chunk.index == index;
-  };
-  const auto found = std::ranges::find_if(file.chunks, sought);
-  return found != file.chunks.end() ? found : nullptr;
+  const coppice_file_plant& plant = file.plant;
+  const std::uint32_t textures = plant.leaf_mesh_count > 0 ? 6 : 5, first_wood = textures + (plant.texture_count > 0 ? 1u : 0u);
+  const std::uint32_t first_page = first_wood + (plant.wood_lod_count > 0 ? 1u : 0u);
+  const std::uint32_t first_texture = first_read_chunk_count(plant), finer_wood = first_texture + plant.texture_count;
+  const std::uint32_t later_pages = finer_wood + (plant.wood_lod_count > 0 ? plant.wood_lod_count - 1 : 0);
+  const std::uint32_t leaf_meshes = later_pages + (plant.page_count > 0 ? plant.page_count - 1 : 0);
+  std::optional<std::uint32_t> position;
+  if (kind >= COPPICE_CHUNK_PLANT && kind <= COPPICE_CHUNK_ERRORS && index == 0) position = static_cast<std::uint32_t>(kind) - 1;
+  if (kind == COPPICE_CHUNK_WOOD && index < plant.wood_lod_count)
+    position = index + 1 == plant.wood_lod_count ? first_wood : finer_wood + (plant.wood_lod_count - 2 - index);
+  if (kind == COPPICE_CHUNK_PAGE && index < plant.page_count) position = index == 0 ? first_page : later_pages + index - 1;
+  if (kind == COPPICE_CHUNK_TEXTURE && index < plant.texture_count) position = first_texture + index;
+  if (kind == COPPICE_CHUNK_LEAF_MESHES && plant.leaf_mesh_count > 0 && index == 0) position = 5;
+  if (kind == COPPICE_CHUNK_WIND && index == 0) position = 4;
+  if (kind == COPPICE_CHUNK_TEXTURES && plant.texture_count > 0 && index == 0) position = textures;
+  if (kind == COPPICE_CHUNK_LEAF_MESH && index < plant.leaf_mesh_count) position = leaf_meshes + index;
+  return position && *position < file.chunks.size() ? &file.chunks[*position] : nullptr;
 }
 
 std::uint32_t quantised_max(const coppice_file_plant& plant) {

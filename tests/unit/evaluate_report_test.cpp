@@ -136,7 +136,8 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
   plant.materials = test::plain_materials();
   plant.materials[0].image = 0;
   plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
-  const EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}, .reference = ReferenceKind::meshes};
+  EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}};
+  options.reference = ReferenceKind::meshes;
   const auto report = test::must(evaluate_plant(plant, options, {}));
   EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
   EXPECT_NEAR(report.methods[0].levels[0].hausdorff, 0.0, 1e-7);
@@ -265,7 +266,8 @@ TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
   EXPECT_EQ(plant.materials[0].alpha_cutoff, 0.0f);
   EXPECT_EQ(plant.materials[0].base_color, glm::vec4(1.0f)) << "the mean of what is no hole";
 
-  const EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}, .setup = Setup::paper};
+  EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}};
+  options.setup = Setup::paper;
   const auto report = test::must(evaluate_plant(triangle_plant(), options, {}));
   EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
   EXPECT_TRUE(test::mentions(paper_claim(report), {"mi", "rmse_256", "geometric", "2"}));

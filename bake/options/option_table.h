@@ -2,6 +2,10 @@
 
 // The options of a bake, each described once. The command line and its help, shell completion, lists of bake-all and the cache's key are
 // all made from this table.
+//
+// A new option is a member of BakeOptions or ImportOptions and a row here. Its `get` gives nothing at the default, or every plant in a
+// cache is baked again. option_parts() of batch/bake_key.cpp does not compile until it counts the member; bake_key_test.cpp and
+// batch_plan_test.cpp name every option.
 
 #include <cstdint>
 #include <functional>

@@ -1,4 +1,5 @@
-// Collects the counts of invocations and adds them to the counters, a group at a time. After bindings.glsl.
+// Collects the counts of invocations and adds them to the counters, a group at a time. leaf_blocks.comp counts whole blocks that are hidden
+// by itself. After bindings.glsl.
 
 #include "counters.glsl"
 

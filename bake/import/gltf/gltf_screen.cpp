@@ -551,9 +551,10 @@ void drop_unread_values(Json& value) {
 }  // namespace
 
 bool is_supported_extension(std::string_view name) {
-  return std::ranges::any_of(kKnownExtensions, [&](std::string_view known) {
+  const auto is_known = [&](std::string_view known) {
     return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
-  });
+  };
+  return std::ranges::any_of(kReadExtensions, is_known) || std::ranges::any_of(kOtherExtensions, is_known);
 }
 
 Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {

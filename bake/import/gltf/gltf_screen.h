@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,15 +15,13 @@ namespace coppice::bake {
 /// An extension of a node: names the nodes that show it coarser.
 inline constexpr const char* kLevelsExtension = "MSFT_lod";
 
-/// The extensions that a document may require; a name that ends in '*' is a family. bake/import/README.md says how each is treated.
-inline constexpr std::array<std::string_view, 18> kKnownExtensions{"KHR_draco_mesh_compression",
-                                                                   "EXT_meshopt_compression",
-                                                                   "KHR_meshopt_compression",
-                                                                   "EXT_mesh_gpu_instancing",
-                                                                   "KHR_texture_transform",
-                                                                   "EXT_texture_webp",
-                                                                   kLevelsExtension,
-                                                                   "KHR_mesh_quantization",
+/// The extensions whose members are read from tinygltf's model. The screen empties all others.
+inline constexpr std::array<std::string_view, 7> kReadExtensions{
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
+    "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension};
+/// Others that a document may require: the screen itself reads them, or they change nothing that is read. A name that ends in '*' is a
+/// family. bake/import/README.md says how each is treated.
+inline constexpr std::array<std::string_view, 11> kOtherExtensions{"KHR_mesh_quantization",
                                                                    "KHR_texture_basisu",
                                                                    "KHR_materials_pbrSpecularGlossiness",
                                                                    "KHR_materials_variants",
@@ -35,8 +32,6 @@ inline constexpr std::array<std::string_view, 18> kKnownExtensions{"KHR_draco_me
                                                                    "KHR_materials_*",
                                                                    "KHR_lights_punctual",
                                                                    "KHR_xmp_json_ld"};
-/// Those whose members are read from tinygltf's model; of any other only the name is kept.
-inline constexpr std::span kReadExtensions = std::span(kKnownExtensions).first<7>();
 
 /// Whether an extension is read, or changes nothing that is read.
 bool is_supported_extension(std::string_view name);

@@ -964,7 +964,7 @@ COPPICE_API coppice_status coppice_get_stats(const coppice_context* context, cop
 typedef struct coppice_view_stats {
   uint32_t struct_size;
   uint32_t visible_instance_count;
-  /* in view but hidden by others; counted with compute_raster only. All other instances are outside the view */
+  /* in view but hidden by others; counted with compute_raster only */
   uint32_t occluded_instance_count;
   uint32_t leaf_mesh_instance_count; /* visible instances that are drawn with leaf meshes, not quads */
   /* the frame that these figures are of: the latest finished one that culled the view; 0: none yet */

@@ -26,8 +26,8 @@ void start_planning(const PlantSet& plants) {
     if (plant) plant->eviction_page_end = plant->decoding_page_count > 0 ? 0 : plant->decoded_page_count;
 }
 
-/// Returns the next chunk to evict. Idle chunks come before those in demand, lower values before higher ones. Among a plant's pages only
-/// the last one that is not chosen yet is a candidate.
+/// Returns the next chunk to evict. Idle chunks come before those in demand, lower values before higher ones; of
+/// equal ones the plant that was opened first comes first. Among a plant's pages only the last one that is not chosen yet is a candidate.
 ValuedChunk least_valuable(const PlantSet& plants, const CurrentFrame& frame, Candidates candidates) {
   ValuedChunk lowest{.value = std::numeric_limits<float>::infinity()};
   bool lowest_is_demanded = true;

@@ -14,9 +14,9 @@
 layout(constant_id = 2) const uint kTransparent = 1;
 
 void main() {
+  vec3 albedo = textured_albedo();
   uvec2 pixel = pixel_in_picture();
   if (kTransparent != 0 && !shows_pixel(in_ids.z, pixel.x, pixel.y)) discard;
-  vec3 albedo = textured_albedo();
 #ifndef COPPICE_DEPTH
   if (view.debug_view != 0) write_color(albedo, surface_place());
   else write_surface(surface_here(albedo), surface_place());

@@ -27,12 +27,27 @@ uvec2 pixel_in_picture() { return uvec2(gl_FragCoord.xy) - view.eyes[push.eye].f
 // True if a triangle's corners run counter-clockwise for the viewer, as they were modelled, whichever way y of the picture points.
 bool is_front() { return gl_FrontFacing == ((view.is_mirrored != 0) == ((in_ids.w & kIsMirrored) != 0)); }
 
-// Discards holes.
+// Alpha of the mask at a pixel. uv_x, uv_y: derivatives of the texture coordinates; alpha: of the mip level that fits the long side of the
+// pixel's footprint in the texture
+//
+// There the mask of a leaf that is seen nearly edge-on would be one blur, all leaf or all hole. So where the footprint is more than twice as
+// long as wide, alpha comes from the level that fits its narrow side: a sample, which covers the right share of pixels.
+float mask_alpha(vec2 uv, vec2 uv_x, vec2 uv_y, float alpha) {
+  vec2 size = vec2(textureSize(base_color, 0));
+  vec2 x = uv_x * size, y = uv_y * size;
+  float mean = 0.5 * (dot(x, x) + dot(y, y)), half_difference = 0.5 * (dot(x, x) - dot(y, y));
+  float spread = sqrt(half_difference * half_difference + dot(x, y) * dot(x, y));
+  float long2 = mean + spread, narrow2 = max(mean - spread, 1.0);
+  return long2 > 4.0 * narrow2 ? textureLod(base_color, uv, 0.5 * log2(narrow2)).a : alpha;
+}
+
+// Discards holes. Call it before other discards: they end derivatives.
 vec3 textured_albedo() {
   vec3 albedo = in_albedo_cutoff.rgb;
   if (kTextured == 0) return albedo;
-  vec4 texel = texture(base_color, in_uv_occlusion_roughness.xy);
-  if (texel.a < in_albedo_cutoff.w) discard;
+  vec2 uv = in_uv_occlusion_roughness.xy;
+  vec4 texel = texture(base_color, uv);
+  if (mask_alpha(uv, dFdx(uv), dFdy(uv), texel.a) < in_albedo_cutoff.w) discard;
   return view.debug_view == 0 ? albedo * texel.rgb : albedo;
 }
 

@@ -25,17 +25,12 @@ Result<void> keep(const JobCache& cache, const std::string& key, const CachedBak
   return {};
 }
 
-/// Sends an entry to the server. One that the server does not take is marked in the folder, so that a later batch sends it.
+/// Sends what was baked to the server.
 void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
   const auto sent = cache.server->put(key, entry);
   result.sent = static_cast<bool>(sent);
-  std::error_code ignored;
-  if (sent)
-    fs::remove(unsent_file(cache.folder, key), ignored);
-  else
-    result.server_failure = sent.error().message();
-  if (!sent && result.folder_failure.empty()) static_cast<void>(write_file_atomically(unsent_file(cache.folder, key), {}));
+  if (!sent) result.server_failure = sent.error().message();
 }
 
 void warn_of_damage(const Error& error, BatchResult& result) {
@@ -126,8 +121,6 @@ Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& r
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
   std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
-  std::error_code ignored;
-  if (entry && fs::exists(unsent_file(cache.folder, result.key), ignored)) send(cache, result.key, *entry, result);
   if (!entry && cache.server != nullptr) {
     COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
   }
@@ -224,7 +217,7 @@ Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
 void BatchCaches::note_use(const BatchResult& result) {
   if (report_.trouble.empty()) report_.trouble = result.server_failure;
   if (report_.trouble.empty() && !result.folder_failure.empty())
-    report_.trouble = (server_ ? "nothing is kept beside the outputs: " : "") + result.folder_failure;
+    report_.trouble = (server_ ? "not all is kept beside the outputs: " : "") + result.folder_failure;
   if (result.outcome == BatchOutcome::baked || !result.folder_failure.empty()) jobs_.folder_failures.count(!result.folder_failure.empty());
   if (!server_) return;
   server_->count(!result.server_failure.empty());

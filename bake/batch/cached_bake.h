@@ -44,7 +44,8 @@ class BatchCaches {
 
   [[nodiscard]] const JobCache& jobs() const { return jobs_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return jobs_.folder; }
-  /// Takes note of a plant's end. Jobs that start after some failures in a row of the folder, or of the server, leave that one alone.
+  /// Takes note of a plant's end. Jobs that start after some failures in a row of the folder write no more to it; after
+  /// some of the server they leave it alone.
   void ended(const BatchResult& result);
   /// Takes note of a look-up that found nothing.
   void missed(const BatchResult& result);

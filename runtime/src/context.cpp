@@ -389,11 +389,12 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   instances_.update_bounds();
   measure_views(cameras, lods_);
   streamer_->begin_frame(stream_frame());
-  for (const ChunkId& id : streamer_->take_evicted()) {
+  const std::span<const ChunkId> evicted = streamer_->take_evicted();
+  for (const ChunkId& id : evicted) {
     backend_->hide_chunk(id);
     if (backend_->tell({COPPICE_CHANGE_CHUNK_DROPPED, slots_[id.plant].plant, id})) streamer_->await_freed(id);
-    if (slots_[id.plant].open) note_residency(id.plant);
   }
+  if (!evicted.empty()) note_residency();
   return device_state();
 }
 

@@ -132,7 +132,7 @@ class Context {
   enum class Recording : std::uint8_t { none, begun, uploaded };
   [[nodiscard]] Recording recording() const { return recording_; }
 
-  // In context_host.cpp, for a program that draws by itself.
+  // In context_host.cpp, for a program that draws by itself: renderer() is null.
   [[nodiscard]] coppice_change next_change();
   /// errors  invalid_argument: the chunk does not wait for this outcome
   Result<void> acknowledge(ChunkId id, coppice_outcome outcome);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "check.h"
 #include "context.h"
 #include "convert.h"
 #include "coppice_light.h"
@@ -85,6 +86,7 @@ void for_each_visible(const InstanceBlocks& instances, const LodView& view, cons
 }  // namespace
 
 coppice_change Context::next_change() {
+  COPPICE_ASSERT(renderer() == nullptr);
   if (const auto event = backend_->next_event()) return change_of(*event);
   const auto added = streamer_->next_pending();
   if (!added) return {.struct_size = sizeof(coppice_change)};
@@ -94,6 +96,7 @@ coppice_change Context::next_change() {
 }
 
 Result<void> Context::acknowledge(ChunkId id, coppice_outcome outcome) {
+  COPPICE_ASSERT(renderer() == nullptr);
   const Streamer::Pending needed = outcome == COPPICE_OUTCOME_FREED ? Streamer::Pending::dropped : Streamer::Pending::added;
   if (const Streamer::Pending pending = streamer_->pending(id); pending != needed)
     return Error{

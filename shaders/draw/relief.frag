@@ -31,6 +31,7 @@ vec3 mapped_normal(vec3 normal) {
 }
 
 void main() {
+  vec3 normal = mapped_normal(normalize(in_normal_roundness.xyz)), world = in_world_sun.xyz;
   vec3 albedo = textured_albedo();
   if (view.debug_view != 0) {
     write_color(albedo, surface_place());
@@ -39,7 +40,6 @@ void main() {
   Instance instance = instance_at(in_ids.x);
   Plant plant = plants[instance.plant];
   Crown crown = crown_of(plant);
-  vec3 normal = mapped_normal(normalize(in_normal_roundness.xyz)), world = in_world_sun.xyz;
   LeafLight light = LeafLight(crown_light_at(plant.crown_light, crown, in_position), 0.0, sun_past_others(instance, plant, world));
   CoppiceSurface surface;
   if (kLeaf != 0) {

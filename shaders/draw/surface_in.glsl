@@ -45,9 +45,9 @@ float mask_alpha(vec2 uv, vec2 uv_x, vec2 uv_y, float alpha) {
 vec3 textured_albedo() {
   vec3 albedo = in_albedo_cutoff.rgb;
   if (kTextured == 0) return albedo;
-  vec2 uv = in_uv_occlusion_roughness.xy;
+  vec2 uv = in_uv_occlusion_roughness.xy, uv_x = dFdx(uv), uv_y = dFdy(uv);
   vec4 texel = texture(base_color, uv);
-  if (mask_alpha(uv, dFdx(uv), dFdy(uv), texel.a) < in_albedo_cutoff.w) discard;
+  if (in_albedo_cutoff.w > 0.0 && mask_alpha(uv, uv_x, uv_y, texel.a) < in_albedo_cutoff.w) discard;
   return view.debug_view == 0 ? albedo * texel.rgb : albedo;
 }
 

@@ -198,26 +198,6 @@ TEST_F(CacheServer, AFullFolderIsNotTheServersFault) {
   EXPECT_EQ(report("other")["cached"], 3);
 }
 
-TEST_F(CacheServer, WhatAServerDidNotTakeIsSentByTheNextBatch) {
-  const fs::path objects = folder_ / "objects";
-  {
-    const FaultyServer full(objects, {.put_status = 507});
-    ASSERT_EQ(bake_all("out", {"--cache", full.url()}).exit_code, 0);
-    EXPECT_EQ(report("out")["cache"]["unsent"], 3);
-  }
-  const FaultyServer server(objects);
-  const std::vector<std::string> shared{"--cache", server.url()};
-  const ProcessResult next = bake_all("out", shared);
-  EXPECT_EQ(next.err, "");
-  EXPECT_EQ(report("out")["cached"], 3);
-  EXPECT_EQ(report("out")["cache"]["sent"], 3);
-  EXPECT_EQ(bake_all("other", shared).exit_code, 0);
-  EXPECT_EQ(report("other")["cached"], 3);
-  const std::size_t before = server.requests().size();
-  EXPECT_EQ(bake_all("out", shared).err, "");
-  EXPECT_EQ(server.requests().size(), before) << "the server has all of it";
-}
-
 TEST_F(CacheServer, AFolderIsSharedOrOnlyRead) {
   const fs::path shared = folder_ / "shared";
   ASSERT_EQ(bake_all("one", {"--cache", shared}).exit_code, 0);

@@ -106,7 +106,7 @@ TEST_F(CommandTrust, OnlyRegularFilesAreRead) {
                                    Words{"bake", small_, "-o", out, "--classes", input}, Words{"export", input, "--leaves", "1", "-o", out},
                                    Words{"evaluate", input}, Words{"scene", input, "-o", out, "--allow-outside", "--plants", oak_},
                                    Words{"scene", "-o", out, "--allow-outside", "--plants", oak_, "--density", "oak=" + input.string()}})
-      expect_refused(arguments, input.filename());
+      EXPECT_EQ(expect_refused(arguments, input.filename()).out, "") << line_of(arguments);
   for (const fs::path& input : {pipe, fs::path("/dev/zero")}) {
     expect_refused({"bake-all", input, "-o", out_ / "all"}, input.filename());
     expect_refused({"scene", "-o", out, "--allow-outside", "--plants", input}, input.filename());
@@ -147,7 +147,9 @@ TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
       // An input that is not there would be the error, were it looked at first.
       for (std::string& word : arguments)
         if (word == small_ || word == oak_) word = missing;
-      EXPECT_FALSE(mentions(expect_refused(arguments, output).err, {"missing.glb"})) << line_of(arguments);
+      const ProcessResult refused = expect_refused(arguments, output);
+      EXPECT_FALSE(mentions(refused.err, {"missing.glb"})) << line_of(arguments);
+      EXPECT_EQ(refused.out, "") << line_of(arguments);
     }
   for (const Words& arguments : writers("")) EXPECT_EQ(tool(arguments).exit_code, 2) << line_of(arguments);
   EXPECT_TRUE(files_in(out_).empty());
@@ -183,7 +185,7 @@ TEST_F(CommandTrust, NoFileOfACommandIsOverwritten) {
     expect_refused(arguments, input.filename());
     EXPECT_EQ(read_text(input), before);
   }
-  expect_refused({"bake", small_, "-o", baked, "--report", baked}, baked.filename());
+  EXPECT_EQ(expect_refused({"bake", small_, "-o", baked, "--report", baked}, baked.filename()).out, "");
   EXPECT_FALSE(fs::exists(baked));
 }
 

@@ -37,10 +37,10 @@ std::vector<KeyPart> oak_parts() {
 
 CachedBake entry_of(const std::string& name, std::size_t bytes = 1000) {
   CachedBake entry;
-  entry.bytes.assign(bytes, 7);
+  for (std::size_t i = 0; i < bytes; ++i) entry.bytes.push_back(static_cast<std::uint8_t>(i));
   entry.source_leaves = 12;
   entry.foliage_bytes = 3;
-  entry.warnings = {"a \"warning\""};
+  entry.warnings = {"a \"warning\"", "another\n"};
   entry.parts = oak_parts();
   entry.parts[4].value = name;
   return entry;

@@ -85,10 +85,6 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
   return folder / (key + ".record");
 }
 
-std::filesystem::path unsent_file(const std::filesystem::path& folder, const std::string& key) {
-  return folder / (key + ".unsent");
-}
-
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
   COPPICE_TRY(record, read_file(record_file(folder, key), kMaxRecordBytes + 1));
   COPPICE_TRY(bytes, read_file(cached_file(folder, key)));

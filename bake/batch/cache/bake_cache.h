@@ -27,8 +27,6 @@ struct CachedBake {
 /// The files of an entry. The record's time of modification is that of the entry's last use.
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key);
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& key);
-/// A mark: an entry that a server has not taken yet.
-std::filesystem::path unsent_file(const std::filesystem::path& folder, const std::string& key);
 
 /// A record holds warnings and the parts of the key. A larger file is no record, and is not even parsed.
 inline constexpr std::uint64_t kMaxRecordBytes = std::uint64_t{4} << 20;

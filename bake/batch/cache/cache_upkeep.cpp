@@ -65,7 +65,7 @@ void count(CacheStats& stats, const ListedEntry& entry) {
 
 /// The record first: without it there is no entry.
 Result<void> remove_entry(const fs::path& folder, const std::string& key) {
-  for (const fs::path& file : {record_file(folder, key), cached_file(folder, key), unsent_file(folder, key)}) {
+  for (const fs::path& file : {record_file(folder, key), cached_file(folder, key)}) {
     std::error_code error;
     fs::remove(file, error);
     if (error) return system_error("cannot remove", file, error.value());

@@ -385,7 +385,7 @@ class Screen {
     COPPICE_TRY(sparse, accessor.object("sparse"));
     if (!sparse) return {};
     COPPICE_TRY(count, sparse->integer("count"));
-    if (count == 0 || count > accessor_count) return sparse->bad("sparse count out of range", "count");
+    if (count == 0 || count > accessor_count || count > kMaxInt) return sparse->bad("sparse count out of range", "count");
     for (const std::string_view name : {"indices", "values"}) {
       const auto part = sparse->object(std::string(name));
       if (!part || !*part) return sparse->bad("missing member", std::string(name));

@@ -50,9 +50,10 @@
  *   cost     microseconds; the call does not wait for files, jobs or the GPU
  *   errors   COPPICE_ERROR_INVALID_ARGUMENT alone
  *
- * Structs grow: later versions add fields at the end. A struct starts with struct_size, its size in the header that the program was
- * compiled with. The *_init function sets it, and every other field to its default; it does nothing for a null pointer. A program therefore
- * runs with later versions of the library. It runs with earlier ones too if it leaves the fields that they do not know at 0:
+ * Structs grow: later versions add fields at the end. A struct that is no element of an array starts with struct_size, its size in the
+ * header that the program was compiled with. The *_init function sets it, and every other field to its default; it does nothing for a null
+ * pointer. A program therefore runs with later versions of the library. It runs with earlier ones too if it leaves the fields that they do
+ * not know at 0:
  *   structs that the library reads   fields that a smaller struct lacks have their defaults. A larger struct is accepted if the bytes that
  *                                    this version does not know are all 0; else COPPICE_ERROR_INVALID_ARGUMENT, and the log names the byte
  *   structs that the library fills   a smaller struct is filled as far as it goes; the rest of a larger one becomes 0
@@ -401,9 +402,9 @@ COPPICE_API coppice_status coppice_plant_close(coppice_context* context, coppice
 
 /* Reloads a plant from `path`, or from the file or memory that it was opened from if path is null. It reads the front as coppice_plant_open
  * does.
- * after: plant and instance handles stay valid. The old file is drawn until everything in demand of the new one is resident, for at most
- * 120 frames. Until then the plant takes memory twice. A context can run four reloads at once. A further reload of the same plant replaces
- * the one that is running
+ * after: plant and instance handles stay valid. The old file is drawn until everything in demand of the new one is resident; after 120
+ * frames its root page and coarsest wood are enough. Until then the plant takes memory twice. A context can run four reloads at once. A
+ * further reload of the same plant replaces the one that is running
  * cost: as coppice_plant_open. errors: as coppice_plant_open, and nothing has changed; COPPICE_ERROR_INVALID_ARGUMENT also for a plant that
  * is not ready */
 COPPICE_API coppice_status coppice_plant_reload(coppice_context* context, coppice_plant plant, const char* path);

@@ -27,7 +27,8 @@ void start_planning(const PlantSet& plants) {
 }
 
 /// Returns the next chunk to evict. Idle chunks come before those in demand, lower values before higher ones; of
-/// equal ones the plant that was opened first comes first. Among a plant's pages only the last one that is not chosen yet is a candidate.
+/// equal ones the plant of the lowest index, its page before its other chunks. Among a plant's pages only the last one that is not chosen
+/// yet is a candidate.
 ValuedChunk least_valuable(const PlantSet& plants, const CurrentFrame& frame, Candidates candidates) {
   ValuedChunk lowest{.value = std::numeric_limits<float>::infinity()};
   bool lowest_is_demanded = true;

@@ -192,7 +192,7 @@ void give_up(PlantStream& plant, const Chunk& chunk);
 /// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
-/// The same for what is kept, plant.demanded.recent.
+/// True if the chunk is pinned, also while its plant is closing, or in plant.demanded.recent.
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
 /// Allocates the output of a page's decoding; the page's chunk is in the transfer.

@@ -3,7 +3,6 @@
 // A running read or decode, and how its result returns to the frame's thread.
 
 #include <cstdint>
-#include <span>
 
 #include "completion_queue.h"
 #include "hooks.h"

@@ -30,15 +30,15 @@ bool is_front() { return gl_FrontFacing == ((view.is_mirrored != 0) == ((in_ids.
 // Alpha of the mask at a pixel. uv_x, uv_y: derivatives of the texture coordinates; alpha: of the mip level that fits the long side of the
 // pixel's footprint in the texture
 //
-// There the mask of a leaf that is seen nearly edge-on would be one blur, all leaf or all hole. So where the footprint is more than twice as
-// long as wide, alpha comes from the level that fits its narrow side: a sample, which covers the right share of pixels.
+// There the mask of a leaf that is seen nearly edge-on would be one blur, all leaf or all hole. So where the footprint is more than four
+// times as long as wide, alpha comes from the level that fits four times its width: a sample, which covers the right share of pixels.
 float mask_alpha(vec2 uv, vec2 uv_x, vec2 uv_y, float alpha) {
   vec2 size = vec2(textureSize(base_color, 0));
   vec2 x = uv_x * size, y = uv_y * size;
   float mean = 0.5 * (dot(x, x) + dot(y, y)), half_difference = 0.5 * (dot(x, x) - dot(y, y));
   float spread = sqrt(half_difference * half_difference + dot(x, y) * dot(x, y));
-  float long2 = mean + spread, narrow2 = max(mean - spread, 1.0);
-  return long2 > 4.0 * narrow2 ? textureLod(base_color, uv, 0.5 * log2(narrow2)).a : alpha;
+  float long2 = mean + spread, narrow2 = max(mean - spread, 0.0625);
+  return long2 > 16.0 * narrow2 ? textureLod(base_color, uv, 2.0 + 0.5 * log2(narrow2)).a : alpha;
 }
 
 // Discards holes. Call it before other discards: they end derivatives.

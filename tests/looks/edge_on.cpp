@@ -15,7 +15,7 @@ constexpr std::uint32_t kCards = 6;
 GltfBuilder comb() {
   GltfBuilder builder;
   const auto stalks = [](float u, float) {
-    return Rgba{60, 120, 30, std::fmod(8.0f * u, 1.0f) < 0.25f ? std::uint8_t{255} : std::uint8_t{0}};
+    return Rgba{60, 120, 30, std::fmod(2.0f * u, 1.0f) < 0.25f ? std::uint8_t{255} : std::uint8_t{0}};
   };
   const int leaves = add_surface(builder, {.name = "leaves", .image = painted_png(256, 256, stalks), .alpha_cutoff = 0.5f});
   Shape cards;
@@ -39,7 +39,7 @@ TEST_F(EdgeOn, CardsCoverWhatTheirAngleLeaves) {
   constexpr float kSine = 0.0872f;  // 5 degrees
   const glm::vec3 front(0, 0, 1), edge(std::sqrt(1.0f - kSine * kSine), 0, kSine);
   for (LooksStage* stage : {&hardware, &compute})
-    for (const float size_px : {240.0f, 72.0f}) {
+    for (const float size_px : {480.0f, 240.0f}) {
       const float whole_px = covered_px(stage->draw({.sphere = stage->sphere(), .size_px = size_px, .from = front}));
       const float seen_px = covered_px(stage->draw({.sphere = stage->sphere(), .size_px = size_px, .from = edge}));
       std::printf("%g px: %.1f px from the front, %.1f px edge-on\n", static_cast<double>(size_px), static_cast<double>(whole_px),

@@ -110,8 +110,7 @@ Result<JobState> query_job(const std::string& job_name) {
 std::uint32_t slurm_processor_count() {
   // Allocated, idle, other, total; warnings come before.
   const auto counts = output_of({"sinfo", "--noheader", "--format=%C"}, Status::io, "Slurm's controller does not answer");
-  std::string text = counts ? *counts : std::string();
-  text.erase(text.find_last_not_of('\n') + 1);
+  const std::string text = counts ? counts->substr(0, counts->find_last_not_of('\n') + 1) : std::string();
   return number_of<std::uint32_t>(text.substr(text.rfind('/') + 1)).value_or(0);
 }
 

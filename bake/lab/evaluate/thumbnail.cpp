@@ -4,8 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include <stb_image_write.h>
-
+#include "gltf_write.h"
 #include "measures.h"
 #include "parallel_for.h"
 
@@ -57,17 +56,7 @@ Result<std::vector<std::uint8_t>> render_thumbnail_png(const Level& level, const
     for (std::size_t pixel = 0; pixel < values.size(); ++pixel)
       rgb[3 * pixel + channel] = static_cast<std::uint8_t>(std::lround(std::clamp(values[pixel], 0.0f, kEvaluationWhite)));
   });
-
-  std::vector<std::uint8_t> png;
-  const auto append = [](void* context, void* data, int size) {
-    const auto* bytes = static_cast<const std::uint8_t*>(data);
-    auto* out = static_cast<std::vector<std::uint8_t>*>(context);
-    out->insert(out->end(), bytes, bytes + size);
-  };
-  constexpr int kSize = kThumbnailSizePx;
-  if (stbi_write_png_to_func(append, &png, kSize, kSize, 3, rgb.data(), 3 * kSize) == 0)
-    return Error{Status::internal, "a picture of the report cannot be encoded as PNG"};
-  return png;
+  return encode_png(kThumbnailSizePx, kThumbnailSizePx, 3, rgb);
 }
 
 }  // namespace coppice::bake

@@ -4,8 +4,8 @@
 // all made from this table.
 //
 // A new option is a member of BakeOptions or ImportOptions and a row here. Its `get` gives nothing at the default, or every plant in a
-// cache is baked again. option_parts() of batch/bake_key.cpp does not compile until it counts the member; bake_key_test.cpp and
-// batch_plan_test.cpp name every option.
+// cache is baked again. option_parts() of batch/bake_key.cpp does not compile until it counts the member; cache_test.cpp names every
+// option.
 
 #include <cstdint>
 #include <functional>

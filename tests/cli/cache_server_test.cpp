@@ -27,229 +27,202 @@ namespace cache_server_test {
 
 namespace fs = std::filesystem;
 
+/// What a batch that succeeds prints, reports and writes.
+struct Batch {
+  std::string out, err;
+  nlohmann::json report, cache;  ///< the report, and its part "cache"
+  BatchCounts counts;
+  std::map<std::string, std::string> files;
+};
+
 /// Small plants that bake in a moment.
 class CacheServer : public testing::Test {
  protected:
   void SetUp() override {
-    fs::create_directories(plants_);
-    for (int number = 1; number <= 3; ++number) write_plant(number, number);
+    for (const int number : {1, 2, 3}) write_plant("plant" + std::to_string(number), number);
   }
   /// Plants of other sizes.
-  void write_plant(int number, double scale) {
+  void write_plant(const std::string& name, double scale) {
     GltfBuilder builder = small_plant();
     builder.json["nodes"][0]["scale"] = {scale, scale, scale};
-    write_file(plants_ / ("plant" + std::to_string(number) + ".glb"), builder.glb());
+    fs::create_directories(plants_);
+    write_file(plants_ / (name + ".glb"), builder.glb());
   }
-  /// A batch of its own, as on another machine.
-  ProcessResult bake_all(const std::string& out, const Words& more, const Words& environment = {}) {
-    const Words arguments{"bake-all",     plants_, "-o",       folder_ / out.c_str(), "--views", "2",
-                          "--resolution", "16",    "--report", report_file(out)};
+  /// Runs a batch of its own, as on another machine.
+  ProcessResult run_batch(const std::string& out, const Words& more, const Words& environment = {}) {
+    const Words arguments{"bake-all", plants_, "-o", folder_ / out.c_str(), "--views", "2", "--resolution", "16"};
     return run_tool(joined(arguments, more), {.environment = environment});
   }
-  fs::path report_file(const std::string& out) { return folder_ / (out + ".json").c_str(); }
-  nlohmann::json report(const std::string& out) { return read_json(report_file(out)); }
+  Batch bake_all(const std::string& out, const Words& more, const Words& environment = {}) {
+    const fs::path report = folder_ / (out + ".json").c_str();
+    const ProcessResult result = run_batch(out, joined({"--report", report}, more), environment);
+    EXPECT_EQ(result.exit_code, 0) << out << ": " << result.err;
+    const nlohmann::json json = read_json(report);
+    return {result.out, result.err, json, json["cache"], counts_in(report), outputs(folder_ / out.c_str())};
+  }
+  /// Makes a folder that holds 4 kB, until TearDown. False where that may not be.
+  bool make_full(const fs::path& folder) {
+    fs::create_directories(folder);
+    if (::mount("coppice-test", folder.c_str(), "tmpfs", 0, "size=4k") != 0) return false;
+    full_ = folder;
+    return true;
+  }
+  void TearDown() override { EXPECT_TRUE(full_.empty() || ::umount(full_.c_str()) == 0); }
   /// What all plants are without any cache.
   std::map<std::string, std::string> expected() {
-    EXPECT_EQ(bake_all("expected", {"--no-cache"}).exit_code, 0);
+    const Batch batch = bake_all("expected", {"--no-cache"});
     EXPECT_FALSE(fs::exists(folder_ / "expected" / ".coppice-cache"));
-    return outputs(folder_ / "expected");
+    return batch.files;
   }
   static ProcessResult cache(const Words& arguments, const Words& environment = {}) {
     return run_tool(joined({"cache"}, arguments), {.environment = environment});
   }
 
   TemporaryFolder folder_;
-  fs::path plants_ = folder_ / "plants";
+  fs::path plants_ = folder_ / "plants", full_;
 };
 
 TEST_F(CacheServer, NoFaultOfACacheFailsAPlant) {
   const auto plants = expected();
-  struct Fault {
-    const char* name;
-    ServerFaults faults;
-    std::string names;       ///< what its one line has to name; empty where that is the address alone
-    bool is_filled = false;  ///< by a batch that meets no fault
+  const auto expect_no_harm = [&](const std::string& name, const std::string& url, const std::string& told, std::size_t lines) {
+    const Batch batch = bake_all(name, {"--cache", url});
+    EXPECT_EQ(batch.files, plants) << name;
+    EXPECT_EQ(batch.counts, (BatchCounts{3, 0, 0})) << name;
+    EXPECT_TRUE(mentions(batch.err, {told.empty() ? url : told})) << name;
+    EXPECT_EQ(lines_that_name(batch.err, url), lines) << name << ": " << batch.err;
+    return batch;
   };
-  const std::vector<Fault> all = {
-      {"503", {.get_status = 503, .put_status = 503}, "503"},
-      {"401", {.get_status = 401, .put_status = 401}, "COPPICE_CACHE_CREDENTIALS"},
-      {"404", {.get_status = 404, .put_status = 404}, "404"},
-      {"moved", {.get_status = 301, .put_status = 301}, "301"},
-      {"read only", {.put_status = 403}, "403"},
-      {"full", {.put_status = 507}, "507"},
-      {"half bodies", {.half_bodies = true}, "", true},
-      {"wrong bytes", {.wrong_bytes = true}, "damaged", true},
-      {"slow", {.delay_s = 20.0}, "", true},
-      {"trickling", {.padding_bytes = 50'000'000, .bytes_per_s = 50e3}, "", true},
-  };
-  for (const Fault& fault : all) {
-    const fs::path objects = folder_ / (std::string("objects of ") + fault.name).c_str();
+  for (const NamedFaults& fault : all_server_faults()) {
+    const fs::path objects = folder_ / ("objects of " + fault.name).c_str();
     if (fault.is_filled) {
       const FaultyServer server(objects);
-      ASSERT_EQ(bake_all(std::string("filling ") + fault.name, {"--cache", server.url()}).exit_code, 0);
-      ASSERT_EQ(report(std::string("filling ") + fault.name)["cache"]["sent"], 3);
+      ASSERT_EQ(bake_all("filling " + fault.name, {"--cache", server.url()}).cache["sent"], 3);
     }
     const FaultyServer server(objects, fault.faults);
-    const ProcessResult result = bake_all(fault.name, {"--cache", server.url()});
-    EXPECT_EQ(result.exit_code, 0) << fault.name << result.err;
-    EXPECT_EQ(outputs(folder_ / fault.name), plants) << fault.name;
-    EXPECT_EQ(report(fault.name)["baked"], 3) << fault.name;
-    if (!fault.names.empty()) {
-      EXPECT_TRUE(mentions(result.err, {fault.names})) << fault.name;
-    }
-    const std::size_t lines = fault.faults.wrong_bytes ? 3u : 1u;  // each damaged entry is named
-    EXPECT_EQ(lines_that_name(result.err, server.url()), lines) << fault.name << ": " << result.err;
+    const std::size_t lines = fault.faults.body == SentBody::wrong ? 3 : 1;  // each damaged entry is named
+    expect_no_harm(fault.name, server.url(), fault.told, lines);
   }
+  EXPECT_EQ(expect_no_harm("nobody listens", dead_url(), "", 1).cache["unsent"], 3);
 }
 
 /// A server that answers nothing is asked a few times and no more, however many plants there are.
 TEST_F(CacheServer, ADeadServerIsAskedAFewTimes) {
   for (int i = 4; i <= 40; ++i) fs::copy(plants_ / "plant1.glb", plants_ / ("plant" + std::to_string(i) + ".glb"));
   const FaultyServer server(folder_ / "objects", {.get_status = 503, .put_status = 503});
-  const ProcessResult result = bake_all("out", {"--cache", server.url()});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(report("out")["cache"]["gave_up"]);
-  EXPECT_EQ(report("out")["cache"]["lacking"], 40);
-  EXPECT_LE(server.requests().size(), 8u * 3 + 8);  // three of each process that looks up
-}
-
-TEST_F(CacheServer, NobodyListeningFailsNoPlant) {
-  const auto plants = expected();
-  const std::string url = dead_url();
-  const ProcessResult result = bake_all("dead", {"--cache", url});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(outputs(folder_ / "dead"), plants);
-  EXPECT_TRUE(mentions(result.err, {url}));
-  EXPECT_EQ(report("dead")["cache"]["unsent"], 3);
+  const Batch batch = bake_all("out", {"--cache", server.url()});
+  EXPECT_TRUE(batch.cache["gave_up"]);
+  EXPECT_EQ(batch.cache["lacking"], 40);
+  EXPECT_LE(server.request_count(), 8u * 3 + 8);  // three of each process that looks up
 }
 
 TEST_F(CacheServer, OneOfAHundredPoisonedIsBakedNamedAndReplaced) {
-  constexpr int kCount = 100;  // nearly all of the time is for baking them once
+  constexpr std::size_t kCount = 100;  // nearly all of the time is for baking them once
   plants_ = folder_ / "many";
-  fs::create_directories(plants_);
-  for (int i = 0; i < kCount; ++i) write_plant(100 + i, 1.0 + 0.01 * i);
+  for (std::size_t i = 0; i < kCount; ++i) write_plant("plant" + std::to_string(100 + i), 1.0 + 0.01 * static_cast<double>(i));
   const FaultyServer server(folder_ / "objects");
   const Words shared{"--cache", server.url()};
-  ASSERT_EQ(bake_all("one", shared).exit_code, 0);
-  ASSERT_EQ(report("one")["cache"]["sent"], kCount);
-  const auto baked = outputs(folder_ / "one");
-  ASSERT_EQ(baked.size(), std::size_t{kCount});
-  const auto plants = report("one")["plants"];
+  const Batch first = bake_all("one", shared);
+  ASSERT_EQ(first.cache["sent"], kCount);
+  ASSERT_EQ(first.files.size(), kCount);
 
-  const auto spoiled = [](std::string bytes) {
-    bytes[bytes.size() / 2] ^= 4;
-    return bytes;
-  };
-  const auto halved = [](const std::string& bytes) { return bytes.substr(0, bytes.size() / 2); };
   struct Poison {
     const char* name;
     std::size_t plant;
-    std::function<std::string(const std::string& bytes)> of;
+    std::function<void(std::string& bytes)> apply;
   };
-  for (const Poison& poison : {Poison{"wrong bytes", 17, spoiled}, Poison{"truncated", 67, halved}}) {
-    SCOPED_TRACE(poison.name);
-    const fs::path object = folder_ / "objects" / (plants[poison.plant]["key"].get<std::string>() + ".coppice");
+  for (const Poison& poison : {Poison{"wrong bytes", 17, [](std::string& bytes) { bytes[bytes.size() / 2] ^= 4; }},
+                               Poison{"truncated", 67, [](std::string& bytes) { bytes.resize(bytes.size() / 2); }}}) {
+    const nlohmann::json& plant = first.report["plants"][poison.plant];
+    const fs::path object = folder_ / "objects" / (plant["key"].get<std::string>() + ".coppice");
     const std::string good = read_text(object);
-    write_text(object, poison.of(good));
-    const ProcessResult result = bake_all(poison.name, shared);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_EQ(report(poison.name)["baked"], 1);
-    EXPECT_EQ(report(poison.name)["cached"], kCount - 1);
-    EXPECT_EQ(report(poison.name)["cache"]["sent"], 1);
-    EXPECT_TRUE(outputs(folder_ / poison.name) == baked);
-    const std::string input = fs::path(plants[poison.plant]["input"].get<std::string>()).filename();
-    EXPECT_EQ(lines_that_name(result.err, input), 1u) << result.err;
-    EXPECT_EQ(count_of(result.err, "\n"), 1u) << result.err;
+    std::string bytes = good;
+    poison.apply(bytes);
+    write_text(object, bytes);
+    const Batch batch = bake_all(poison.name, shared);
+    EXPECT_EQ(batch.counts, (BatchCounts{1, kCount - 1, 0}));
+    EXPECT_EQ(batch.cache["sent"], 1);
+    EXPECT_TRUE(batch.files == first.files);
+    EXPECT_EQ(lines_that_name(batch.err, fs::path(plant["input"].get<std::string>()).filename().string()), 1u) << batch.err;
+    EXPECT_EQ(count_of(batch.err, "\n"), 1u) << batch.err;
     EXPECT_EQ(read_text(object), good) << "replaced";
   }
-  EXPECT_EQ(bake_all("last", shared).err, "");
-  EXPECT_EQ(report("last")["cached"], kCount);
-  EXPECT_TRUE(outputs(folder_ / "last") == baked);
+  const Batch last = bake_all("last", shared);
+  EXPECT_EQ(last.err, "");
+  EXPECT_EQ(last.counts, (BatchCounts{0, kCount, 0}));
+  EXPECT_TRUE(last.files == first.files);
 }
 
 TEST_F(CacheServer, AFullFolderFailsNoPlant) {
-  const fs::path full = folder_ / "full";
-  fs::create_directories(full);
-  if (::mount("coppice-test", full.c_str(), "tmpfs", 0, "size=4k") != 0) GTEST_SKIP() << "no tmpfs may be mounted here";
-  const ProcessResult result = bake_all("out", {"--cache", full});
-  const std::size_t files = static_cast<std::size_t>(std::distance(fs::directory_iterator(full), {}));
-  EXPECT_EQ(::umount(full.c_str()), 0);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(outputs(folder_ / "out"), expected());
-  EXPECT_TRUE(mentions(result.err, {full.string(), std::strerror(ENOSPC), "3"}));
-  EXPECT_EQ(files, 0u) << "halves";
+  if (!make_full(folder_ / "full")) GTEST_SKIP() << "no tmpfs may be mounted here";
+  const Batch batch = bake_all("out", {"--cache", full_});
+  EXPECT_EQ(batch.files, expected());
+  EXPECT_TRUE(mentions(batch.err, {full_.string(), std::strerror(ENOSPC), "3"}));
+  EXPECT_TRUE(fs::is_empty(full_)) << "halves";
 }
 
 /// With a server the folder beside the outputs is another cache: what is wrong with one is not the other's fault.
 TEST_F(CacheServer, AFullFolderIsNotTheServersFault) {
-  const fs::path full = folder_ / "out" / ".coppice-cache";
-  fs::create_directories(full);
-  if (::mount("coppice-test", full.c_str(), "tmpfs", 0, "size=4k") != 0) GTEST_SKIP() << "no tmpfs may be mounted here";
+  if (!make_full(folder_ / "out" / ".coppice-cache")) GTEST_SKIP() << "no tmpfs may be mounted here";
   const FaultyServer server(folder_ / "objects");
-  const ProcessResult result = bake_all("out", {"--cache", server.url()});
-  EXPECT_EQ(::umount(full.c_str()), 0);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(mentions(result.err, {full.string(), std::strerror(ENOSPC)}));
-  EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
-  EXPECT_EQ(report("out")["cache"]["sent"], 3);
-  EXPECT_EQ(report("out")["cache"]["unsent"], 0);
-  EXPECT_FALSE(report("out")["cache"]["gave_up"]);
-  EXPECT_EQ(bake_all("other", {"--cache", server.url()}).exit_code, 0);
-  EXPECT_EQ(report("other")["cached"], 3);
+  const Batch batch = bake_all("out", {"--cache", server.url()});
+  EXPECT_TRUE(mentions(batch.err, {full_.string(), std::strerror(ENOSPC)}));
+  EXPECT_EQ(count_of(batch.err, "\n"), 1u) << batch.err;
+  EXPECT_EQ(batch.cache["sent"], 3);
+  EXPECT_EQ(batch.cache["unsent"], 0);
+  EXPECT_FALSE(batch.cache["gave_up"]);
+  EXPECT_EQ(bake_all("other", {"--cache", server.url()}).counts, (BatchCounts{0, 3, 0}));
 }
 
 TEST_F(CacheServer, AFolderIsSharedOrOnlyRead) {
-  const fs::path shared = folder_ / "shared";
-  ASSERT_EQ(bake_all("one", {"--cache", shared}).exit_code, 0);
-  EXPECT_FALSE(fs::exists(folder_ / "one" / ".coppice-cache"));
-  EXPECT_EQ(bake_all("two", {}, {"COPPICE_CACHE=" + shared.string()}).exit_code, 0);
-  EXPECT_EQ(report("two")["cached"], 3);
-  EXPECT_EQ(bake_all("three", {"--cache", shared, "--cache-mode", "read"}).exit_code, 0);
-  EXPECT_EQ(report("three")["cached"], 3);
+  constexpr BatchCounts kBaked{3, 0, 0}, kCached{0, 3, 0};
+  const fs::path shared = folder_ / "shared", none = folder_ / "file" / "cache";
+  const auto has_own_cache = [&](const char* out) { return fs::exists(folder_ / out / ".coppice-cache"); };
+  const Words only_read{"--cache", shared, "--cache-mode", "read"};
+  EXPECT_EQ(bake_all("one", {"--cache", shared}).counts, kBaked);
+  EXPECT_FALSE(has_own_cache("one"));
+  EXPECT_EQ(bake_all("two", {}, {"COPPICE_CACHE=" + shared.string()}).counts, kCached);
+  EXPECT_EQ(bake_all("three", only_read).counts, kCached);
   const auto before = std::distance(fs::directory_iterator(shared), {});
-  EXPECT_EQ(bake_all("four", {"--cache", shared, "--cache-mode", "read", "--metric", "mi"}).exit_code, 0);
-  EXPECT_EQ(report("four")["baked"], 3);
+  EXPECT_EQ(bake_all("four", joined(only_read, {"--metric", "mi"})).counts, kBaked);
   EXPECT_EQ(std::distance(fs::directory_iterator(shared), {}), before);
-  EXPECT_TRUE(fs::exists(folder_ / "four" / ".coppice-cache"));
+  EXPECT_TRUE(has_own_cache("four"));
   // One that cannot be made is a warning, and the folder beside the outputs serves.
-  write_text(folder_ / "file", "");
-  const ProcessResult none = bake_all("five", {"--cache", folder_ / "file" / "cache"});
-  EXPECT_EQ(none.exit_code, 0) << none.err;
-  EXPECT_TRUE(mentions(none.err, {(folder_ / "file" / "cache").string()}));
-  EXPECT_TRUE(fs::exists(folder_ / "five" / ".coppice-cache"));
+  write_text(none.parent_path(), "");
+  EXPECT_TRUE(mentions(bake_all("five", {"--cache", none}).err, {none.string()}));
+  EXPECT_TRUE(has_own_cache("five"));
 }
 
 TEST_F(CacheServer, ExplainSaysWhatDiffers) {
-  const std::string told = bake_all("out", {"--explain"}).out;
-  ASSERT_EQ(report("out")["plants"][0]["because"].size(), 1u);
-  EXPECT_NE(told.find(report("out")["plants"][0]["because"][0].get<std::string>()), std::string::npos) << told;
-  write_plant(2, 7);
-  const ProcessResult changed = bake_all("out", {"--explain"});
-  EXPECT_EQ(report("out")["baked"], 1);
-  ASSERT_EQ(report("out")["plants"][1]["because"].size(), 1u);
-  EXPECT_EQ(report("out")["plants"][0]["because"], nlohmann::json::array());
-  const std::string because = report("out")["plants"][1]["because"][0];
-  EXPECT_NE(changed.out.find(because), std::string::npos) << changed.out;
-  EXPECT_FALSE(mentions(because, {"option"}));
-  const ProcessResult option = bake_all("out", {"--explain", "--metric", "mi"});
-  ASSERT_EQ(report("out")["plants"][2]["because"].size(), 1u);
-  EXPECT_TRUE(mentions(report("out")["plants"][2]["because"][0].get<std::string>(), {"metric", "mi", "default"}));
-  EXPECT_TRUE(mentions(option.out, {"plant3", "metric", "mi", "default"}));
+  const auto reason = [](const Batch& batch, std::size_t plant) {
+    const nlohmann::json& because = batch.report["plants"][plant]["because"];
+    EXPECT_EQ(because.size(), 1u);
+    const std::string text = because.empty() ? "" : because[0];
+    EXPECT_NE(batch.out.find(text), std::string::npos) << batch.out;
+    return text;
+  };
+  EXPECT_NE(reason(bake_all("out", {"--explain"}), 0), "");
+  write_plant("plant2", 7);
+  const Batch changed = bake_all("out", {"--explain"});
+  EXPECT_EQ(changed.counts, (BatchCounts{1, 2, 0}));
+  EXPECT_FALSE(mentions(reason(changed, 1), {"option"}));
+  EXPECT_EQ(changed.report["plants"][0]["because"], nlohmann::json::array());
+  const Batch option = bake_all("out", {"--explain", "--metric", "mi"});
+  EXPECT_TRUE(mentions(reason(option, 2), {"metric", "mi", "default"}));
+  EXPECT_TRUE(mentions(option.out, {"plant3"}));
 }
 
 TEST_F(CacheServer, SecretsInAnAddressAreRefusedAndNotRepeated) {
-  for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame", "ann:sesame@host/x"}) {
-    for (const ProcessResult& result : {bake_all("out", {}, {"COPPICE_CACHE=" + where}), cache({"stats", where})}) {
+  for (const std::string where : {"https://ann:sesame@host/x", "https://host/x?key=sesame", "ann:sesame@host/x"})
+    for (const ProcessResult& result : {run_batch("out", {}, {"COPPICE_CACHE=" + where}), cache({"stats", where})}) {
       EXPECT_EQ(result.exit_code, 1);
       EXPECT_EQ((result.out + result.err).find("sesame"), std::string::npos) << result.err;
       EXPECT_TRUE(mentions(result.err, {"host"}));
     }
-  }
 }
 
 /// Neither that of an address that is not used.
 TEST_F(CacheServer, TasksOfAClusterAreToldNoAddressThatIsNotUsed) {
-  const ProcessResult printed = bake_all("out", {"--no-cache", "--slurm", "--print"}, {"COPPICE_CACHE=https://ann:sesame@host/x"});
+  const ProcessResult printed = run_batch("out", {"--no-cache", "--slurm", "--print"}, {"COPPICE_CACHE=https://ann:sesame@host/x"});
   EXPECT_EQ(printed.exit_code, 0) << printed.err;
   EXPECT_TRUE(mentions(printed.out, {"'--no-cache'"}));
   EXPECT_EQ(printed.out.find("sesame"), std::string::npos) << printed.out;
@@ -259,10 +232,8 @@ TEST_F(CacheServer, TasksOfAClusterAreToldNoAddressThatIsNotUsed) {
 /// The server block of bake/README.md, with what stands for a studio's network changed to everybody.
 std::string server_block() {
   const std::string readme = source_text("bake/README.md"), fence = "```nginx\n";
-  const std::size_t at = readme.find(fence);
-  if (at == std::string::npos) return {};
-  return std::regex_replace(readme.substr(at + fence.size(), readme.find("```", at + fence.size()) - at - fence.size()),
-                            std::regex(R"(allow [0-9./]+;)"), "allow 127.0.0.1;");
+  const std::size_t begin = readme.find(fence) + fence.size();
+  return std::regex_replace(readme.substr(begin, readme.find("```", begin) - begin), std::regex("allow [0-9./]+;"), "allow 127.0.0.1;");
 }
 
 class NginxCache : public CacheServer {
@@ -276,47 +247,42 @@ class NginxCache : public CacheServer {
 TEST_F(NginxCache, IsFilledByOneMachineAndReadByOthers) {
   const Nginx nginx(folder_ / "nginx", server_block());
   const std::string url = nginx.url() + "/plants";
-  const ProcessResult first = bake_all("one", {"--cache", url});
-  EXPECT_EQ(first.exit_code, 0);
+  const Batch first = bake_all("one", {"--cache", url});
   EXPECT_EQ(first.err, "");
-  EXPECT_EQ(report("one")["cache"]["sent"], 3);
-  EXPECT_EQ(bake_all("two", {}, {"COPPICE_CACHE=" + url + "/"}).exit_code, 0);
-  EXPECT_EQ(report("two")["cached"], 3);
-  EXPECT_EQ(report("two")["cache"]["found"], 3);
-  EXPECT_EQ(outputs(folder_ / "one"), outputs(folder_ / "two"));
-  const std::size_t before = nginx.requests().size();
+  EXPECT_EQ(first.cache["sent"], 3);
+  const Batch second = bake_all("two", {}, {"COPPICE_CACHE=" + url + "/"});
+  EXPECT_EQ(second.counts, (BatchCounts{0, 3, 0}));
+  EXPECT_EQ(second.cache["found"], 3);
+  EXPECT_EQ(second.files, first.files);
+  const std::size_t before = nginx.request_count();
   EXPECT_EQ(bake_all("two", {"--cache", url}).err, "");
-  EXPECT_EQ(nginx.requests().size(), before) << "all is in its folder now";
+  EXPECT_EQ(nginx.request_count(), before) << "all is in its folder now";
   // The server's owner looks after it as after any folder.
   const std::string folder = nginx.root() / "plants";
   EXPECT_EQ(nlohmann::json::parse(cache({"stats", "--json", folder}).out)["entries"], 3);
   EXPECT_EQ(cache({"verify", folder}).exit_code, 0);
   EXPECT_EQ(cache({"prune", "--max-gb", "0", folder}).exit_code, 0);
-  EXPECT_EQ(bake_all("three", {"--cache", url}).exit_code, 0);
-  EXPECT_EQ(report("three")["cache"]["sent"], 3);
+  EXPECT_EQ(bake_all("three", {"--cache", url}).cache["sent"], 3);
   expect_error(cache({"stats", url}), {url});
 }
 
 TEST_F(NginxCache, TakesCredentialsOfTheEnvironmentAndOfNetrc) {
   write_text(folder_ / "passwords", "ann:{PLAIN}sesame\n");
-  const std::string block =
-      std::regex_replace(server_block(), std::regex(R"(location / \{)"),
-                         "location / { auth_basic plants; auth_basic_user_file " + (folder_ / "passwords").string() + ";");
-  const Nginx nginx(folder_ / "nginx", block);
-  const ProcessResult without = bake_all("none", {"--cache", nginx.url()}, {"HOME=" + folder_.path().string()});
-  EXPECT_EQ(without.exit_code, 0);
+  const std::string authentication = "location / { auth_basic plants; auth_basic_user_file " + (folder_ / "passwords").string() + ";";
+  const Nginx nginx(folder_ / "nginx", std::regex_replace(server_block(), std::regex(R"(location / \{)"), authentication));
+  const Words shared{"--cache", nginx.url()}, home{"HOME=" + folder_.path().string()};
+  const Batch without = bake_all("none", shared, home);
   EXPECT_TRUE(mentions(without.err, {"401"}));
-  const ProcessResult sent = bake_all("one", {"--cache", nginx.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:sesame"});
+  const Batch sent = bake_all("one", shared, {"COPPICE_CACHE_CREDENTIALS=ann:sesame"});
   EXPECT_EQ(sent.err, "");
-  EXPECT_EQ(report("one")["cache"]["sent"], 3);
+  EXPECT_EQ(sent.cache["sent"], 3);
   write_text(folder_ / ".netrc", "machine 127.0.0.1 login ann password sesame\n");
-  const ProcessResult found = bake_all("two", {"--cache", nginx.url()}, {"HOME=" + folder_.path().string()});
-  EXPECT_EQ(report("two")["cached"], 3) << found.err;
-  const ProcessResult wrong = bake_all("three", {"--cache", nginx.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:opensesame"});
+  const Batch found = bake_all("two", shared, home);
+  EXPECT_EQ(found.counts, (BatchCounts{0, 3, 0})) << found.err;
+  const Batch wrong = bake_all("three", shared, {"COPPICE_CACHE_CREDENTIALS=ann:opensesame"});
   EXPECT_TRUE(mentions(wrong.err, {"401"}));
-  for (const ProcessResult* result : {&without, &sent, &found, &wrong})
-    EXPECT_EQ((result->out + result->err).find("sesame"), std::string::npos) << result->out << result->err;
-  for (const char* name : {"none", "one", "two", "three"}) EXPECT_EQ(report(name).dump().find("sesame"), std::string::npos);
+  for (const Batch& batch : {without, sent, found, wrong})
+    EXPECT_EQ((batch.out + batch.err + batch.report.dump()).find("sesame"), std::string::npos) << batch.out << batch.err;
 }
 
 }  // namespace cache_server_test

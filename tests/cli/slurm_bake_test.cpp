@@ -8,12 +8,11 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <sys/stat.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -57,110 +56,95 @@ const Plants& plants() {
 class SlurmBake : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string missing = SlurmCluster::missing();
-    if (!missing.empty()) GTEST_SKIP() << missing;
+    if (const std::string missing = SlurmCluster::missing(); !missing.empty()) GTEST_SKIP() << missing;
     ASSERT_EQ(plants().baked.size(), kHazels);
-    inputs_ = plants().inputs;
-    cluster_ = std::make_unique<SlurmCluster>(2);
+    cluster_ = std::make_unique<SlurmCluster>();
   }
 
-  [[nodiscard]] Words submit(const Words& more = {}) const {
-    return joined(joined({"bake-all", inputs_, "-o", out_, "--slurm"}, kQuick), more);
+  [[nodiscard]] Words submit(const Words& more = {}, const fs::path& input = plants().inputs) const {
+    return joined(joined({"bake-all", input, "-o", out_, "--slurm", "--report", report_}, kQuick), more);
   }
-  [[nodiscard]] ProcessResult tool(const Words& arguments) const { return run_tool(arguments, cluster_->environment()); }
+  [[nodiscard]] ProcessResult tool(const Words& arguments, const Words& variables = {}) const {
+    return run_tool(arguments, {.environment = joined(cluster_->environment().environment, variables)});
+  }
   [[nodiscard]] std::unique_ptr<BackgroundProcess> start(const Words& arguments) const {
     return std::make_unique<BackgroundProcess>(kTool, arguments, cluster_->environment());
   }
   /// The folders of all arrays so far, in their order.
   [[nodiscard]] std::vector<fs::path> arrays() const {
     std::vector<fs::path> folders;
-    std::error_code absent;
-    for (fs::directory_iterator entry(out_ / ".coppice-cluster", absent), end; !absent && entry != end; entry.increment(absent))
-      if (entry->is_directory()) folders.push_back(entry->path());
+    if (!fs::exists(out_ / ".coppice-cluster")) return folders;
+    for (const fs::directory_entry& entry : fs::directory_iterator(out_ / ".coppice-cluster"))
+      if (entry.is_directory()) folders.push_back(entry.path());
     std::ranges::sort(folders);
     return folders;
   }
+  /// The outputs of plants that were baked, by all journals.
+  [[nodiscard]] std::multiset<std::string> baked() const {
+    std::string journals;
+    for (const fs::path& folder : arrays())
+      for (const auto& [name, text] : outputs(folder))
+        if (name.ends_with(".jsonl")) journals += text + "\n";
+    std::multiset<std::string> found;
+    std::istringstream lines(journals);
+    for (std::string line; std::getline(lines, line);)
+      if (const auto entry = nlohmann::json::parse(line, nullptr, false); entry.is_object() && entry["outcome"] == "baked")
+        found.insert(entry["output"].get<std::string>());
+    return found;
+  }
+  /// All plants are there, byte for byte, and none was baked more than once: what was cut had not been baked.
+  void expect_whole() const {
+    EXPECT_TRUE(outputs(out_, kKept) == plants().baked);
+    const std::multiset<std::string> all = baked();
+    for (const std::string& output : all) EXPECT_EQ(all.count(output), 1u) << output;
+  }
+
   /// False if the first node has no task after a while.
   [[nodiscard]] bool first_node_works() const {
     return comes_true([&] { return !cluster_->processes_on(0).empty(); });
+  }
+  /// Processes on the first node that bake: coppice itself and the one it forked off for a plant.
+  [[nodiscard]] std::vector<int> bakers() const {
+    std::vector<int> ids = cluster_->processes_on(0);
+    std::erase_if(ids, [](int id) {
+      std::error_code gone;
+      return fs::read_symlink("/proc/" + std::to_string(id) + "/exe", gone) != fs::canonical(kTool);
+    });
+    return ids;
   }
   [[nodiscard]] std::string queued_job() const {
     const std::string jobs = cluster_->queue("%F");
     return jobs.substr(0, jobs.find('\n'));
   }
-
-  /// Entries of all journals.
-  [[nodiscard]] std::vector<nlohmann::json> journal() const {
-    std::vector<nlohmann::json> entries;
-    for (const fs::path& folder : arrays())
-      for (const fs::directory_entry& path : fs::directory_iterator(folder)) {
-        if (path.path().extension() != ".jsonl") continue;
-        std::istringstream lines(read_text(path.path()));
-        for (std::string line; std::getline(lines, line);)
-          if (auto entry = nlohmann::json::parse(line, nullptr, false); entry.is_object()) entries.push_back(std::move(entry));
-      }
-    return entries;
-  }
-
-  [[nodiscard]] std::size_t baked_count() const {
-    const auto entries = journal();
-    return static_cast<std::size_t>(std::ranges::count_if(entries, [](const auto& entry) { return entry["outcome"] == "baked"; }));
-  }
-
   /// The number in an option of an array's script.
   [[nodiscard]] static std::uint64_t limit_of(const fs::path& folder, const std::string& option) {
     const std::string script = read_text(folder / "run.sh"), start = "#SBATCH --" + option + "=";
     return std::stoull(script.substr(script.find(start) + start.size()));
   }
 
-  /// All plants are there, byte for byte, and none was baked more than once: what was cut had not been baked.
-  void expect_whole() const {
-    // The plants of a folder among the inputs are named as below it.
-    const std::string start = inputs_ == plants().inputs ? "" : inputs_.filename().string() + "/";
-    std::map<std::string, std::string> expected;
-    for (const auto& [name, bytes] : plants().baked)
-      if (name.starts_with(start)) expected[name.substr(start.size())] = bytes;
-    EXPECT_TRUE(outputs(out_, kKept) == expected);
-    std::map<std::string, int> times;
-    for (const nlohmann::json& entry : journal())
-      if (entry["outcome"] == "baked") ++times[entry["output"].get<std::string>()];
-    for (const auto& [output, count] : times) EXPECT_EQ(count, 1) << output;
-  }
-
   static void write_program(const fs::path& path, const std::string& commands) {
     write_text(path, "#!/bin/sh\n" + commands);
-    ::chmod(path.c_str(), 0755);
+    fs::permissions(path, fs::perms::owner_all);
   }
-
-  /// A program for --coppice that waits as long as `hold` is there, then does as coppice does.
-  [[nodiscard]] fs::path holding_coppice(const fs::path& hold) const {
-    const fs::path path = folder_ / "holding-coppice";
-    write_program(path, "while [ -e '" + hold.string() + "' ]; do sleep 0.1; done\nexec '" + std::string(kTool) + "' \"$@\"\n");
-    return path;
+  /// A program for --coppice that waits as long as hold_ is there, then does as coppice does.
+  [[nodiscard]] fs::path holding_coppice() const {
+    write_text(hold_, "");
+    write_program(folder_ / "coppice",
+                  "while [ -e '" + hold_.string() + "' ]; do sleep 0.1; done\nexec '" + std::string(kTool) + "' \"$@\"\n");
+    return folder_ / "coppice";
   }
 
   TemporaryFolder folder_;
-  fs::path inputs_;
+  fs::path report_ = folder_ / "report.json", hold_ = folder_ / "hold";
   fs::path out_ = folder_ / "out of 100% trees";  // spaces and signs that sbatch and shells read otherwise
   std::unique_ptr<SlurmCluster> cluster_;
 };
 
-/// Processes of the run that bake: coppice itself and the one it forked off for a plant.
-std::vector<int> bakers(const SlurmCluster& cluster, std::size_t node) {
-  std::vector<int> found;
-  for (const int id : cluster.processes_on(node)) {
-    std::error_code gone;
-    const fs::path program = fs::read_symlink("/proc/" + std::to_string(id) + "/exe", gone);
-    if (!gone && program == fs::canonical(kTool)) found.push_back(id);
-  }
-  return found;
-}
-
 TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
-  const fs::path report = folder_ / "report.json", shared = folder_ / "shared cache";
-  const ProcessResult first = tool(submit({"--report", report, "--cache", shared}));
+  const Words shared{"--cache", folder_ / "shared cache"};
+  const ProcessResult first = tool(submit(shared));
   EXPECT_EQ(first.exit_code, 0) << first.err << first.out;
-  EXPECT_EQ(counts_in(report), (BatchCounts{kHazels, 0, 0}));
+  EXPECT_EQ(counts_in(report_), (BatchCounts{kHazels, 0, 0}));
   EXPECT_TRUE(mentions(first.out, {"hedge/hazel1"}));
   EXPECT_EQ(count_of(first.err, "\n"), 1u) << "the job: " << first.err;
   expect_whole();
@@ -168,25 +152,25 @@ TEST_F(SlurmBake, BytesAreThoseOfOneMachine) {
 
   // Into another OUT: the nodes have filled the cache, and no task is needed.
   out_ = folder_ / "out2";
-  const ProcessResult second = tool(submit({"--report", report, "--cache", shared}));
+  const ProcessResult second = tool(submit(shared));
   EXPECT_EQ(second.exit_code, 0) << second.err;
   EXPECT_EQ(second.err, "");
-  EXPECT_EQ(counts_in(report), (BatchCounts{0, kHazels, 0}));
+  EXPECT_EQ(counts_in(report_), (BatchCounts{0, kHazels, 0}));
   expect_whole();
   EXPECT_TRUE(arrays().empty());
 }
 
 TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
-  const fs::path list = folder_ / "list.json", report = folder_ / "report.json";
+  const fs::path list = folder_ / "list.json";
   fs::copy(plants().inputs / "hazel0.glb", folder_ / "hazel.glb");
   write_text(folder_ / "letter.glb", "this is a letter, not a plant\n");
   write_text(folder_ / "rules.json", R"({"classes": [{"material": "leaves", "class": "leaf"}]})");
+  write_text(folder_ / "torn.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 12, "uri": "gone.bin"}]})");
   write_text(list, R"([{"input": "hazel.glb", "classes": "rules.json", "output": "a/hazel.coppice"}, {"input": "letter.glb"},
                        {"input": "hazel.glb", "metric": "geometric", "no_wind": true}, {"input": "torn.gltf"}])");
-  write_text(folder_ / "torn.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 12, "uri": "gone.bin"}]})");
-  const ProcessResult result = tool(joined({"bake-all", list, "-o", out_, "--slurm", "--report", report}, kQuick));
+  const ProcessResult result = tool(submit({}, list));
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(counts_in(report), (BatchCounts{2, 0, 2}));
+  EXPECT_EQ(counts_in(report_), (BatchCounts{2, 0, 2}));
   EXPECT_TRUE(mentions(result.err, {"letter.glb", "torn.gltf", "gone.bin"}));
   EXPECT_EQ(arrays().size(), 1u);
   ASSERT_EQ(run_tool(joined({"bake-all", list, "-o", folder_ / "alone", "--quiet"}, kQuick)).exit_code, 1);
@@ -196,7 +180,7 @@ TEST_F(SlurmBake, APlantsOwnFaultIsItsOwnAndNotTriedAgain) {
 TEST_F(SlurmBake, ANodeDiesInTheMiddle) {
   const auto submitter = start(submit({"--quiet"}));
   // One that bakes, and has baked.
-  ASSERT_TRUE(comes_true([&] { return baked_count() >= 1 && !bakers(*cluster_, 0).empty(); })) << submitter->err();
+  ASSERT_TRUE(comes_true([&] { return !baked().empty() && !bakers().empty(); })) << submitter->err();
   cluster_->kill_node(0);
   ASSERT_TRUE(comes_true([&] { return cluster_->run("sinfo", {"-h", "-N", "-o", "%T"}).out.find("down") != std::string::npos; }));
   // Slurm waits two minutes before it starts such a task again; nobody here has to.
@@ -212,7 +196,7 @@ TEST_F(SlurmBake, WhatWasKilledIsTriedAgainWithMore) {
     out_ = folder_ / (whole_task ? "task" : "bake");
     const auto submitter = start(submit());
     std::vector<int> ids;
-    ASSERT_TRUE(comes_true([&] { return (ids = bakers(*cluster_, 0)).size() >= 2; })) << submitter->err();
+    ASSERT_TRUE(comes_true([&] { return (ids = bakers()).size() >= 2; })) << submitter->err();
     // The youngest of them bakes a plant; a kernel without memory kills such a one.
     ids = whole_task ? cluster_->processes_on(0) : std::vector<int>{ids.back()};
     for (const int id : ids) ::kill(id, SIGKILL);
@@ -227,11 +211,11 @@ TEST_F(SlurmBake, WhatWasKilledIsTriedAgainWithMore) {
 
 TEST_F(SlurmBake, TheControllerIsKilledAndComesBack) {
   const auto submitter = start(submit());
-  ASSERT_TRUE(comes_true([&] { return baked_count() >= 1; })) << submitter->err();
+  ASSERT_TRUE(comes_true([&] { return !baked().empty(); })) << submitter->err();
   const std::string job = queued_job();
   cluster_->kill_controller();
-  const std::size_t before = baked_count();
-  ASSERT_TRUE(comes_true([&] { return baked_count() > before; })) << "nodes go on";
+  const std::size_t before = baked().size();
+  ASSERT_TRUE(comes_true([&] { return baked().size() > before; })) << "nodes go on";
   cluster_->start_controller();
   // A controller that was killed before it had saved which tasks run starts them again, finds them there, and then holds the job and drains
   // the nodes: an administrator has to tell it to go on.
@@ -239,7 +223,7 @@ TEST_F(SlurmBake, TheControllerIsKilledAndComesBack) {
     static_cast<void>(cluster_->run("scontrol", {"update", "NodeName=node[1-2]", "State=RESUME"}));
     static_cast<void>(cluster_->run("scontrol", {"release", job}));
     std::this_thread::sleep_for(std::chrono::seconds(1));
-    return baked_count() == kHazels;
+    return baked().size() == kHazels;
   })) << cluster_->queue("%i %T %r");
   EXPECT_EQ(submitter->wait(), 0) << submitter->err();
   expect_whole();
@@ -247,12 +231,11 @@ TEST_F(SlurmBake, TheControllerIsKilledAndComesBack) {
 
 /// The same command again goes on, whatever the one before it had done.
 TEST_F(SlurmBake, TheSubmitterIsKilledAtAnyMoment) {
-  inputs_ = plants().inputs / "hedge";  // half of them, several times
   const std::vector<std::function<bool()>> moments = {
       [&] { return !arrays().empty(); },
       [&] { return !arrays().empty() && fs::exists(arrays().front() / "run.sh"); },
       [&] { return !arrays().empty() && cluster_->queue("%j").find(arrays().front().filename()) != std::string::npos; },
-      [&] { return baked_count() >= 2; },
+      [&] { return baked().size() >= 2; },
   };
   for (std::size_t moment = 0; moment < moments.size(); ++moment) {
     SCOPED_TRACE("moment " + std::to_string(moment));
@@ -261,18 +244,15 @@ TEST_F(SlurmBake, TheSubmitterIsKilledAtAnyMoment) {
     ASSERT_TRUE(comes_true(moments[moment])) << submitter->err();
     submitter->send(SIGKILL);
     submitter->wait();
-    const fs::path report = folder_ / ("report" + std::to_string(moment)).c_str();
-    const ProcessResult again = tool(submit({"--report", report}));
+    const ProcessResult again = tool(submit());
     EXPECT_EQ(again.exit_code, 0) << again.err << again.out;
-    EXPECT_EQ(counts_in(report).failed, 0u);
+    EXPECT_EQ(counts_in(report_).failed, 0u);
     expect_whole();
   }
 }
 
 TEST_F(SlurmBake, CtrlCLeavesTheTasksAndTheSameCommandTakesThemUp) {
-  const fs::path hold = folder_ / "hold", report = folder_ / "report.json";
-  write_text(hold, "");
-  const Words command = submit({"--report", report, "--coppice", holding_coppice(hold)});
+  const Words command = submit({"--coppice", holding_coppice()});
   const auto submitter = start(command);
   ASSERT_TRUE(first_node_works()) << submitter->err();
   EXPECT_EQ(tool(command).exit_code, 1) << "another waits for this batch";
@@ -281,9 +261,9 @@ TEST_F(SlurmBake, CtrlCLeavesTheTasksAndTheSameCommandTakesThemUp) {
   EXPECT_TRUE(mentions(submitter->err(), {"scancel " + queued_job()}));
   const auto again = start(command);
   ASSERT_TRUE(comes_true([&] { return mentions(again->err(), {arrays().front().filename().string()}); })) << again->err();
-  fs::remove(hold);
+  fs::remove(hold_);
   EXPECT_EQ(again->wait(), 0) << again->err();
-  EXPECT_EQ(counts_in(report), (BatchCounts{0, kHazels, 0})) << "the first command's tasks have baked them";
+  EXPECT_EQ(counts_in(report_), (BatchCounts{0, kHazels, 0})) << "the first command's tasks have baked them";
   EXPECT_EQ(arrays().size(), 1u);
   expect_whole();
 }
@@ -293,9 +273,7 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_TRUE(mentions(refused.err, {"sbatch", "nowhere"}));
   EXPECT_TRUE(arrays().empty());
-  ProcessOptions elsewhere = cluster_->environment();
-  elsewhere.environment.emplace_back("PATH=/nowhere");
-  const ProcessResult missing = run_tool(submit(), elsewhere);
+  const ProcessResult missing = tool(submit(), {"PATH=/nowhere"});
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_TRUE(mentions(missing.err, {"slurm-client"}));
   EXPECT_EQ(count_of(missing.err, "\n"), 1u) << missing.err;
@@ -303,23 +281,19 @@ TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
 
 /// The controller has the job, and sbatch did not hear it.
 TEST_F(SlurmBake, ASubmissionThatTimesOutIsFoundInTheQueue) {
-  const fs::path path = folder_ / "programs" / "sbatch";
-  write_program(path, "'" + program_on_path("sbatch").string() +
-                          "' \"$@\" > /dev/null\n"
-                          "echo 'sbatch: error: Batch job submission failed: Socket timed out on send/recv operation' >&2\nexit 1\n");
-  ProcessOptions options = cluster_->environment();
-  options.environment.push_back("PATH=" + path.parent_path().string() + ":" + std::getenv("PATH"));
-  options.environment.emplace_back("SQUEUE_PARTITION=another");  // a person likes to see that; it is not what is asked
-  const ProcessResult result = run_tool(submit(), options);
+  const fs::path programs = folder_ / "programs";
+  const std::string failure = "sbatch: error: Batch job submission failed: Socket timed out on send/recv operation";
+  write_program(programs / "sbatch",
+                "'" + program_on_path("sbatch").string() + "' \"$@\" > /dev/null\necho '" + failure + "' >&2\nexit 1\n");
+  // SQUEUE_PARTITION: a person likes to see that; it is not what is asked.
+  const ProcessResult result = tool(submit(), {"PATH=" + programs.string() + ":" + std::getenv("PATH"), "SQUEUE_PARTITION=another"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   expect_whole();
   EXPECT_EQ(arrays().size(), 1u);
 }
 
 TEST_F(SlurmBake, ScancelEndsARun) {
-  const fs::path hold = folder_ / "hold";
-  write_text(hold, "");
-  const auto submitter = start(submit({"--coppice", holding_coppice(hold)}));
+  const auto submitter = start(submit({"--coppice", holding_coppice()}));
   ASSERT_TRUE(first_node_works()) << submitter->err();
   EXPECT_EQ(cluster_->run("scancel", {queued_job()}).exit_code, 0);
   EXPECT_EQ(submitter->wait(), 1);

@@ -6,200 +6,122 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <ext/stdio_filebuf.h>
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <fstream>
-#include <mutex>
-#include <sstream>
+#include <istream>
+#include <ostream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
-#include "text_files.h"
+#include "tool.h"
 
 namespace coppice::test {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
-sockaddr_in loopback(std::uint16_t port) {
+/// A socket, and its port of the loopback address, which was free.
+std::pair<int, std::uint16_t> bound_socket() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(port);
-  return address;
-}
-
-std::uint16_t bind_free_port(int socket) {
-  sockaddr_in address = loopback(0);
+  auto* const any_address = reinterpret_cast<sockaddr*>(&address);
   socklen_t length = sizeof address;
-  if (::bind(socket, reinterpret_cast<const sockaddr*>(&address), length) != 0 ||
-      ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length) != 0)
+  if (::bind(socket, any_address, length) != 0 || ::getsockname(socket, any_address, &length) != 0)
     throw std::runtime_error("no free port");
-  return ntohs(address.sin_port);
-}
-
-bool is_listened_at(std::uint16_t port) {
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const sockaddr_in address = loopback(port);
-  const bool connected = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  ::close(socket);
-  return connected;
+  return {socket, ntohs(address.sin_port)};
 }
 
 std::string url_of(std::uint16_t port) {
   return "http://127.0.0.1:" + std::to_string(port);
 }
 
-std::vector<std::string> lines_of(const fs::path& path) {
-  std::ifstream file(path);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) lines.push_back(line);
-  return lines;
-}
-
-/// A request with its body; empty where the connection ends before that.
-std::string received(int connection) {
-  std::string request;
-  std::array<char, 65536> block{};
+/// Answers one request of a connection and closes it.
+void serve(int connection, const fs::path& folder, const ServerFaults& faults) {
+  __gnu_cxx::stdio_filebuf<char> in_buffer(connection, std::ios::in), out_buffer(::dup(connection), std::ios::out);
+  std::istream in(&in_buffer);
+  std::ostream out(&out_buffer);
+  std::string method, target, line, body;
+  in >> method >> target;
   const std::string length = "Content-Length: ";
-  for (std::size_t wanted = 1; request.size() < wanted;) {
-    const ssize_t count = ::read(connection, block.data(), block.size());
-    if (count <= 0) return {};
-    request.append(block.data(), static_cast<std::size_t>(count));
-    const std::size_t head = request.find("\r\n\r\n"), at = request.find(length);
-    wanted = head == std::string::npos ? request.size() + 1 : head + 4 + (at < head ? std::stoul(request.substr(at + length.size())) : 0);
+  while (std::getline(in, line) && line != "\r")
+    if (line.starts_with(length)) body.resize(std::stoul(line.substr(length.size())));
+  if (!in.read(body.data(), static_cast<std::streamsize>(body.size()))) return;
+  std::ofstream(folder / "requests.log", std::ios::app) << method + " " + target + "\n";
+  std::this_thread::sleep_for(std::chrono::duration<double>(faults.delay_s));
+
+  const fs::path path = folder / target.substr(1);
+  int status = method == "PUT" ? faults.put_status : faults.get_status;
+  std::string sent;
+  if (status == 0 && method == "PUT") {
+    write_text(path, body);
+    status = 201;
+  } else if (status == 0) {
+    sent = read_text(path);
+    status = fs::exists(path) ? 200 : 404;
   }
-  return request;
+  const SentBody fault = status == 200 && target.ends_with(".coppice") ? faults.body : SentBody::whole;
+  const std::size_t announced_bytes = sent.size() + (fault == SentBody::trickling ? 50'000'000 : 0);
+  if (fault == SentBody::wrong) sent[sent.size() / 2] = static_cast<char>(sent[sent.size() / 2] ^ 1);
+  if (fault == SentBody::half) sent.resize(sent.size() / 2);
+  out << "HTTP/1.1 " << status << " Said\r\nConnection: close\r\nContent-Length: " << announced_bytes << "\r\n\r\n" << sent << std::flush;
+  while (fault == SentBody::trickling && out << std::string(2'500, '\0') << std::flush) std::this_thread::sleep_for(50ms);
 }
-
-void send_all(int socket, const std::string& text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const ssize_t count = ::write(socket, text.data() + at, text.size() - at);
-    if (count <= 0) return;
-    at += static_cast<std::size_t>(count);
-  }
-}
-
-/// The server's process. A connection is closed after one request.
-class Serving {
- public:
-  Serving(fs::path folder, const ServerFaults& faults) : folder_(std::move(folder)), faults_(faults) {}
-
-  [[noreturn]] void listen_at(int socket) {
-    while (true) {
-      const int connection = ::accept(socket, nullptr, nullptr);
-      if (connection >= 0) std::thread([this, connection] { serve(connection); }).detach();
-    }
-  }
-
- private:
-  void serve(int connection) {
-    const std::string request = received(connection);
-    std::string method, target;
-    std::istringstream(request) >> method >> target;
-    if (!target.empty() && target.find("..") == std::string::npos) {
-      log(method + " " + target);
-      std::this_thread::sleep_for(std::chrono::duration<double>(faults_.delay_s));
-      if (method == "PUT")
-        put(connection, target, request.substr(request.find("\r\n\r\n") + 4));
-      else
-        get(connection, target, method == "HEAD");
-    }
-    ::close(connection);
-  }
-
-  void put(int connection, const std::string& target, const std::string& body) {
-    if (faults_.put_status == 0) {
-      const std::scoped_lock lock(mutex_);
-      write_text(folder_ / target.substr(1), body);
-    }
-    send_head(connection, faults_.put_status != 0 ? faults_.put_status : 201, 0);
-  }
-
-  void get(int connection, const std::string& target, bool only_head) {
-    if (faults_.get_status != 0) return send_head(connection, faults_.get_status, 0);
-    std::string body;
-    {
-      const std::scoped_lock lock(mutex_);
-      const fs::path path = folder_ / target.substr(1);
-      std::error_code error;
-      if (!fs::is_regular_file(path, error)) return send_head(connection, 404, 0);
-      body = read_text(path);
-    }
-    const ServerFaults faults = target.ends_with(".coppice") ? faults_ : ServerFaults{};
-    body.append(faults.padding_bytes, '\0');
-    if (faults.wrong_bytes) body[body.size() / 2] = static_cast<char>(body[body.size() / 2] ^ 1);
-    send_head(connection, 200, body.size());
-    if (only_head) return;
-    if (faults.half_bodies) body.resize(body.size() / 2);
-    send_slowly(connection, body, faults.bytes_per_s);
-  }
-
-  /// bytes_per_s  0: as fast as may be
-  static void send_slowly(int connection, const std::string& body, double bytes_per_s) {
-    if (bytes_per_s == 0.0) return send_all(connection, body);
-    constexpr double kStep_s = 0.05;
-    const auto step = static_cast<std::size_t>(bytes_per_s * kStep_s);
-    for (std::size_t at = 0; at < body.size(); at += step) {
-      send_all(connection, body.substr(at, step));
-      std::this_thread::sleep_for(std::chrono::duration<double>(kStep_s));
-    }
-  }
-
-  static void send_head(int connection, int status, std::size_t bytes) {
-    send_all(connection,
-             "HTTP/1.1 " + std::to_string(status) + " Said\r\nConnection: close\r\nContent-Length: " + std::to_string(bytes) + "\r\n\r\n");
-  }
-
-  void log(const std::string& line) {
-    const std::scoped_lock lock(mutex_);
-    std::ofstream(folder_ / "requests.log", std::ios::app) << line << "\n";
-  }
-
-  fs::path folder_;
-  ServerFaults faults_;
-  std::mutex mutex_;
-};
 
 }  // namespace
 
-FaultyServer::FaultyServer(fs::path folder, const ServerFaults& faults) : folder_(std::move(folder)) {
-  fs::create_directories(folder_);
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  port_ = bind_free_port(socket);
+std::vector<NamedFaults> all_server_faults() {
+  return {{"503", {.get_status = 503, .put_status = 503}, "503"},
+          {"401", {.get_status = 401, .put_status = 401}, "COPPICE_CACHE_CREDENTIALS"},
+          {"403", {.get_status = 403, .put_status = 403}, "403"},
+          {"404 to all", {.get_status = 404, .put_status = 404}, "404"},
+          {"moved", {.get_status = 301, .put_status = 301}, "301"},
+          {"read only", {.put_status = 403}, "403"},
+          {"full: 507", {.put_status = 507}, "507"},
+          {"half a body", {.body = SentBody::half}, "", true},
+          {"wrong bytes", {.body = SentBody::wrong}, "damaged", true},
+          {"trickling", {.body = SentBody::trickling}, "", true},
+          {"20 s of delay", {.delay_s = 20.0}, "", true}};
+}
+
+FaultyServer::FaultyServer(const fs::path& folder, const ServerFaults& faults) : log_(folder / "requests.log") {
+  fs::create_directories(folder);
+  const auto [socket, port] = bound_socket();
+  port_ = port;
   if (::listen(socket, 64) != 0) throw std::runtime_error("cannot listen");
   process_ = ::fork();
   if (process_ < 0) throw std::runtime_error("fork failed");
   if (process_ == 0) {
     static_cast<void>(::signal(SIGPIPE, SIG_IGN));
     static_cast<void>(::prctl(PR_SET_PDEATHSIG, SIGKILL));
-    Serving(folder_, faults).listen_at(socket);
+    while (true)
+      if (const int connection = ::accept(socket, nullptr, nullptr); connection >= 0)
+        std::thread(serve, connection, folder, faults).detach();
   }
   ::close(socket);
 }
 
 FaultyServer::~FaultyServer() {
   ::kill(process_, SIGKILL);
-  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-  }
+  ::waitpid(process_, nullptr, 0);
 }
 
 std::string FaultyServer::url() const {
   return url_of(port_);
 }
 
-std::vector<std::string> FaultyServer::requests() const {
-  return lines_of(folder_ / "requests.log");
+std::size_t FaultyServer::request_count() const {
+  return count_of(read_text(log_), "\n");
 }
 
 std::uint16_t free_port() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const std::uint16_t port = bind_free_port(socket);
+  const auto [socket, port] = bound_socket();
   ::close(socket);
   return port;
 }
@@ -220,27 +142,27 @@ Nginx::Nginx(const fs::path& folder, std::string server_block) : folder_(folder)
   };
   put("8080", "127.0.0.1:" + std::to_string(port_));
   put("/srv/coppice-cache", root().string());
-  for (const char* name : {"objects", "body", "logs"}) fs::create_directories(folder_ / name);
-  std::ofstream(folder_ / "nginx.conf") << (::geteuid() == 0 ? "user root;\n" : "") << "pid nginx.pid;\nevents {}\nhttp {\n"
-                                        << "log_format short '$request_method $uri $status';\naccess_log logs/access.log short;\n"
-                                        << "client_body_temp_path body; proxy_temp_path body/p; fastcgi_temp_path body/f;\n"
-                                        << "uwsgi_temp_path body/u; scgi_temp_path body/s;\n"
-                                        << server_block << "\n}\n";
-  process_ = std::make_unique<BackgroundProcess>(
-      "/usr/sbin/nginx", std::vector<std::string>{"-p", folder_.string() + "/", "-e", "logs/error.log", "-c", folder_ / "nginx.conf", "-g",
-                                                  "daemon off; worker_processes 1;"});
-  for (int i = 0; !is_listened_at(port_); ++i) {
-    if (i == 500) throw std::runtime_error("nginx does not start: " + process_->err() + read_text(folder_ / "logs/error.log"));
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  fs::create_directories(root());
+  write_text(folder_ / "nginx.conf", std::string(::geteuid() == 0 ? "user root;" : "") + R"(
+pid nginx.pid;
+events {}
+http {
+access_log access.log;
+client_body_temp_path body; proxy_temp_path proxy; fastcgi_temp_path fastcgi; uwsgi_temp_path uwsgi; scgi_temp_path scgi;
+)" + server_block + "\n}\n");
+  process_ = std::make_unique<BackgroundProcess>("/usr/sbin/nginx", Words{"-p", folder_.string() + "/", "-e", "error.log", "-c",
+                                                                          folder_ / "nginx.conf", "-g", "daemon off; worker_processes 1;"});
+  // nginx writes its number once it listens.
+  if (!comes_true([&] { return fs::exists(folder_ / "nginx.pid"); }, 5s))
+    throw std::runtime_error("nginx does not start: " + process_->err() + read_text(folder_ / "error.log"));
 }
 
 std::string Nginx::url() const {
   return url_of(port_);
 }
 
-std::vector<std::string> Nginx::requests() const {
-  return lines_of(folder_ / "logs/access.log");
+std::size_t Nginx::request_count() const {
+  return count_of(read_text(folder_ / "access.log"), "\n");
 }
 
 }  // namespace coppice::test

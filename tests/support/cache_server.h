@@ -12,30 +12,40 @@
 
 namespace coppice::test {
 
-/// What a server does wrong with entries; 0 and false: nothing.
-struct ServerFaults {
-  int get_status = 0, put_status = 0;  ///< the answer to every request of that kind
-  bool half_bodies = false;            ///< ends the connection in the middle of what is asked for
-  bool wrong_bytes = false;            ///< flips a bit of it
-  double delay_s = 0.0;                ///< before each answer
-  std::size_t padding_bytes = 0;       ///< after what is asked for
-  double bytes_per_s = 0.0;            ///< sends what is asked for no faster
+/// How a server sends a .coppice file.
+enum class SentBody {
+  whole,
+  half,       ///< then it ends the connection
+  wrong,      ///< with another bit
+  trickling,  ///< with 50 MB behind it, at 50 kB a second
 };
+
+struct ServerFaults {
+  int get_status = 0, put_status = 0;  ///< the answer to every request of that kind; 0: as it should be
+  SentBody body = SentBody::whole;
+  double delay_s = 0.0;  ///< before each answer
+};
+
+struct NamedFaults {
+  std::string name;
+  ServerFaults faults;
+  std::string told = {};   ///< what the line about it names beside the address; empty: nothing
+  bool is_filled = false;  ///< the fault shows where the server has what is asked for
+};
+std::vector<NamedFaults> all_server_faults();
 
 /// A process that keeps what is put into it as files of a folder, at their paths. Ended by the destructor.
 class FaultyServer {
  public:
-  explicit FaultyServer(std::filesystem::path folder, const ServerFaults& faults = {});
+  explicit FaultyServer(const std::filesystem::path& folder, const ServerFaults& faults = {});
   ~FaultyServer();
   FaultyServer(const FaultyServer&) = delete;
   FaultyServer& operator=(const FaultyServer&) = delete;
-
   [[nodiscard]] std::string url() const;
-  /// "GET /KEY.record" of each, in their order.
-  [[nodiscard]] std::vector<std::string> requests() const;
+  [[nodiscard]] std::size_t request_count() const;
 
  private:
-  std::filesystem::path folder_;
+  std::filesystem::path log_;
   std::uint16_t port_ = 0;
   int process_ = -1;
 };
@@ -49,13 +59,11 @@ class Nginx {
  public:
   /// Throws std::runtime_error where nginx does not start.
   Nginx(const std::filesystem::path& folder, std::string server_block);
-
   [[nodiscard]] static bool is_there();
   [[nodiscard]] std::string url() const;
   /// Where the objects are.
   [[nodiscard]] std::filesystem::path root() const { return folder_ / "objects"; }
-  /// "GET /KEY.record 200" of each so far, in the order of their ends.
-  [[nodiscard]] std::vector<std::string> requests() const;
+  [[nodiscard]] std::size_t request_count() const;
 
  private:
   std::filesystem::path folder_;

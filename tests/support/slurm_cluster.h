@@ -1,10 +1,10 @@
 #pragma once
 
-// A Slurm cluster of nodes with one processor each, on this machine, for one test: munged, slurmctld and slurmd in a folder of its own, on
-// free ports of the loopback address. It needs no systemd, and touches no Slurm that the machine may have.
+// A Slurm cluster of two nodes with one processor each, on this machine, for one test: munged, slurmctld and slurmd in a folder of its own,
+// on free ports of the loopback address. It needs no systemd, and touches no Slurm that the machine may have.
 
+#include <array>
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,8 +18,8 @@ class SlurmCluster {
   /// Why there can be none here, as for GTEST_SKIP: programs that are missing, or this is not root. Empty: there can.
   static std::string missing();
 
-  /// Throws std::runtime_error where it does not come up within a minute.
-  explicit SlurmCluster(std::size_t node_count);
+  /// Throws std::runtime_error where it does not come up.
+  SlurmCluster();
   ~SlurmCluster();
   SlurmCluster(const SlurmCluster&) = delete;
   SlurmCluster& operator=(const SlurmCluster&) = delete;
@@ -37,16 +37,15 @@ class SlurmCluster {
   void kill_controller();
   void start_controller();
 
-  /// The scripts of tasks that run on a node, and all processes below them.
+  /// The scripts of tasks that run on a node, and all processes below them. Their ids rise.
   [[nodiscard]] std::vector<int> processes_on(std::size_t node) const;
 
  private:
-  void write_config(std::size_t node_count) const;
-  void start_node(std::size_t node);
+  [[nodiscard]] std::unique_ptr<BackgroundProcess> start(const std::string& program, const std::vector<std::string>& arguments) const;
 
   TemporaryFolder folder_;
   std::unique_ptr<BackgroundProcess> munge_, controller_;
-  std::vector<std::unique_ptr<BackgroundProcess>> nodes_;
+  std::array<std::unique_ptr<BackgroundProcess>, 2> nodes_;
 };
 
 }  // namespace coppice::test

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "bake_cache.h"
-#include "cache_server.h"
 #include "http_cache.h"
+#include "servers.h"
 #include "stopwatch.h"
 #include "tool.h"
 

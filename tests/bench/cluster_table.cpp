@@ -1,6 +1,6 @@
 // What a cluster of two nodes with a processor each takes for a batch, against bake-all on one of these processors, and against two shards
 // by hand, one on each, at the same time: nodes on one machine share its memory, which real ones do not. Generated plants of the three
-// species, each of a seed of its own, in small views. Needs Slurm (slurm_cluster.h), root and two idle processors.
+// species, each of a seed of its own, in small views. Needs Slurm (servers.h), root and two idle processors.
 //   cluster_table [PLANTS [VIEWS [RESOLUTION]]]     200, 8, 96
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "slurm_cluster.h"
+#include "servers.h"
 #include "stopwatch.h"
 #include "tool.h"
 

@@ -17,9 +17,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "cache_server.h"
 #include "documents.h"
 #include "gltf_builder.h"
+#include "servers.h"
 #include "tool.h"
 
 namespace coppice::test {
@@ -74,9 +74,7 @@ class CacheServer : public testing::Test {
     EXPECT_FALSE(fs::exists(folder_ / "expected" / ".coppice-cache"));
     return batch.files;
   }
-  static ProcessResult cache(const Words& arguments, const Words& environment = {}) {
-    return run_tool(joined({"cache"}, arguments), {.environment = environment});
-  }
+  static ProcessResult cache(const Words& arguments) { return run_tool(joined({"cache"}, arguments)); }
 
   TemporaryFolder folder_;
   fs::path plants_ = folder_ / "plants", full_;

@@ -17,7 +17,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slurm_cluster.h"
+#include "servers.h"
 #include "tool.h"
 
 namespace coppice::test {

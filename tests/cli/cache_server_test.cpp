@@ -58,7 +58,7 @@ class CacheServer : public testing::Test {
     const ProcessResult result = run_batch(out, joined({"--report", report}, more), environment);
     EXPECT_EQ(result.exit_code, 0) << out << ": " << result.err;
     const nlohmann::json json = read_json(report);
-    return {result.out, result.err, json, json["cache"], counts_in(report), outputs(folder_ / out.c_str())};
+    return {result.out, result.err, json, json.value("cache", nlohmann::json()), counts_in(report), outputs(folder_ / out.c_str())};
   }
   /// Makes a folder that holds 4 kB, until TearDown. False where that may not be.
   bool make_full(const fs::path& folder) {

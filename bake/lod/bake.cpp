@@ -16,6 +16,7 @@
 #include "error_table.h"
 #include "leaf_cards.h"
 #include "leaf_mesh_parts.h"
+#include "leaf_normals.h"
 #include "material_split.h"
 #include "mesh_error.h"
 #include "occlusion_areas.h"
@@ -120,6 +121,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   COPPICE_TRY(plant, import_gltf(input, options.import));
   split_materials(plant);
   cut_texture_regions(plant);
+  turn_normals_to_crown(plant, options.crown_normals);
   COPPICE_TRY(foliage, plant.leaves.empty() ? Result<Foliage>(bare_foliage(plant.wood)) : card_foliage(plant));
   COPPICE_TRY(views, viewpoints(options.view_count > 0 ? options.view_count : metric_view_count(options.metric, foliage.leaf_count())));
   report.source_leaves = static_cast<std::uint32_t>(plant.leaves.size());
@@ -147,7 +149,6 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   baked.card_table = std::move(foliage.card_table);
   baked.materials = std::move(plant.materials);
   baked.images = std::move(plant.images);
-  for (Material& material : baked.materials) material.crown_normals = options.crown_normals;
   baked.leaf_meshes = std::move(kept.meshes);
   baked.sphere = plant_sphere(foliage, plant.wood, baked.leaf_meshes);
   COPPICE_CHECK(move_into(baked.errors, measure_error_table(baked, stage_of(progress, "error table"))));

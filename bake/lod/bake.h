@@ -52,8 +52,8 @@ struct BakeOptions {
   ImportOptions import;
   CollapseOptions collapse;
   TextureCoding textures = TextureCoding::bc;
-  float crown_normals = kCrownNormals;  ///< for all leaves, 0..1: see plant.h
-  bool leaf_meshes = true;              ///< keeps the leaves as they were modelled, for close views
+  float crown_normals = 0.0f;  ///< turn_normals_to_crown
+  bool leaf_meshes = true;     ///< keeps the leaves as they were modelled, for close views
   Areas areas = Areas::item_buffers;
   WindOptions wind;
 };

@@ -186,8 +186,9 @@ std::vector<BakeOption> bake_group() {
       "How textures are stored: bc is BC1 and BC3 blocks, which a GPU reads as they are; rgba8 takes four to eight times the bytes",
       {{"bc", TextureCoding::bc}, {"rgba8", TextureCoding::rgba8}}, [](auto& o) -> auto& { return o.textures; }));
   table.push_back(number<float>(
-      "crown-normals", "SHARE", "How leaves are lit: 0 each by its own normal, 1 by that of the crown's round shape there, which is softer",
-      0.0f, 1.0f, [](auto& o) -> auto& { return o.crown_normals; }));
+      "crown-normals", "SHARE",
+      "How leaves are lit: 0 each by the normals that the file gives it, 1 by those of the crown's round shape, which is softer", 0.0f,
+      1.0f, [](auto& o) -> auto& { return o.crown_normals; }));
   table.push_back(on_off(
       "leaf-meshes", "Keep the leaves as they were modelled, to be drawn close up, where the error of their quads would be seen",
       [](auto& o) -> auto& { return o.leaf_meshes; }));

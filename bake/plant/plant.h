@@ -15,15 +15,13 @@
 #include <glm/vec4.hpp>
 
 #include "coppice/format.h"
+#include "normal_sum.h"
 #include "still_wind.h"
 #include "tree.h"
 
 namespace coppice::bake {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
-
-/// How far the normals that light leaves turn towards the crown's, by default.
-inline constexpr float kCrownNormals = COPPICE_CROWN_NORMALS_DEFAULT;
 
 /// What becomes of a piece of the source's surface.
 enum class PlantPart : std::uint8_t { leaf, wood, dropped };
@@ -66,20 +64,23 @@ struct Material {
   float alpha_cutoff = 0.0f;    ///< 0: opaque
   float roughness = 1.0f;
   bool double_sided = true;
-  float crown_normals = kCrownNormals;  ///< leaves: 0 are lit by their own normals, 1 by the crown's
-  std::uint32_t normal_map = kNone;     ///< image; wood and leaf meshes show it, quads are too small for it
+  bool sided_normals = false;        ///< leaves: the normals of their vertices say which side is lit, whoever looks
+  std::uint32_t normal_map = kNone;  ///< image; wood and leaf meshes show it, quads are too small for it
 };
 
 /// An indexed triangle mesh; the attribute arrays have one entry per vertex.
 struct Mesh {
   std::vector<glm::vec3> positions;
-  std::vector<glm::vec3> normals;                 ///< unit
-  std::vector<glm::vec2> uvs;                     ///< (0, 0) where the source has none
-  std::vector<std::uint32_t> indices;             ///< 3 per triangle
-  std::vector<std::uint32_t> triangle_materials;  ///< 1 per triangle
-  std::vector<std::uint8_t> vertex_fades = {};    ///< 1 per vertex, the same for all of a triangle: core/tree.h; empty: kNoFade
-  std::vector<glm::vec3> triangle_tints = {};     ///< 1 per triangle, a linear factor of the material's colour; empty: none
-  std::vector<float> wind_weights = {};           ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
+  std::vector<glm::vec3> normals;                   ///< unit
+  std::vector<glm::vec2> uvs;                       ///< (0, 0) where the source has none
+  std::vector<std::uint32_t> indices;               ///< 3 per triangle
+  std::vector<std::uint32_t> triangle_materials;    ///< 1 per triangle
+  std::vector<std::uint8_t> vertex_opacities = {};  ///< 1 per vertex, the same for all of a triangle: core/tree.h; empty: kOpaque
+  /// 1 per vertex, 0..1: how far the normals of the leaves that the triangle stands for lie along `normals` (core/tree.h); negative, -0
+  /// too, where `normals` is on the front of the leaves, which is lit whoever looks; empty: flat triangles
+  std::vector<float> vertex_alongs = {};
+  std::vector<glm::vec3> triangle_tints = {};  ///< 1 per triangle, a linear factor of the material's colour; empty: none
+  std::vector<float> wind_weights = {};        ///< 1 per vertex, 0 stiff .. 1 flexible, < 0 where the source has none; empty: nowhere
 };
 
 /// What the corners of the triangle show whose first index is indices[first].
@@ -122,12 +123,18 @@ using Quad = std::array<glm::vec3, 4>;
 
 /// The plant's leaves as quads: the unit of collapse.
 struct Foliage {
-  std::vector<Quad> quads;               ///< [leaf_count]
-  std::vector<std::uint32_t> cards;      ///< [leaf_count] index into card_table
-  std::vector<std::uint8_t> fades = {};  ///< [leaf_count] core/tree.h; empty: kNoFade
-  std::vector<Card> card_table;          ///< at most COPPICE_MAX_CARDS
+  std::vector<Quad> quads;                   ///< [leaf_count]
+  std::vector<std::uint32_t> cards;          ///< [leaf_count] index into card_table
+  std::vector<std::uint8_t> opacities = {};  ///< [leaf_count] core/tree.h; empty: kOpaque
+  std::vector<std::uint16_t> normals = {};   ///< [leaf_count] core/tree.h; empty: kFlatNormals
+  std::vector<NormalSum> normal_sums = {};   ///< [leaf_count] source leaves' own, before rounding; empty: those of the quads
+  std::vector<Card> card_table;              ///< at most COPPICE_MAX_CARDS
   [[nodiscard]] std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(quads.size()); }
 };
+
+[[nodiscard]] inline NormalSum source_normal_sum(const Foliage& foliage, std::uint32_t leaf) {
+  return foliage.normal_sums.empty() ? quad_normal_sum(foliage.quads[leaf]) : foliage.normal_sums[leaf];
+}
 
 /// Leaf quads and what they show. Holds references.
 struct ShownFoliage {
@@ -140,7 +147,7 @@ struct ShownFoliage {
 struct Merge {
   std::uint32_t first = 0, second = 0;    ///< first < second
   std::array<std::uint8_t, 4> corners{};  ///< result corner i is corner corners[i] of the pair: 0..3 of first, 4..7 of second
-  std::uint8_t fade = kNoFade;            ///< the result's: core/tree.h
+  std::uint8_t opacity = kOpaque;         ///< the result's: core/tree.h
 };
 
 /// The collapse sequence, N - 1 merges down to one leaf, and what it cost.
@@ -154,7 +161,8 @@ struct Tree {
   struct Node {
     std::array<std::uint32_t, 4> vertices{};  ///< indices into `vertices`
     std::uint32_t card = 0;
-    std::uint8_t fade = kNoFade;  ///< see core/tree.h
+    std::uint8_t opacity = kOpaque;        ///< see core/tree.h
+    std::uint16_t normals = kFlatNormals;  ///< see core/tree.h
   };
   std::vector<glm::vec3> vertices;          ///< [4N]
   std::vector<Node> nodes;                  ///< [2N - 1]

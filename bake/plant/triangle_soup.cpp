@@ -16,6 +16,8 @@ Mesh compact(const Mesh& mesh) {
       compacted.positions.push_back(mesh.positions[index]);
       compacted.normals.push_back(mesh.normals[index]);
       compacted.uvs.push_back(mesh.uvs[index]);
+      if (!mesh.vertex_opacities.empty()) compacted.vertex_opacities.push_back(mesh.vertex_opacities[index]);
+      if (!mesh.vertex_alongs.empty()) compacted.vertex_alongs.push_back(mesh.vertex_alongs[index]);
       if (!mesh.wind_weights.empty()) compacted.wind_weights.push_back(mesh.wind_weights[index]);
     }
     compacted.indices.push_back(new_index[index]);

@@ -14,7 +14,7 @@ float fifth_power(float x) { return x * x * (x * x) * x; }
 // What a surface throws back without taking its colour: the sun's image, as wide as it is rough, and at a flat angle the sky. Leaves are
 // waxed, whatever their file says; what stands for many turns every way.
 vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
-  vec3 normal = s.translucency > 0.0 ? s.face : s.normal;
+  vec3 normal = s.translucency > 0.0 && dot(s.normal, eye) < 0.0 ? -s.normal : s.normal;
   float roughness = s.translucency > 0.0 ? clamp(s.roughness, 0.55, 0.75) : max(s.roughness, 0.35);
   vec3 sun = frame.sun_direction.xyz, between = normalize(eye + sun);
   float alpha = roughness * roughness, exponent = 2.0 / (alpha * alpha) - 2.0;
@@ -23,7 +23,7 @@ vec3 gloss(CoppiceSurface s, vec3 eye, float open) {
   // A leaf mirrors only the sky that other leaves do not hide, and they hide most of the sky that is not above.
   float up = clamp(2.0 * dot(eye, normal) * normal.y - eye.y, 0.0, 1.0);
   float rim = (0.03 + 0.25 * (1.0 - roughness) * fifth_power(1.0 - max(dot(normal, eye), 0.0))) * up * open * open;
-  return (1.0 - s.roundness) * (mirrored * lobe * s.sun * frame.sun_color.rgb + rim * frame.sky_color.rgb);
+  return coppice_flatness(s.along) * (mirrored * lobe * s.sun * frame.sun_color.rgb + rim * frame.sky_color.rgb);
 }
 
 // Where a stem comes out of the ground it is dark, and takes on the ground's colour and light: no line shows where they meet.
@@ -50,6 +50,7 @@ void main() {
   vec3 eye = normalize(frame.eye.xyz - world);
   float open = min(s.occlusion, open_sky(world, gl_FragCoord.xy, 1.0));
   CoppiceLight sun = CoppiceLight(frame.sun_direction.xyz, frame.sun_color.rgb, vec3(0.0), vec3(0.0));
-  vec3 color = coppice_lit(s, eye, sun) + s.albedo * light_of_surroundings(mix(s.normal, 0.67 * eye, s.roundness), open) + gloss(s, eye, open);
+  vec3 turned = coppice_mean_normal(s.normal, s.along, eye, s.sided);
+  vec3 color = coppice_lit(s, eye, sun) + s.albedo * light_of_surroundings(turned, open) + gloss(s, eye, open);
   out_color = vec4(frame.sun_color.w > 0.0 ? albedo.rgb : fogged(color, world), 1.0);
 }

@@ -98,7 +98,7 @@ coppice_ray struct_defaults() {
 template <>
 coppice_leaf_layout struct_defaults() {
   auto layout = zeroed_struct<coppice_leaf_layout>();
-  layout.position = layout.normal = layout.uv = layout.color = layout.material = COPPICE_NONE;
+  layout.position = layout.normal = layout.uv = layout.color = layout.material = layout.along = layout.sided = COPPICE_NONE;
   layout.index_bytes = sizeof(std::uint32_t);
   return layout;
 }

@@ -18,8 +18,9 @@ namespace {
 
 static_assert(sizeof(coppice_leaf_node) == sizeof(PageNode) && offsetof(coppice_leaf_node, corners) == offsetof(PageNode, corners) &&
               offsetof(coppice_leaf_node, card) == offsetof(PageNode, card) &&
-              offsetof(coppice_leaf_node, fade) == offsetof(PageNode, fade) &&
-              offsetof(coppice_leaf_node, split) == offsetof(PageNode, split) && kNeverReplaced == lod::kCoppiceNoSplit);
+              offsetof(coppice_leaf_node, opacity) == offsetof(PageNode, opacity) &&
+              offsetof(coppice_leaf_node, split) == offsetof(PageNode, split) &&
+              offsetof(coppice_leaf_node, normals) == offsetof(PageNode, normals) && kNeverReplaced == lod::kCoppiceNoSplit);
 
 std::uint32_t texture_or_none(std::uint32_t texture) {
   return texture == COPPICE_NO_TEXTURE ? COPPICE_NONE : texture;
@@ -141,7 +142,7 @@ coppice_material Context::material(std::uint32_t index, std::uint32_t material) 
   std::copy_n(of.base_color, 4, info.base_color);
   info.alpha_cutoff = of.alpha_cutoff;
   info.roughness = of.roughness;
-  info.crown_normals = material_crown_normals(of);
+  info.sided_normals = (of.flags & COPPICE_MATERIAL_SIDED_NORMALS) != 0 ? COPPICE_TRUE : COPPICE_FALSE;
   info.texture = texture_or_none(material_texture(of));
   info.normal_map = texture_or_none(material_normal_map(of));
   return info;

@@ -23,7 +23,7 @@ void main() {
   ClusterList list = list_at(plant, list_index);
   uint place = uint(gl_VertexIndex) >> 2, cluster = place / kClusterLeaves;
   Leaf leaf = LeafArray(cluster_at(list, cluster).leaves).at[place % kClusterLeaves];
-  uint crown_word = SplatArray(cluster_at(list, cluster).splats).at[place % kClusterLeaves].crown;
+  Splat splat = SplatArray(cluster_at(list, cluster).splats).at[place % kClusterLeaves];
   bool paged = list_index == kPageList;
   uint leaf_count = paged ? cut_leaf_count(slot, plant) : list.leaf_count;
   if (paged && !is_born(leaf.life, born_splits(leaf_count, cluster))) return;
@@ -70,11 +70,9 @@ void main() {
   Crown crown = crown_of(plant);
   float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
   float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
-  LeafNormals normals = in_world(instance, leaf_normals(crown, middle, face, material.crown_normals));
-  LeafLight light = LeafLight(unpack_crown(crown_word), bulk, sun_past_others(instance, plant, world));
-  CoppiceSurface surface = leaf_surface(instance, light, normals, world);
-  surface.albedo *= brightness_of_leaf(leaf.card) * material.base_color.rgb *
-                    variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
-  put_surface(surface, normals.face);
+  LeafLight light = LeafLight(unpack_crown(splat.crown), bulk, sun_past_others(instance, plant, world));
+  CoppiceSurface surface = leaf_surface(instance, light, in_world(instance, normals_of(splat)), world);
+  surface.albedo *= material.base_color.rgb * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
+  put_surface(surface);
   if (view.debug_view != 0) show_debug(view.debug_view == kDebugPath ? kHardwareLeaves : debug_color(slot));
 }

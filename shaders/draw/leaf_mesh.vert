@@ -40,14 +40,15 @@ void main() {
 #ifdef COPPICE_RELIEF
   out_position = vertex.position;
   out_albedo_cutoff.rgb = albedo;
-  out_normal_roundness.xyz = normal;  // object space, for relief.frag
+  out_normal_along.xyz = normal;  // object space, for relief.frag
 #else
-  LeafNormals normals = in_world(instance, leaf_normals(crown, vertex.position, normal, material.crown_normals));
+  LeafNormals normals = in_world(instance, LeafNormals(normal, 1.0, material.sided_normals));
   CrownSample crown_light = crown_light_at(plant.crown_light, crown, vertex.position);
   LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
   CoppiceSurface surface = leaf_surface(instance, light, normals, world);
   surface.albedo = albedo;
-  put_surface(surface, normals.face);
+  surface.normal = normals.axis;  // surface_here turns it to the eye
+  put_surface(surface);
 #endif
   if (view.debug_view != 0) show_debug(debug_color(slot));
 }

@@ -11,7 +11,7 @@
 
 layout(set = 2, binding = 0) uniform sampler2D normal_map;
 
-layout(location = 7) in vec3 in_position;
+layout(location = 6) in vec3 in_position;
 
 // Turns the normal map's vector out of the frame of the texture coordinates, which derivatives give (Schueler, Normal Mapping Without
 // Precomputed Tangents, ShaderX 5). `y` of a map points against v. Works for either side of the surface and any direction of the
@@ -31,7 +31,7 @@ vec3 mapped_normal(vec3 normal) {
 }
 
 void main() {
-  vec3 normal = mapped_normal(normalize(in_normal_roundness.xyz)), world = in_world_sun.xyz;
+  vec3 normal = mapped_normal(normalize(in_normal_along.xyz)), world = in_world_sun.xyz;
   vec3 albedo = textured_albedo();
   if (view.debug_view != 0) {
     write_color(albedo, surface_place());
@@ -44,8 +44,7 @@ void main() {
   CoppiceSurface surface;
   if (kLeaf != 0) {
     Material material = MaterialArray(plant.materials).at[in_ids.y];
-    LeafNormals normals = leaf_normals(crown, in_position, normal, material.crown_normals);
-    surface = leaf_surface(instance, light, in_world(instance, normals), world);
+    surface = leaf_surface(instance, light, in_world(instance, LeafNormals(normal, 1.0, material.sided_normals)), world);
   } else {
     surface = wood_surface(instance, light, oriented(instance.rotation, is_front() ? normal : -normal));
   }

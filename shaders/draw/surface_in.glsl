@@ -17,10 +17,9 @@ layout(set = 1, binding = 0) uniform sampler2D base_color;
 layout(location = 0) flat in vec4 in_albedo_cutoff;
 layout(location = 1) in vec4 in_world_sun;
 layout(location = 2) in vec4 in_uv_occlusion_roughness;
-layout(location = 3) COPPICE_OF_LEAF in vec4 in_normal_roundness;
-layout(location = 4) COPPICE_OF_LEAF in vec3 in_face;
-layout(location = 5) flat in uvec4 in_ids;
-layout(location = 6) in vec3 in_before;
+layout(location = 3) COPPICE_OF_LEAF in vec4 in_normal_along;
+layout(location = 4) flat in uvec4 in_ids;
+layout(location = 5) in vec3 in_before;
 
 uvec2 pixel_in_picture() { return uvec2(gl_FragCoord.xy) - view.eyes[push.eye].first_px; }
 
@@ -62,10 +61,10 @@ SurfacePlace surface_place() {
 
 // The surface from the vertex shader.
 CoppiceSurface surface_here(vec3 albedo) {
-  vec3 normal = normalize(in_normal_roundness.xyz), face = normalize(in_face);
-  if (kLeaf == 0 && !is_front()) normal = face = -normal;
-  if (dot(face, toward_eye(in_world_sun.xyz)) < 0.0) face = -face;
-  return CoppiceSurface(albedo, in_uv_occlusion_roughness.z, normal, in_uv_occlusion_roughness.w, in_normal_roundness.w,
-                        kLeaf != 0 ? kLeafTranslucency : 0.0, in_world_sun.w, face);
+  vec3 normal = normalize(in_normal_along.xyz);
+  float sided = in_normal_along.w > 1.5 ? 1.0 : 0.0;
+  bool turned = kLeaf == 0 ? !is_front() : sided == 0.0 && dot(normal, toward_eye(in_world_sun.xyz)) < 0.0;
+  return CoppiceSurface(albedo, in_uv_occlusion_roughness.z, turned ? -normal : normal, in_uv_occlusion_roughness.w,
+                        in_normal_along.w - 2.0 * sided, kLeaf != 0 ? kLeafTranslucency : 0.0, in_world_sun.w, sided);
 }
 #endif

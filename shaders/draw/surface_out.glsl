@@ -17,23 +17,20 @@ layout(push_constant, scalar) uniform Push { DrawPush push; };
 layout(location = 0) flat out vec4 out_albedo_cutoff;
 layout(location = 1) out vec4 out_world_sun;
 layout(location = 2) out vec4 out_uv_occlusion_roughness;
-layout(location = 3) COPPICE_OF_LEAF out vec4 out_normal_roundness;  // world space
-layout(location = 4) COPPICE_OF_LEAF out vec3 out_face;              // either side's
-layout(location = 5) flat out uvec4 out_ids;  // slot, material, dither, kHasCome and kIsMirrored
-layout(location = 6) out vec3 out_before;  // clip x, y and w in the frame before
+layout(location = 3) COPPICE_OF_LEAF out vec4 out_normal_along;  // world space, either side's; along, plus 2 if it is sided
+layout(location = 4) flat out uvec4 out_ids;  // slot, material, dither, kHasCome and kIsMirrored
+layout(location = 5) out vec3 out_before;  // clip x, y and w in the frame before
 #ifdef COPPICE_RELIEF
-layout(location = 7) out vec3 out_position;  // object space, m
+layout(location = 6) out vec3 out_position;  // object space, m
 #endif
 
 const vec4 kOutside = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume
 
-// face: of either side
-void put_surface(CoppiceSurface surface, vec3 face) {
+void put_surface(CoppiceSurface surface) {
   out_albedo_cutoff.rgb = surface.albedo;
   out_world_sun.w = surface.sun;
   out_uv_occlusion_roughness.z = surface.occlusion;
-  out_normal_roundness = vec4(surface.normal, surface.roundness);
-  out_face = face;
+  out_normal_along = vec4(surface.normal, surface.along + 2.0 * surface.sided);
 }
 
 // world: the place; object_before: the place in the frame before, object space
@@ -51,8 +48,8 @@ void put_place(Instance instance, vec3 world, vec3 object_before, Material mater
 // Call it instead if nothing is drawn: the vertex goes outside the clip volume. Another draw shows its material, or none does.
 void put_nothing() {
   gl_Position = kOutside;
-  out_albedo_cutoff = out_world_sun = out_uv_occlusion_roughness = out_normal_roundness = vec4(0.0);
-  out_face = out_before = vec3(0.0);
+  out_albedo_cutoff = out_world_sun = out_uv_occlusion_roughness = out_normal_along = vec4(0.0);
+  out_before = vec3(0.0);
   out_ids = uvec4(0);
 #ifdef COPPICE_RELIEF
   out_position = vec3(0.0);

@@ -27,13 +27,13 @@ void main() {
 #ifdef COPPICE_RELIEF
   out_position = vertex.position;
   out_albedo_cutoff.rgb = material.base_color.rgb;
-  out_normal_roundness.xyz = normal;  // object space, for relief.frag
+  out_normal_along.xyz = normal;  // object space, for relief.frag
 #else
   CrownSample crown_light = crown_light_at(plant.crown_light, crown_of(plant), vertex.position);
   LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
   CoppiceSurface surface = wood_surface(instance, light, oriented(instance.rotation, normal));
   surface.albedo = material.base_color.rgb;
-  put_surface(surface, surface.face);
+  put_surface(surface);
 #endif
   if (view.debug_view != 0)
     show_debug(view.debug_view == kDebugPath ? kHardwareWood : view.debug_view == kDebugOverdraw ? kNotCounted : debug_color(slot));

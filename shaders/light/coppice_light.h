@@ -93,7 +93,7 @@ COPPICE_FN float unpack_length(uint word, uint quarter) {
   return step == 0u ? 0.0f : exp2((float(step) - float(kLengthZero)) / kLengthSteps);
 }
 
-/// Packs Splat::look without the bulk, or a colour of wood. The inverse is kMaxSplatAlbedo times the square.
+/// Packs Splat::look without its upper byte, or a colour of wood. The inverse is kMaxSplatAlbedo times the square.
 COPPICE_FN uint pack_albedo(vec3 albedo) {
   return packUnorm4x8(vec4(sqrt(clamp(albedo * (1.0f / kMaxSplatAlbedo), vec3(0.0f), vec3(1.0f))), 0.0f));
 }
@@ -181,22 +181,12 @@ COPPICE_FN vec3 variation(Crown crown, vec3 stalk_m, uvec3 stalk) {
   return (1.0f + 0.16f * a + 0.30f * b) * vec3(1.0f + 0.16f * c, 1.0f, 1.0f - 0.14f * c);
 }
 
-/// Normals of a place of a leaf, unit, object space.
+/// The normals of a leaf, or of those that it stands for: see coppice_surface.glsl.
 struct LeafNormals {
-  vec3 lit;   // for shading
-  vec3 face;  // the leaf's own, of either side
+  vec3 axis;    // unit
+  float along;  // 0..1
+  float sided;  // 0 or 1
 };
-
-/// middle: of the leaf, or near it; face: of any length; if it is 0 the normal points out of the crown. crown_normals: Material's
-COPPICE_FN LeafNormals leaf_normals(Crown crown, vec3 middle, vec3 face, float crown_normals) {
-  vec3 outward = normalize((middle - crown.center) / (crown.radii * crown.radii) + vec3(0.0f, 1e-4f, 0.0f));
-  LeafNormals normals;
-  normals.face = dot(face, face) > 1e-20f ? normalize(face) : outward;
-  // Chooses the side that faces out of the crown; in between, where a leaf's curl passes from one to the other, neither.
-  float side = clamp(4.0f * dot(normals.face, outward), -1.0f, 1.0f), turned = max(crown_normals, 1e-3f);
-  normals.lit = normalize(side * (1.0f - turned) * normals.face + turned * outward);
-  return normals;
-}
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

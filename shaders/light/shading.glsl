@@ -72,7 +72,7 @@ float sun_past_others(Instance instance, Plant plant, vec3 world) {
 const float kLeafTranslucency = 0.45;
 
 LeafNormals in_world(Instance instance, LeafNormals normals) {
-  return LeafNormals(oriented(instance.rotation, normals.lit), oriented(instance.rotation, normals.face));
+  return LeafNormals(oriented(instance.rotation, normals.axis), normals.along, normals.sided);
 }
 
 // The light at a leaf, or at a place of it.
@@ -90,13 +90,13 @@ CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals norm
   CoppiceSurface surface;
   surface.albedo = tint_of(instance);
   surface.occlusion = leaf_sky(light.crown.sky, light.bulk, leaves);
-  surface.normal = normals.lit;
+  surface.normal = normals.sided == 0.0 && dot(normals.axis, eye) < 0.0 ? -normals.axis : normals.axis;
   surface.roughness = 1.0;
-  surface.roundness = light.bulk;
+  surface.along = normals.along;
+  surface.sided = normals.sided;
   surface.translucency = kLeafTranslucency;
   surface.sun = light.past_others * sun_through_crown(light.crown, oriented(to_object, view.sun_direction),
                                                       dot(eye, view.sun_direction), light.bulk, leaves);
-  surface.face = dot(normals.face, eye) < 0.0 ? -normals.face : normals.face;
   return surface;
 }
 
@@ -107,9 +107,9 @@ CoppiceSurface wood_surface(Instance instance, LeafLight light, vec3 normal) {
   CoppiceSurface surface;
   surface.albedo = vec3(1.0);
   surface.occlusion = crown_sky(light.crown.sky, leaves);
-  surface.normal = surface.face = normal;
-  surface.roughness = 1.0;
-  surface.roundness = surface.translucency = 0.0;
+  surface.normal = normal;
+  surface.roughness = surface.along = surface.sided = 1.0;  // a smooth normal may turn away from the eye, and stays
+  surface.translucency = 0.0;
   surface.sun = light.past_others * sun_through_crown(light.crown, sun, 1.0, 0.0, leaves);
   return surface;
 }

@@ -38,14 +38,18 @@ void resolve(uint name, float key, vec2 pixel) {
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
   vec3 world = key_place.xyz / key_place.w;
-  vec4 folded = unpackSnorm4x8(splat.normals), look = unpackUnorm4x8(splat.look);
-  LeafNormals normals = in_world(instance, LeafNormals(unfold(folded.xy), unfold(folded.zw)));
-  LeafLight light = LeafLight(unpack_crown(splat.crown), look.a * merged_of_work(work.work), sun_of_work(work));
+  vec3 look = unpackUnorm4x8(splat.look).rgb;
+  LeafNormals normals = in_world(instance, normals_of(splat));
+  LeafLight light = LeafLight(unpack_crown(splat.crown), bulk_of(splat) * merged_of_work(work.work), sun_of_work(work));
   CoppiceSurface surface;
-  if (wood) surface = wood_surface(instance, light, dot(normals.face, toward_eye(world)) < 0.0 ? -normals.lit : normals.lit);
-  else surface = leaf_surface(instance, light, normals, world);
-  surface.albedo *= kMaxSplatAlbedo * look.rgb * look.rgb;
-  surface.roughness = unpackSnorm4x8(splat.axis).w;
+  if (wood) {
+    vec3 face = oriented(instance.rotation, unfold(unpackSnorm4x8(splat.normals).zw));
+    surface = wood_surface(instance, light, dot(face, toward_eye(world)) < 0.0 ? -normals.axis : normals.axis);
+  } else {
+    surface = leaf_surface(instance, light, normals, world);
+  }
+  surface.albedo *= kMaxSplatAlbedo * look * look;
+  surface.roughness = roughness_of(splat);
   vec4 before = vec4(0.0);
   if (moves) {
     vec4 now = vec4(world, 1.0);

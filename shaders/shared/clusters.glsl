@@ -1,5 +1,7 @@
 // A plant's cluster lists, names of an instance and one of its lists, and the leaves of a cluster that a cut shows. After bindings.glsl.
 
+#include "coppice_light.h"
+
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterListArray { ClusterList at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterArray { Cluster at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafArray { Leaf at[]; };
@@ -12,6 +14,13 @@ uint list_of(uint item) { return item >> kSlotBits; }
 ClusterList list_at(Plant plant, uint list) { return ClusterListArray(plant.lists).at[list]; }
 Cluster cluster_at(ClusterList list, uint cluster) {
   return ClusterArray(AddressArray(list.blocks).at[cluster / kBlockClusters]).at[cluster % kBlockClusters];
+}
+
+// Fields of a splat. The normals are in object space.
+float roughness_of(Splat splat) { return float(splat.axis >> 28u) * (1.0 / 15.0); }
+float bulk_of(Splat splat) { return float(splat.look >> 24u & 127u) * (1.0 / 127.0); }
+LeafNormals normals_of(Splat splat) {
+  return LeafNormals(unfold(unpackSnorm4x8(splat.normals).xy), float(splat.axis >> 24u & 15u) * (1.0 / 15.0), float(splat.look >> 31u));
 }
 
 uint leaf_count_of(Cluster cluster) { return cluster.counts & 255u; }

@@ -89,14 +89,12 @@ const uint kMaxSlots = 1u << kSlotBits;
 // unsigned 16-bit numbers; the twelve of them are packed two to a word, low half first.
 struct Leaf {
   uint corners[6];
-  // low half: index of the plant's cards or CardLooks; from kTransparencyShift on, 4 bits: transparency in sixteenths; from
-  // kBrightnessShift on, 4 bits: its brightness, as in core/tree.h. 8 are free
+  // low half: index of the plant's cards or CardLooks; from kTransparencyShift on, 4 bits: transparency in sixteenths. 12 are free
   uint card;
   uint life;  // from kBirthShift on the split of its page that bears it; below the split that replaces it, or kNoDeath
 };
 COPPICE_GPU_LAYOUT(Leaf, 32);
 const uint kTransparencyShift = 16;
-const uint kBrightnessShift = 20;
 const uint kMaxTransparency = 15;
 const uint kBirthShift = 23;
 const uint kNoDeath = (1u << kBirthShift) - 1u;
@@ -106,12 +104,14 @@ const uint kMaxDrawnLeaves = kNoDeath;
 // The light of a leaf, and the leaf itself while it has few pixels: up to kMaxGrains discs side by side.
 const uint kMaxGrains = 4;
 struct Splat {
-  uint xy;       // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
-  uint z_size;   // the third number; and the side of the square of a disc's area times opacity, 65535 stands for Cluster::splat_size_m
-  uint axis;     // from its middle to its end, three snorm8 of Cluster::axis_steps steps; from bit 24 on its roughness, snorm8
-  uint normals;  // the shading normal and the face's, octahedral, two snorm8 each
-  // its albedo, packed by pack_albedo; from bit 24 on the share of the crown that it stands for, if all others are merged into equally
-  // large ones
+  uint xy;      // its middle in the list's box, two unsigned 16-bit numbers: box_min + splat_step * q
+  uint z_size;  // the third number; and the side of the square of a disc's area times opacity, 65535 stands for Cluster::splat_size_m
+  // from its middle to its end, three snorm8 of Cluster::axis_steps steps; from bit 24 on, 4 bits each, in fifteenths: LeafNormals::along,
+  // roughness
+  uint axis;
+  uint normals;  // LeafNormals::axis and the face's normal, octahedral, two snorm8 each
+  // its albedo, packed by pack_albedo; from bit 24 on, 7 bits: the share of the crown that it stands for, if all others are merged into
+  // equally large ones, 127 for all of it; bit 31: LeafNormals::sided
   uint look;
   uint crown;  // for unpack_crown: the light at its middle
 };
@@ -164,9 +164,9 @@ struct CardLook {
   vec3 albedo;     // linear
   float coverage;  // share that is no hole
   uint mask[2];
-  float crown_normals, roughness;  // its material's
+  float roughness;  // its material's
 };
-COPPICE_GPU_LAYOUT(CardLook, 32);
+COPPICE_GPU_LAYOUT(CardLook, 28);
 
 // A place in the world is a place in a cell, from its middle, m, and three signed 16-bit numbers of the cell.
 const float kCellSide_m = 1024.0f;
@@ -204,7 +204,7 @@ struct Material {
   float alpha_cutoff;
   uint texture;         // index in the plant, or kNoTexture
   float coverage;       // share of its cards that is no hole
-  float crown_normals;  // how far its leaves' normals turn to those of the crown
+  float sided_normals;  // LeafNormals::sided of its leaf meshes
   uint normal_map;      // index in the plant, or kNoTexture
   float roughness;
 };

@@ -28,11 +28,6 @@ COPPICE_FN uint card_of_leaf(uint card) {
 COPPICE_FN uint transparency_of_leaf(uint card) {
   return card >> kTransparencyShift & kMaxTransparency;
 }
-/// The factor of its light; linear_brightness of core/tree.h.
-COPPICE_FN float brightness_of_leaf(uint card) {
-  float displayed = float((card >> kBrightnessShift & 15u) + 8u) * (1.0f / 16.0f);
-  return displayed * displayed;
-}
 
 /// Share of a leaf's pixels that are drawn.
 COPPICE_FN float opacity_of(uint transparency) {

@@ -79,7 +79,7 @@ TEST(CommandLine, HelpListsEveryCommandAndOption) {
       {"bake-all", {"--output", "--jobs", "--metric", "--views", "--leaf-material", "--report", "--quiet", ".coppice-cache"}},
       {"inspect", {"--json"}},
       {"verify", {"input"}},
-      {"export", {"--leaves", "--part", "--output"}}};
+      {"export", {"--leaves", "--part", "--output", "_SPREAD"}}};
   for (const auto& [command, names] : options) {
     const ProcessResult result = run_tool({command, "--help"});
     EXPECT_EQ(result.exit_code, 0) << command;
@@ -370,6 +370,9 @@ TEST(CommandLine, ExportGivesExactlySoManyLeafQuads) {
     EXPECT_EQ(plant->foliage.indices.size(), 6u * leaves);
     EXPECT_EQ(plant->foliage.positions.size(), 4u * leaves);
     EXPECT_EQ(plant->wood.indices.size(), 0u);
+    EXPECT_EQ(plant->foliage.vertex_alongs.empty(), leaves == 386u) << "a leaf that stands for many says how their normals lie";
+    for (const float along : plant->foliage.vertex_alongs)
+      EXPECT_TRUE(along >= 0.0f && along <= 1.0f) << along << " of leaves without a front";
   }
   ASSERT_EQ(run_tool({"export", baked().coppice, "--leaves", "20", "-o", cut}).exit_code, 0);
   const auto whole = bake::import_gltf(cut, {});

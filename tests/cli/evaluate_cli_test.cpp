@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "baked_corylus.h"
 #include "documents.h"
 #include "made_once.h"
 #include "tool.h"
@@ -42,6 +43,9 @@ TEST_F(EvaluateCommand, WritesATableAndAFile) {
   const auto parsed = read_json(json_);
   EXPECT_EQ(parsed["methods"].size(), 2u);
   EXPECT_EQ(parsed["methods"][0]["levels"][0]["leaves"], 77);
+  EXPECT_EQ(parsed["methods"][0]["levels"][0]["lightings"].size(), 6u);
+  const std::set<std::string> told = spans_of_row(table_of_keys(), "lightings");
+  for (const std::string& key : keys_of(parsed["methods"][0]["levels"][0]["lightings"][0])) EXPECT_TRUE(told.contains(key)) << key;
 }
 
 TEST_F(EvaluateCommand, ComparesWithTheMeshesAtAnySize) {
@@ -166,6 +170,28 @@ TEST_F(EvaluateCommand, LevelsOfAnotherToolAreMeasuredLikeOurs) {
   EXPECT_EQ(level["triangles"], 2 * 386);
   EXPECT_LT(level["rmse_256"], 0.5);
   expect_one_line_error(evaluate(joined(measured, {"--levels", ".5"})), {"0.5.glb"});
+}
+
+TEST_F(EvaluateCommand, AnExportedCutIsLitAndSeenThroughAsItsFileSays) {
+  const fs::path baked = bake_corylus(folder_), lit = set_ / "lit" / "0.2.glb", solid = set_ / "solid" / "0.2.glb";
+  for (const fs::path& cut : {lit, solid}) {
+    fs::create_directories(cut.parent_path());
+    const Words options = cut == solid ? Words{"--solid"} : Words{};
+    ASSERT_EQ(run_tool(joined({"export", baked, "--leaves", "77", "--part", "foliage", "-o", cut}, options)).exit_code, 0);
+  }
+  const ProcessResult result = evaluate({"--methods", "stochastic,geometric", "--levels", ".2", "--json", json_, "--levels-of",
+                                         "mine=" + lit.parent_path().string(), "--levels-of", "solid=" + solid.parent_path().string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto methods = read_json(json_)["methods"];
+  ASSERT_EQ(methods.size(), 4u);
+  const auto &mine = methods[2]["levels"][0], &opaque = methods[3]["levels"][0];
+  EXPECT_EQ(mine["triangles"], 2 * 77);
+  EXPECT_NEAR(mine["coverage"].get<double>(), 1.0, 0.1);
+  EXPECT_NEAR(mine["luminance"].get<double>(), 1.0, 0.05);
+  EXPECT_NE(mine["coverage"], opaque["coverage"]);
+  for (std::size_t other = 0; other < 2; ++other)
+    for (const char* key : {"rmse_16_worst", "rmse_256_worst", "rmse_16_mean", "rmse_256_mean"})
+      EXPECT_LT(mine[key], methods[other]["levels"][0][key]) << key << " of " << methods[other]["name"];
 }
 
 TEST_F(EvaluateCommand, LevelsThatAreTooLargeDoNotWin) {

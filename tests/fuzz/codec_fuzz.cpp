@@ -54,7 +54,8 @@ void fuzz_page(std::span<const std::uint8_t> bytes, std::uint32_t page, std::uin
   }
   for (const coppice::PageNode& node : pages.back()) {
     COPPICE_ASSERT(node.card < kCards);
-    COPPICE_ASSERT(node.fade == coppice::kNoFade || node.split != coppice::kNeverReplaced);
+    COPPICE_ASSERT(node.opacity >= (node.split == coppice::kNeverReplaced ? coppice::kOpaque : 1) && node.opacity <= coppice::kOpaque);
+    COPPICE_ASSERT(coppice::are_normals(node.normals));
     for (const auto& corner : node.corners)
       for (std::uint16_t coordinate : corner) COPPICE_ASSERT(coordinate <= largest);
   }

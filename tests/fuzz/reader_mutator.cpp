@@ -33,8 +33,8 @@ Record plant_record(std::size_t at) {
   add_fields(record, at, FieldType::u32, 8);
   add_fields(record, at + offsetof(coppice_file_plant, leaf_box_min), FieldType::f32, 10);
   add_fields(record, at + offsetof(coppice_file_plant, root_quad), FieldType::u16, 12);
-  add_fields(record, at + offsetof(coppice_file_plant, root_card), FieldType::u16);
-  add_fields(record, at + offsetof(coppice_file_plant, root_fade), FieldType::u8, 2);
+  add_fields(record, at + offsetof(coppice_file_plant, root_card), FieldType::u8, 2);
+  add_fields(record, at + offsetof(coppice_file_plant, root_normals), FieldType::u16);
   add_fields(record, at + offsetof(coppice_file_plant, wood_vertex_counts), FieldType::u32, 1 + 2 * COPPICE_MAX_WOOD_LODS);
   add_fields(record, at + offsetof(coppice_file_plant, leaf_mesh_count), FieldType::u16, 2);
   add_fields(record, at + offsetof(coppice_file_plant, name), FieldType::u8, 64);

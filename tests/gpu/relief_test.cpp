@@ -43,7 +43,6 @@ bake::BakedPlant walled_plant(Surface surface) {
       random_plant({.leaf_count = 8, .seed = 4, .wood_lod_count = leaf ? 0u : 1u, .texture_side = 0, .leaf_mesh_count = leaf ? 1u : 0u});
   const std::uint32_t material = leaf ? 2 : 1;
   plant.materials[material].base_color = glm::vec4(glm::vec3(0.2f), 1.0f);
-  plant.materials[material].crown_normals = 0.0f;
   if (leaf) {
     bake::LeafMeshPart& part = plant.leaf_meshes.parts[0];
     part = {wall(material), std::vector<glm::vec3>(4, part.stalks[0])};

@@ -138,7 +138,7 @@ TEST_F(StartTest, WhatHasNoTextureIsDrawnByThePipelineForTexturesUntilItsOwnIsTh
   std::filesystem::remove(plant_path_);
   // One page and one wood LoD: nothing streams in between the pictures.
   plant_path_ =
-      temporary_plant({.leaf_count = 300, .seed = 5, .wood_lod_count = 1, .texture_side = 0, .fades = Fades::noise}, "start_test");
+      temporary_plant({.leaf_count = 300, .seed = 5, .wood_lod_count = 1, .texture_side = 0, .looks = Looks::noise}, "start_test");
   create(held_back(VK_FALSE));
   jobs_.run_all();
   const std::uint32_t with_textures = stats().pipelines_built;

@@ -155,12 +155,15 @@ void damage_plant(Damage& damage, const Bytes& good) {
   field("leaf_box_nan", "plant leaf_box", offsetof(coppice_file_plant, leaf_box_min), std::uint32_t{0x7fc00000});
   damage.set_reported_at("sphere_infinite", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), std::uint32_t{0x7f800000},
                          plant + offsetof(coppice_file_plant, sphere_center));
-  damage.set_reported_at("sphere_small", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), 0.25f,
+  damage.set_reported_at("sphere_small", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), 1.0f,
                          plant + offsetof(coppice_file_plant, sphere_center));
   field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{32768});
   field("fine_positions", "plant fine_positions", offsetof(coppice_file_plant, fine_positions), std::uint16_t{2});
-  field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint16_t{2});
-  field("plant_reserved", "plant reserved", offsetof(coppice_file_plant, reserved), std::uint8_t{1});
+  field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint8_t{2});
+  field("root_opacity", "plant root_opacity", offsetof(coppice_file_plant, root_opacity), std::uint8_t{17});
+  field("root_opacity_zero", "plant root_opacity", offsetof(coppice_file_plant, root_opacity), std::uint8_t{0});
+  field("root_normals", "plant root_normals", offsetof(coppice_file_plant, root_normals), std::uint16_t{0xc001});
+  field("root_axis", "plant root_normals", offsetof(coppice_file_plant, root_normals), std::uint16_t{0x2401});
   field("wood_vertex_count", "plant wood_vertex_counts", offsetof(coppice_file_plant, wood_vertex_counts), ~std::uint32_t{0});
   field("wood_triangle_count", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
         COPPICE_MAX_WOOD_TRIANGLES + 1);
@@ -179,7 +182,7 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("alpha_cutoff", "material alpha_cutoff", materials + offsetof(coppice_file_material, alpha_cutoff), 1.5f);
   damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), std::uint32_t{0x7fc00000});
   damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture_or_none), std::uint32_t{1});
-  damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{4});
+  damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{8});
   damage.set("material_of_no_leaf_mesh", "material flags", materials + offsetof(coppice_file_material, flags),
              std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY});
   damage.set("card_material", "card material", cards, std::uint32_t{2});
@@ -201,10 +204,10 @@ void damage_tables(Damage& damage, const Bytes& good) {
 
 /// Where the page's first block of symbols states its length: behind header and tables.
 std::size_t first_block(const Bytes& file, std::size_t page) {
-  std::size_t at = page + 10 + 4 * std::size_t{file[page + 2]};
-  const auto stored = get<std::uint32_t>(file, at);
-  at += sizeof stored;
-  for (int tables = std::popcount(stored); tables > 0; --tables) at += 1 + (file[at] + std::size_t{2}) / 2;
+  std::size_t at = page + 11 + 4 * std::size_t{file[page + 2]};
+  int tables = 0;
+  for (std::size_t i = 0; i < page_model::kStoredBytes; ++i) tables += std::popcount(file[at++]);
+  for (; tables > 0; --tables) at += 1 + (file[at] + std::size_t{2}) / 2;
   return at;
 }
 
@@ -242,8 +245,9 @@ void damage_chunks(Damage& damage, const Bytes& good) {
   const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
   damage.set_reported_at("page_split_count", "page split_count", page, std::uint16_t{0xffff}, page);
   damage.set_reported_at("page_shape_count", "page shape_count", page + 2, std::uint8_t{4}, page);
-  damage.set_reported_at("page_plain_fades", "page plain_fades", page + 3, std::uint8_t{4}, page);
-  damage.set_reported_at("page_tables", "page tables", page + 13, std::uint8_t{0x80}, page);
+  damage.set_reported_at("page_rules", "page rules", page + 4, std::uint8_t{0x08}, page);
+  // A table of five digits for a context of four symbols.
+  damage.set_reported_at("page_tables", "page tables", page + 11, std::uint64_t{4} << 48 | std::uint64_t{1} << page_model::kCorners1, page);
   const auto page_bytes =
       static_cast<std::size_t>(get<std::uint64_t>(good, entry_offset(good, COPPICE_CHUNK_PAGE, 0) + offsetof(coppice_file_chunk, bytes)));
   damage.set_reported_at("page_symbols", "page symbols", first_block(good, page), std::uint16_t{0xffff}, page);

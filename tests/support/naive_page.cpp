@@ -1,6 +1,7 @@
 // Section 9 of FORMAT.md: pages.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string_view>
 
@@ -12,7 +13,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 using Wide = std::int64_t;
 
-constexpr std::size_t kContexts = 31;
+constexpr std::size_t kContexts = 44;
 constexpr std::uint32_t kPageSplits = 512;
 
 constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
@@ -47,7 +48,20 @@ constexpr std::array<std::string_view, kContexts> kUsualDigits = {"fa42356789aa9
                                                                   "ecefdcbedb9a5211",
                                                                   "fcd8763111111111",
                                                                   "1",
-                                                                  "1"};
+                                                                  "1",
+                                                                  "01",
+                                                                  "001",
+                                                                  "0001",
+                                                                  "1",
+                                                                  "01",
+                                                                  "001",
+                                                                  "0001",
+                                                                  "fdba98767776657b",
+                                                                  "0000000000000001",
+                                                                  "fc9aba9c",
+                                                                  "fda87788887768ad",
+                                                                  "fc97432111111111111111111123569c",
+                                                                  "f741111213121137"};
 
 /// floor(a / b), b > 0.
 Wide floor_div(Wide a, Wide b) {
@@ -160,8 +174,8 @@ class PageStream {
     naive_must(bytes.u16() == split_count, "split_count");
     const std::uint32_t more_shapes = bytes.u8();
     naive_must(more_shapes <= 3, "shape_count");
-    plain_fades = bytes.u8();
-    naive_must(plain_fades <= 3, "plain_fades");
+    rules = bytes.u16();
+    naive_must(rules < 2048, "rules");
     for (Wide& weight : axis_weights) weight = bytes.u16();
     for (std::uint32_t i = 0; i < more_shapes; ++i) {
       Shape& shape = shapes.emplace_back();
@@ -175,7 +189,7 @@ class PageStream {
     while (bytes.left() > 0) plain_.push_back(bytes.u32());
   }
 
-  std::uint32_t plain_fades = 0;
+  std::uint32_t rules = 0;
   std::array<Wide, 3> axis_weights{};
   std::vector<Shape> shapes = {{}};
 
@@ -223,6 +237,8 @@ class PageStream {
     if (context < 12) return 2 * (1 + 2 * shapes.size());
     if (context == 12) return 2;
     if (context == 13) return card_count;
+    if (context >= 30 && context < 38) return 4;
+    if (context >= 40) return std::min<std::size_t>(32, 8u << (context - 40));
     if (context >= 29) return 16;
     return context == 22 ? 28 : 17;
   }
@@ -251,7 +267,7 @@ class PageStream {
   }
 
   void read_tables(NaiveBytes& bytes, std::uint32_t card_count) {
-    const std::uint32_t stored = bytes.u32();
+    const std::uint64_t stored = bytes.number(6);
     naive_must(stored >> kContexts == 0, "stored_tables");
     for (std::size_t context = 0; context < kContexts; ++context) {
       const std::size_t most = alphabet(context, card_count);
@@ -430,6 +446,58 @@ std::array<std::size_t, 4> own_corners(PageStream& stream, const std::vector<std
   return own;
 }
 
+/// floor(sqrt(square))
+Wide root_of(Wide square) {
+  auto root = static_cast<Wide>(std::sqrt(static_cast<double>(square)));
+  while (root * root > square) --root;
+  while ((root + 1) * (root + 1) <= square) ++root;
+  return root;
+}
+
+/// Its vector has the plant's directions.
+NaivePoint normal_of(const PageStream& stream, const NaiveQuad& quad) {
+  NaivePoint n{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+    n[a] = (quad[2][b] - quad[0][b]) * (quad[3][c] - quad[1][c]) - (quad[2][c] - quad[0][c]) * (quad[3][b] - quad[1][b]);
+    n[a] *= root_of(stream.axis_weights[b] * stream.axis_weights[c]);
+  }
+  return n;
+}
+
+NaivePoint stalk_to_tip(const PageStream& stream, const NaiveQuad& quad) {
+  NaivePoint n{};
+  for (std::size_t a = 0; a < 3; ++a) n[a] = (quad[1][a] + quad[2][a] - quad[0][a] - quad[3][a]) * root_of(65535 * stream.axis_weights[a]);
+  return n;
+}
+
+/// u and v, 1 to 2 `half` - 1, of a direction.
+std::array<std::uint32_t, 2> axis_along(NaivePoint n, Wide half) {
+  Wide sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+  if (sum == 0) sum = 1;
+  if (n[1] < 0 || (n[1] == 0 && n[0] < 0)) n = {-n[0], -n[1], -n[2]};
+  const auto step = [&](Wide share) { return static_cast<std::uint32_t>(half + nearest_div((half - 1) * share, sum)); };
+  return {step(n[0] + n[2]), step(n[0] - n[2])};
+}
+
+/// Step 6.
+void read_normals(PageStream& stream, const NaiveNode& parent, NaiveNode& child) {
+  const bool is_source = child.death == kNaiveNone;
+  if (is_source && stream.rules / 4 % 2 == 0) return;
+  child.side = stream.symbol((is_source ? 34 : 30) + parent.side);
+  if (child.side == 3) return;
+  child.along = is_source ? stream.symbol(39) : (stream.symbol(38) + (stream.rules / 2 % 2 == 1 ? 0 : parent.along)) % 16;
+  const std::uint32_t bits = naive_axis_bits(child.along);
+  const std::uint32_t context = is_source ? 43 : 37 + bits, steps = (1u << bits) - 1;
+  const std::uint32_t rule = stream.rules >> (3 + 2 * (context - 40)) & 3;
+  std::array<std::uint32_t, 2> guess{};
+  if (rule == 0)
+    for (std::size_t i = 0; i < 2; ++i) guess[i] = static_cast<std::uint32_t>(nearest_div(Wide{parent.axis[i]} * steps, 31));
+  if (rule == 1) guess = axis_along(normal_of(stream, child.corners), 1 << (bits - 1));
+  if (rule == 2) guess = axis_along(stalk_to_tip(stream, child.corners), 1 << (bits - 1));
+  for (std::size_t i = 0; i < 2; ++i) child.axis[i] = naive_axis_step((guess[i] + stream.symbol(context)) & steps, bits);
+}
+
 void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vector<std::uint32_t>& parents) {
   naive_must(parents[s] != kNaiveNone, "the split replaces no node");
   NaiveSplit split;
@@ -444,11 +512,6 @@ void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vec
     parents[children[child].death] = 2 * s + 1 + child;
   }
   const NaiveNode parent = plant.nodes[split.parent];
-  for (NaiveNode& child : children) {
-    if (child.death == kNaiveNone) continue;
-    child.opacity = (stream.symbol(29) + (stream.plain_fades % 2 == 1 ? 0 : parent.opacity)) % 16;
-    child.brightness = (stream.symbol(30) + (stream.plain_fades / 2 == 1 ? 0 : parent.brightness)) % 16;
-  }
   const std::uint32_t children_of = stream.symbol(1);
   std::array<std::array<std::optional<NaivePoint>, 4>, 2> known;
   std::array<std::size_t, 2> counts{};
@@ -470,6 +533,10 @@ void read_split(PageStream& stream, std::uint32_t s, NaivePlant& plant, std::vec
     children[child].card = symbol % 2 == 1 ? stream.symbol(13) : parent.card;
     ChildCorners corners(stream, parent.corners, symbol / 2, plant.largest);
     children[child].corners = corners.fill(known[child]);
+  }
+  for (NaiveNode& child : children) {
+    if (child.death != kNaiveNone) child.opacity = (stream.symbol(29) + (stream.rules % 2 == 1 ? 0 : parent.opacity - 1)) % 16 + 1;
+    read_normals(stream, parent, child);
   }
   plant.nodes.insert(plant.nodes.end(), children.begin(), children.end());
   plant.splits.push_back(split);

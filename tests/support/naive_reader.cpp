@@ -30,7 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  naive_must(bytes.u32() == 7, "version");
+  naive_must(bytes.u32() == 8, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
@@ -157,13 +157,17 @@ Counts read_plant(NaiveBytes bytes, NaivePlant& plant) {
   NaiveNode root;
   for (NaivePoint& corner : root.corners)
     for (std::int64_t& coordinate : corner) coordinate = bytes.u16();
-  root.card = bytes.u16();
+  root.card = bytes.u8();
   naive_must(root.card < counts.cards, "root_card");
-  const std::uint32_t root_fade = bytes.u8();
-  naive_must(plant.leaf_count > 1 || root_fade == 0x8f, "root_fade");
-  root.opacity = root_fade % 16;
-  root.brightness = root_fade / 16;
-  naive_must(bytes.u8() == 0, "plant reserved");
+  root.opacity = bytes.u8();
+  naive_must(root.opacity >= (plant.leaf_count > 1 ? 1 : 16) && root.opacity <= 16, "root_opacity");
+  const std::uint32_t normals = bytes.u16();
+  root.axis = {normals % 32, normals / 32 % 32};
+  root.along = normals / 1024 % 16;
+  root.side = normals / 16384;
+  const std::uint32_t bits = naive_axis_bits(root.along);
+  for (const std::uint32_t step : root.axis) naive_must(step == naive_axis_step(step >> (5 - bits), bits), "root_normals");
+  naive_must(root.side < 3 || normals % 16384 == 0, "root_normals");
   for (std::uint32_t& count : plant.wood_vertex_counts) count = bytes.u32();
   for (std::uint32_t& count : plant.wood_triangle_counts) count = bytes.u32();
   plant.metric = bytes.u32();
@@ -231,7 +235,7 @@ void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
     naive_must(is_share(material.alpha_cutoff) && is_share(material.roughness), "alpha_cutoff, roughness");
     naive_must(material.texture < plant.texture_count || material.texture == 0xffff, "material texture");
     naive_must(material.normal_map <= plant.texture_count, "normal_map");
-    naive_must((material.flags & ~0xffff03u) == 0, "flags");
+    naive_must((material.flags & ~0xff07u) == 0, "flags");
     naive_must((material.flags & 2) == 0 || plant.leaf_mesh_count > 0, "flags: leaf meshes alone, of which there is none");
     plant.materials.push_back(material);
   }

@@ -45,9 +45,25 @@ inline constexpr std::uint32_t kNaiveNone = 0xffffffffu;
 struct NaiveNode {
   NaiveQuad corners{};
   std::uint32_t card = 0;
-  std::uint32_t opacity = 15, brightness = 8;
-  std::uint32_t death = kNaiveNone;  ///< the split that replaces it
+  std::uint32_t opacity = 16;  ///< sixteenths
+  /// 0 either side, 1 the front is along the axis, 2 against it, 3 the quad's own normal; all others are then 0
+  std::uint32_t side = 3;
+  std::uint32_t along = 0;              ///< fifteenths
+  std::array<std::uint32_t, 2> axis{};  ///< u and v, 0..31
+  std::uint32_t death = kNaiveNone;     ///< the split that replaces it
 };
+
+/// How many bits of u and v are free.
+inline std::uint32_t naive_axis_bits(std::uint32_t along) {
+  if (along >= 1 && along <= 9) return 3;
+  return along <= 12 ? 4 : 5;
+}
+/// u or v whose highest `bits` are the number `high`.
+inline std::uint32_t naive_axis_step(std::uint32_t high, std::uint32_t bits) {
+  constexpr std::array<std::uint32_t, 8> kOfThree = {0, 4, 9, 13, 18, 22, 27, 31};
+  if (bits == 3) return kOfThree[high];
+  return bits == 4 ? 2 * high + high / 8 : high;
+}
 
 struct NaiveSplit {
   std::uint32_t parent = 0;

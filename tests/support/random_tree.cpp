@@ -173,20 +173,56 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed) {
   return tree;
 }
 
-void set_fades(bake::Tree& tree, Fades fades, std::uint32_t seed) {
+namespace {
+
+/// At most a step away.
+std::uint32_t near_step(std::uint32_t step, std::uint32_t largest, Random& random) {
+  return std::min(std::max(step + random.below(3), 1u) - 1, largest);
+}
+
+}  // namespace
+
+std::uint16_t coarse_enough(std::uint16_t normals) {
+  const std::uint32_t along = along_step_of(normals), bits = axis_bits(along);
+  const auto step = [&](std::size_t which) { return axis_step_from(axis_step_of(normals, which) >> (kAxisBits - bits), bits); };
+  return pack_normals(step(0), step(1), along, side_of(normals));
+}
+
+namespace {
+
+std::uint16_t random_normals(Random& random) {
+  const auto side = static_cast<NormalSide>(random.below(4));
+  const std::uint32_t u = random.below(kAxisSteps + 1), v = random.below(kAxisSteps + 1), along = random.below(kAlongSteps + 1);
+  return side == NormalSide::own_quad ? kFlatNormals : coarse_enough(pack_normals(u, v, along, side));
+}
+
+std::uint16_t near_normals(std::uint16_t normals, bool is_source, bool is_sided, Random& random) {
+  NormalSide side = NormalSide::either;
+  if (is_sided) {
+    const bool is_same = random.below(8) > 0 && side_of(normals) != NormalSide::own_quad && side_of(normals) != NormalSide::either;
+    side = is_same ? side_of(normals) : random.below(2) == 0 ? NormalSide::along : NormalSide::against;
+  }
+  const std::uint32_t u = near_step(axis_step_of(normals, 0), kAxisSteps, random),
+                      v = near_step(axis_step_of(normals, 1), kAxisSteps, random);
+  const std::uint32_t along = near_step(along_step_of(normals), kAlongSteps, random);
+  return coarse_enough(pack_normals(u, v, is_source ? kAlongSteps : along, side));
+}
+
+}  // namespace
+
+void set_looks(bake::Tree& tree, Looks looks, std::uint32_t seed) {
+  if (looks == Looks::plain) return;
   Random random(seed ^ 0xfadeu);
   std::vector<std::uint32_t> parents(tree.nodes.size(), 0);
   for (std::uint32_t split = 0; split < tree.split_parent.size(); ++split)
     parents[2 * split + 1] = parents[2 * split + 2] = tree.split_parent[split];
-  for (std::size_t node = 0; fades != Fades::none && node < tree.nodes.size(); ++node) {
-    if (tree.node_split[node] == bake::kNone) continue;
-    const std::uint8_t of_parent = tree.nodes[parents[node]].fade;
-    std::uint32_t opacity = random.below(16), brightness = random.below(16);
-    if (fades == Fades::smooth) {
-      opacity = std::clamp((of_parent & 15u) + opacity % 3, 1u, 16u) - 1;
-      brightness = std::clamp((of_parent >> 4) + brightness % 3, 1u, 16u) - 1;
-    }
-    tree.nodes[node].fade = static_cast<std::uint8_t>(brightness << 4 | opacity);
+  for (std::size_t node = 0; node < tree.nodes.size(); ++node) {
+    const bool is_source = tree.node_split[node] == bake::kNone, is_noise = looks == Looks::noise, is_sided = looks == Looks::sided;
+    const bake::Tree::Node& parent = tree.nodes[parents[node]];
+    const std::uint8_t opacity = static_cast<std::uint8_t>(1 + (is_noise ? random.below(16) : near_step(parent.opacity - 1u, 15, random)));
+    const std::uint16_t normals = is_noise ? random_normals(random) : near_normals(parent.normals, is_source, is_sided, random);
+    if (!is_source) tree.nodes[node].opacity = opacity;
+    if (!is_source || is_noise || is_sided) tree.nodes[node].normals = normals;
   }
 }
 
@@ -269,7 +305,7 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   plant.name = "random";
   plant.metric = 1;
   plant.tree = random_tree(foliage, options.seed);
-  set_fades(plant.tree, options.fades, options.seed);
+  set_looks(plant.tree, options.looks, options.seed);
   plant.card_table = foliage.card_table;
   const bool textured = options.texture_side > 0;
   plant.materials.push_back({"leaves", glm::vec4(1.0f), textured ? 0 : bake::kNone, textured ? 0.5f : 0.0f, 0.8f, true});

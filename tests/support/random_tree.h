@@ -17,9 +17,17 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed);
 /// A tapered open tube along +Y, 2 m long: rings of `sides` faces. sides >= 3, rings >= 2.
 bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material);
 
-/// How nodes that are replaced show: like leaves, a step or two from their parent, or anyhow.
-enum class Fades : std::uint8_t { none, smooth, noise };
-void set_fades(bake::Tree& tree, Fades fades, std::uint32_t seed);
+/// How nodes show, their opacity and normals:
+enum class Looks : std::uint8_t {
+  plain,   ///< all like opaque source leaves without normals of their own
+  smooth,  ///< those that are replaced a step or two from their parent, without sides
+  sided,   ///< the same, but with sides, and normals of source leaves are along or against an axis that is their parent's or near it
+  noise,   ///< anyhow; normals of source leaves, too
+};
+void set_looks(bake::Tree& tree, Looks looks, std::uint32_t seed);
+
+/// Normals with the axis made as coarse as files have it with their along.
+std::uint16_t coarse_enough(std::uint16_t normals);
 
 struct RandomPlantOptions {
   std::uint32_t leaf_count = 100;
@@ -28,7 +36,7 @@ struct RandomPlantOptions {
   std::uint32_t wood_lod_count = 2;
   std::uint32_t texture_side = 8;     ///< 0: no texture
   std::uint32_t leaf_mesh_count = 0;  ///< parts
-  Fades fades = Fades::none;
+  Looks looks = Looks::plain;
 };
 
 /// A complete plant over random_tree: two materials, a stem of tapered rings as wood, an error table. With leaf meshes each leaf is its

@@ -88,7 +88,7 @@ void fill_front(const bake::BakedPlant& baked, const Box& box, PlantFile& file) 
     converted.roughness = material.roughness;
     set_material_textures(converted, material.image == bake::kNone ? COPPICE_NO_TEXTURE : material.image,
                           material.normal_map == bake::kNone ? COPPICE_NO_TEXTURE : material.normal_map);
-    converted.flags = material.crown_normals == 0.0f ? 1u << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT : 0u;
+    converted.flags = material.sided_normals ? COPPICE_MATERIAL_SIDED_NORMALS : 0u;
   }
   file.materials = hook_array(materials);
   std::vector<coppice_file_card> cards;
@@ -121,8 +121,9 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   fill_front(baked, box, plant.file);
   for (std::size_t id = 0; id < baked.tree.nodes.size(); ++id) {
     PageNode node{.card = static_cast<std::uint8_t>(baked.tree.nodes[id].card),
-                  .fade = baked.tree.nodes[id].fade,
-                  .split = baked.tree.node_split[id]};
+                  .opacity = baked.tree.nodes[id].opacity,
+                  .split = baked.tree.node_split[id],
+                  .normals = baked.tree.nodes[id].normals};
     for (std::size_t corner = 0; corner < 4; ++corner)
       node.corners[corner] = quantise(baked.tree.vertices[baked.tree.nodes[id].vertices[corner]], box);
     plant.nodes.push_back(node);
@@ -130,7 +131,8 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   const PageNode& root = plant.nodes[0];
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(root.corners[corner].begin(), 3, plant.file.plant.root_quad[corner]);
   plant.file.plant.root_card = root.card;
-  plant.file.plant.root_fade = root.fade;
+  plant.file.plant.root_opacity = root.opacity;
+  plant.file.plant.root_normals = root.normals;
   for (const bake::Mesh& lod : baked.wood.lods) plant.wood.push_back(wood_mesh(lod));
   std::vector<coppice_file_texture> headers;
   for (const bake::Image& baked_image : baked.images) {

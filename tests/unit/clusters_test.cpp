@@ -216,7 +216,7 @@ TEST(Clusters, CarryTheTransparencyOfTheirLeaves) {
   EXPECT_FALSE(crown.ready_cuts().has_transparency);
   std::set<LeafName> gaps;  // a merged leaf may have the corners of one that it replaced
   for (std::size_t id = 0; id < crown.nodes.size(); ++id) {
-    crown.nodes[id].fade = static_cast<std::uint8_t>(0x80 + id % 16);
+    crown.nodes[id].opacity = static_cast<std::uint8_t>(1 + id % 16);
     gaps.insert({packed(crown.nodes[id].corners), 15 - id % 16});
   }
   EXPECT_FALSE(has_transparency(opaque));

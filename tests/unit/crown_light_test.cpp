@@ -16,7 +16,7 @@ constexpr std::uint32_t kLargest = COPPICE_QUANTISED_MAX;
 /// Small square leaves of three directions in turn, side by side in a box of `size` m about the origin, in cells of a grid of `side`^3.
 struct Cloud {
   std::vector<PageNode> nodes;
-  std::vector<CardLook> looks{{.albedo = {}, .coverage = 1.0f, .mask = {}, .crown_normals = 0.0f}};
+  std::vector<CardLook> looks{{.albedo = {}, .coverage = 1.0f, .mask = {}}};
   LeafBox box;
   float depth_per_m = 0;  ///< optical depth, with leaves of all directions
   std::uint32_t leaf_count = 0;
@@ -76,7 +76,7 @@ TEST(CrownLight, DepthGrowsWithTheWayThroughAnEvenCrown) {
 TEST(CrownLight, GapsInLeavesLetLightThrough) {
   Cloud cloud(4.0f, 24, 560, [](const std::array<float, 3>&) { return true; });
   const CrownSample opaque = cloud.light().at({0, 0, 0});
-  for (PageNode& node : cloud.nodes) node.fade = fade_of(kOpaque / 2);
+  for (PageNode& node : cloud.nodes) node.opacity = kOpaque / 2;
   const CrownSample half = cloud.light().at({0, 0, 0});
   EXPECT_NEAR(half.depth, 0.5f * opaque.depth, 0.02f * opaque.depth);
   EXPECT_GT(half.sky, 1.2f * opaque.sky);

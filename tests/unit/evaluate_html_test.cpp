@@ -25,16 +25,19 @@ LevelMeasures level(double fraction, double rmse_256, double rmse_16, double hau
   made.rmse_sixteenth = rmse_16;
   made.hausdorff = hausdorff;
   made.coverage = 1.0 - fraction / 10;
+  made.lightings.fill({rmse_256, rmse_16, 1.0});
   return made;
 }
 
-/// `default` wins rmse_16 everywhere, rmse_256 at one of two levels, and the surface nowhere.
+/// `default` wins rmse_16 everywhere, rmse_256 at one of two levels, and the surface nowhere. Before a ground on which it is worst it wins
+/// nothing close up, and its leaves are too bright.
 EvaluationReport small_report(const std::string& plant = "pear") {
   EvaluationReport report;
   report.plant = plant;
   report.source_leaves = 1000;
   report.methods = {{"geometric", 0.25, {level(0.5, 10, 4, 0.1), level(0.025, 30, 20, 0.2)}},
                     {"default", 12.6, {level(0.5, 20, 3, 0.2), level(0.025, 15, 5, 0.8)}}};
+  report.methods[1].levels[1].lightings[4] = {40, 2, 1.25};
   return report;
 }
 
@@ -63,16 +66,21 @@ Facts facts_of(const std::string& sentence) {
 
 TEST(EvaluationHeadline, SaysWhereTheDefaultWinsAndWhereItLoses) {
   const std::vector<std::string> sentences = evaluation_headline(small_report());
-  ASSERT_EQ(sentences.size(), 5u);
+  ASSERT_EQ(sentences.size(), 8u);
   EXPECT_TRUE(test::mentions(sentences[0], {"rmse_256"}));
   EXPECT_EQ(facts_of(sentences[0]), (Facts{"default", "2.5%", "50%", "geometric", "50%", "50%"}));
   EXPECT_TRUE(test::mentions(sentences[1], {"rmse_16"}));
   EXPECT_EQ(facts_of(sentences[1]), (Facts{"default", "25%", "75%"}));
-  EXPECT_TRUE(test::mentions(sentences[2], {"Hausdorff"}));
-  EXPECT_EQ(facts_of(sentences[2]), (Facts{"default", "geometric", "50%", "50%", "2.5%", "75%"}));
-  EXPECT_EQ(facts_of(sentences[3]), (Facts{"default", "95%", "100%"}));
-  EXPECT_TRUE(test::mentions(sentences[4], {"13", "0.2"}));
-  EXPECT_EQ(facts_of(sentences[4]), (Facts{"default", "geometric"}));
+  EXPECT_TRUE(test::mentions(sentences[2], {"rmse_256_worst"}));
+  EXPECT_EQ(facts_of(sentences[2]), (Facts{"default", "geometric", "50%", "50%", "2.5%", "25%"}));
+  EXPECT_TRUE(test::mentions(sentences[3], {"rmse_16_worst"}));
+  EXPECT_EQ(facts_of(sentences[3]), (Facts{"default", "25%", "75%"}));
+  EXPECT_TRUE(test::mentions(sentences[4], {"Hausdorff"}));
+  EXPECT_EQ(facts_of(sentences[4]), (Facts{"default", "geometric", "50%", "50%", "2.5%", "75%"}));
+  EXPECT_EQ(facts_of(sentences[5]), (Facts{"default", "95%", "100%"}));
+  EXPECT_EQ(facts_of(sentences[6]), (Facts{"default", "100%", "125%"}));
+  EXPECT_TRUE(test::mentions(sentences[7], {"13", "0.2"}));
+  EXPECT_EQ(facts_of(sentences[7]), (Facts{"default", "geometric"}));
 }
 
 TEST(EvaluationHeadline, IsAboutTheFirstMethodWithoutDefaultAndComparesNothingAlone) {
@@ -83,7 +91,7 @@ TEST(EvaluationHeadline, IsAboutTheFirstMethodWithoutDefaultAndComparesNothingAl
   EXPECT_EQ(facts_of(first).at(0), "geometric") << first;
   EXPECT_EQ(facts_of(first).at(1), "50%") << first;
   report.methods.pop_back();
-  EXPECT_EQ(evaluation_headline(report).size(), 2u);
+  EXPECT_EQ(evaluation_headline(report).size(), 3u);
   report.methods.clear();
   EXPECT_TRUE(evaluation_headline(report).empty());
 }
@@ -91,7 +99,7 @@ TEST(EvaluationHeadline, IsAboutTheFirstMethodWithoutDefaultAndComparesNothingAl
 TEST(EvaluationHeadline, AMeshWithoutTrianglesLosesByEverything) {
   EvaluationReport report = small_report();
   for (LevelMeasures& measures : report.methods[0].levels) measures.hausdorff = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(facts_of(evaluation_headline(report)[2]), (Facts{"default", "100%"}));
+  EXPECT_EQ(facts_of(evaluation_headline(report)[4]), (Facts{"default", "100%"}));
 }
 
 TEST(EvaluationHtml, HoldsTheFiguresAndThePictures) {
@@ -111,7 +119,9 @@ TEST(EvaluationHtml, HoldsTheFiguresAndThePictures) {
   EXPECT_EQ(data["methods"][1]["name"], "default");
   EXPECT_EQ(data["methods"][1]["seconds"], 12.6);
   EXPECT_EQ(data["methods"][1]["levels"][1]["rmse_256"], 15.0);
-  EXPECT_EQ(data["headline"].size(), 5u);
+  EXPECT_EQ(data["methods"][1]["levels"][1]["rmse_256_worst"], 40.0);
+  EXPECT_EQ(data["lightings"], (std::vector<std::string>{"rmse_256_mean", "rmse_16_mean", "rmse_256_worst", "rmse_16_worst"}));
+  EXPECT_EQ(data["headline"].size(), 8u);
 }
 
 TEST(EvaluationHtml, TextFromOutsideStaysText) {

@@ -1,11 +1,14 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include "gltf_write.h"
 #include "measures.h"
+#include "normal_sum.h"
 #include "surface_distance.h"
 #include "test_foliage.h"
 
@@ -72,6 +75,67 @@ TEST(ImageSums, CoverageAndSoftIou) {
   EXPECT_DOUBLE_EQ(of_two_views.soft_iou(), 6.0 / 12.0);
   EXPECT_DOUBLE_EQ(compare_images(white_image(16), white_image(16)).soft_iou(), 1.0);
   EXPECT_DOUBLE_EQ(compare_images(white_image(16), white_image(16)).coverage_ratio(), 1.0);
+}
+
+TEST(Lightings, TheWorstIsTheLargestErrorAndTheLuminanceFarthestFromOne) {
+  LevelMeasures level;
+  for (std::size_t i = 0; i < kLightingCount; ++i) level.lightings[i] = {1.0 + static_cast<double>(i), 9.0 - static_cast<double>(i), 1.0};
+  level.lightings[1].luminance = 1.1;
+  level.lightings[4].luminance = 0.8;
+  const LevelMeasures::Lighting worst = worst_lighting(level), mean = mean_lighting(level);
+  EXPECT_EQ(worst.rmse_full, 6.0);
+  EXPECT_EQ(worst.rmse_sixteenth, 9.0);
+  EXPECT_EQ(worst.luminance, 0.8);
+  EXPECT_NEAR(mean.rmse_full, 3.5, 1e-12);
+  EXPECT_NEAR(mean.rmse_sixteenth, 6.5, 1e-12);
+  EXPECT_NEAR(mean.luminance, (4.0 + 1.1 + 0.8) / 6.0, 1e-12);
+}
+
+/// A wall of squares that faces +Z, 2 m wide, of one colour.
+Level wall(std::uint16_t normals, std::uint8_t opacity = kOpaque) {
+  Foliage foliage =
+      test::plain_foliage({square_at({-1, -1, 0}, 1), square_at({0, -1, 0}, 1), square_at({-1, 0, 0}, 1), square_at({0, 0, 0}, 1)});
+  foliage.normals.assign(4, normals);
+  foliage.opacities.assign(4, opacity);
+  return level_of(foliage_mesh(foliage));
+}
+
+/// Luminance, 0..1, of leaves with a front under each of evaluation_light_suns().
+std::array<double, 2> lit_by(const ShadingNormals& normals) {
+  const glm::dvec3 front(normals.axis[0], normals.axis[1], normals.axis[2]);
+  const auto suns = evaluation_light_suns();
+  return {0.2 + 0.6 * glm::dot(front, suns[0]), 0.2 + 0.6 * glm::dot(front, suns[1])};
+}
+
+TEST(Lightings, GroundsCountWhereCoverageDiffersAndLuminanceIsOfLeavesAlone) {
+  const std::vector<Material> materials = test::plain_materials();
+  const Level source = wall(node_normals(normal_sum({0, 1, 0}, 1.0, true)));
+  const auto looks = *surface_looks(materials, {});
+  EvaluateOptions options{.suns_and_frames = false};
+  const auto reference = make_reference({source, materials, {}}, options);
+  ASSERT_TRUE(reference);
+  EXPECT_NEAR(reference->mean_tone, 1.0, 1e-6);
+  const auto measured = [&](const Level& level) {
+    return measure_level(level, looks, *reference, measure_images(level, looks, *reference));
+  };
+
+  // Half of the leaves' pixels show the ground. Leaves show the same luminance on whichever side.
+  const LevelMeasures half = measured(wall(node_normals(normal_sum({0, 1, 0}, 1.0, true)), 8));
+  EXPECT_NEAR(half.coverage, 0.5, 0.02);
+  const auto [high, low] = lit_by(source.normals[0]);
+  const auto expected = [high = high, low = low](double ground) {
+    return std::sqrt(0.5 * ((high - ground) * (high - ground) + (low - ground) * (low - ground)));
+  };
+  for (std::size_t i = 0; i < kLightingCount; ++i) {
+    EXPECT_NEAR(half.lightings[i].luminance, 1.0, 1e-4);
+    EXPECT_NEAR(half.lightings[i].rmse_full / half.lightings[0].rmse_full, expected(kEvaluationGrounds[i % 3]) / expected(0.0), 0.005) << i;
+  }
+  // Leaves about the vertical that are lit from below: the sun shines through them, or not at all.
+  const LevelMeasures turned = measured(wall(node_normals(normal_sum({0, -1, 0}, 1.0, true))));
+  EXPECT_NEAR(turned.coverage, 1.0, 1e-9);
+  EXPECT_NEAR(turned.lightings[0].luminance, 0.4 / (high + low), 0.002);
+  EXPECT_NEAR(turned.lightings[3].luminance, (0.4 + double{kTranslucency} * (high + low - 0.4)) / (high + low), 0.002);
+  EXPECT_EQ(turned.lightings[0].rmse_full, turned.lightings[2].rmse_full) << "the ground is hidden as much as it was";
 }
 
 TEST(TriangleDistance, FaceEdgeAndCorner) {

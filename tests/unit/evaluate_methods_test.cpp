@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <set>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -9,6 +10,7 @@
 #include "lines_and_voxels.h"
 #include "mentions.h"
 #include "methods.h"
+#include "normal_sum.h"
 #include "pruning.h"
 #include "quad_merge.h"
 #include "results.h"
@@ -225,6 +227,43 @@ TEST(Methods, GiveEveryLevelItsTriangles) {
       }
       if (by_area && method != Method::voxels) {
         EXPECT_NEAR(level_area_m2(variant.levels[0]), area, 1e-5 * area) << "it changes a plant it should not";
+      }
+    }
+  }
+}
+
+TEST(Methods, NodesOfOursCarryNormalsAndMergedLeavesOfOthersAreFlat) {
+  const Foliage foliage = test::ball_crown(60, 11);
+  const std::vector<Material> materials = test::plain_materials();
+  for (const Method method : all_methods()) {
+    const bool is_ours = method == Method::default_metric || method == Method::mi;
+    for (const Variant& variant : test::must(simplify_foliage(method, {{foliage, materials, {}}, {60, 12}}, {}))) {
+      SCOPED_TRACE(std::string(method_name(method)) + " " + variant.parameters);
+      EXPECT_TRUE(variant.levels[0].normals.empty()) << "leaves of the plant lie as they lie";
+      ASSERT_EQ(variant.levels[1].normals.empty(), !is_ours);
+      if (!is_ours) continue;
+      ASSERT_EQ(variant.levels[1].normals.size(), 24u);
+      EXPECT_TRUE(std::ranges::any_of(variant.levels[1].normals, [](const ShadingNormals& normals) { return normals.along < 0.9f; }));
+      EXPECT_TRUE(std::ranges::none_of(variant.levels[1].normals, &ShadingNormals::is_sided));
+    }
+  }
+}
+
+TEST(Methods, LeavesThatAreKeptKeepAnArtistsNormals) {
+  Foliage foliage = test::ball_crown(60, 11);
+  foliage.normals.assign(60, node_normals(normal_sum({0, 1, 0}, 1.0, true)));
+  for (const Method method : {Method::geometric, Method::stochastic, Method::prune, Method::meshopt}) {
+    const auto variants = test::must(simplify_foliage(method, {{foliage, test::plain_materials(), {}}, {60, 50}}, {}));
+    for (const Level& level : variants.at(0).levels) {
+      SCOPED_TRACE(std::string(method_name(method)) + " " + std::to_string(level.mesh.triangle_materials.size()));
+      ASSERT_FALSE(level.normals.empty());
+      const auto upward = std::ranges::count_if(level.normals, [](const ShadingNormals& n) { return n.is_sided && n.axis[1] > 0.99f; });
+      const auto all = static_cast<std::ptrdiff_t>(level.normals.size());
+      if (method == Method::geometric && all < 120) {
+        EXPECT_LT(upward, all) << "merged leaves are flat";
+        EXPECT_GE(upward, all - 20) << "ten merges leave 40 leaves";
+      } else {
+        EXPECT_EQ(upward, all);
       }
     }
   }

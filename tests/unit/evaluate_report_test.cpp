@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -12,7 +14,9 @@
 #include "gltf_write.h"
 #include "leaf_cards.h"
 #include "mentions.h"
+#include "normal_sum.h"
 #include "polygons.h"
+#include "process.h"
 #include "report.h"
 #include "results.h"
 #include "test_foliage.h"
@@ -50,6 +54,11 @@ TEST(Evaluate, TheWholePlantHasNoError) {
     ASSERT_TRUE(level.lit);
     EXPECT_EQ(level.lit->suns_full, 0.0) << method.name;
     EXPECT_EQ(level.lit->frames_full, 0.0) << method.name;
+    for (const LevelMeasures::Lighting& lighting : level.lightings) {
+      EXPECT_EQ(lighting.rmse_full, 0.0) << method.name;
+      EXPECT_EQ(lighting.rmse_sixteenth, 0.0) << method.name;
+      EXPECT_EQ(lighting.luminance, 1.0) << method.name;
+    }
     EXPECT_EQ(level.coverage, 1.0) << method.name;
     EXPECT_EQ(level.soft_iou, 1.0) << method.name;
     EXPECT_NEAR(level.area_ratio, 1.0, 1e-12) << method.name;
@@ -205,9 +214,10 @@ TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
     EXPECT_EQ(keys(method), (std::set<std::string>{"name", "levels"}));
     ASSERT_EQ(method["levels"].size(), 2u);
     for (const auto& level : method["levels"])
-      EXPECT_EQ(keys(level), (std::set<std::string>{"fraction", "leaves", "triangles", "rmse_256", "rmse_64", "rmse_16", "coverage",
-                                                    "area_ratio", "hausdorff", "mean_distance", "rmse_256_suns", "rmse_16_suns",
-                                                    "rmse_256_frames", "rmse_16_frames"}));
+      EXPECT_EQ(keys(level), (std::set<std::string>{"fraction",      "leaves",         "triangles",       "rmse_256",       "rmse_64",
+                                                    "rmse_16",       "coverage",       "area_ratio",      "hausdorff",      "mean_distance",
+                                                    "rmse_256_suns", "rmse_16_suns",   "rmse_256_frames", "rmse_16_frames", "rmse_256_mean",
+                                                    "rmse_16_mean",  "rmse_256_worst", "rmse_16_worst",   "luminance",      "lightings"}));
     EXPECT_EQ(json["setup"], "ours");
     EXPECT_EQ(json["view_distance"], 3.0);
     EXPECT_EQ(method["levels"][0]["leaves"], 30);
@@ -230,6 +240,76 @@ TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
   EXPECT_GT(lit.lit->frames_sixteenth, 0.0);
   EXPECT_TRUE(test::mentions(evaluation_table(with), {"frames"}));
   EXPECT_FALSE(test::mentions(evaluation_table(without), {"frames"}));
+}
+
+TEST(Evaluate, SixPairsOfLightAndGroundAreMeasured) {
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}, .suns_and_frames = false};
+  const EvaluationReport report = evaluate_crown(options);
+  const LevelMeasures& level = report.methods[0].levels[0];
+  const auto json = nlohmann::json::parse(evaluation_json(report))["methods"][0]["levels"][0];
+  ASSERT_EQ(json["lightings"].size(), 6u);
+  std::set<std::pair<std::string, double>> pairs;
+  double largest = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto& lighting = json["lightings"][i];
+    EXPECT_EQ(keys(lighting), (std::set<std::string>{"light", "ground", "rmse_256", "rmse_16", "luminance"}));
+    pairs.emplace(lighting["light"].get<std::string>(), lighting["ground"].get<double>());
+    EXPECT_EQ(lighting["rmse_16"], level.lightings[i].rmse_sixteenth);
+    EXPECT_GT(level.lightings[i].rmse_full, level.lightings[i].rmse_sixteenth);
+    EXPECT_GT(level.lightings[i].rmse_sixteenth, 0.0);
+    largest = std::max(largest, level.lightings[i].rmse_full);
+    sum += level.lightings[i].rmse_full;
+  }
+  EXPECT_EQ(pairs.size(), 6u);
+  EXPECT_TRUE(pairs.contains({"one-sided", 0.0}) && pairs.contains({"shining through", 0.3}) && pairs.contains({"shining through", 1.0}));
+  EXPECT_EQ(json["rmse_256_worst"], largest);
+  EXPECT_NEAR(json["rmse_256_mean"].get<double>(), sum / 6.0, 1e-9);
+  EXPECT_LT(level.lightings[1].rmse_full, level.lightings[2].rmse_full) << "an outline before white is more than one before grey";
+  EXPECT_TRUE(test::mentions(evaluation_table(report), {"worst", "mean", "luminance"}));
+}
+
+/// Leaves in the plane z = 0, all facing +Z, whose normals lie as they are told to.
+Foliage wall(std::uint16_t normals) {
+  std::vector<Quad> quads;
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 6; ++y) quads.push_back(test::rectangle({x, y, 0}, {1, 0, 0}, {0, 1, 0}));
+  Foliage foliage = test::plain_foliage(std::move(quads));
+  if (normals != kFlatNormals) foliage.normals.assign(36, normals);
+  return foliage;
+}
+
+TEST(Evaluate, AnArtistsNormalsAreTheReferencesAndStayThoseOfKeptLeaves) {
+  EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {1.0, 0.9}, .suns_and_frames = false};
+  const std::uint16_t up = node_normals(normal_sum({0, 1, 0}, 1.0, true));
+  const auto measured = [&](const Foliage& foliage) {
+    return test::must(evaluate_foliage("wall", {foliage, test::plain_materials(), {}}, options, {})).methods.at(0).levels;
+  };
+  const auto flat = measured(wall(kFlatNormals)), sided = measured(wall(up));
+  for (const auto& levels : {flat, sided}) EXPECT_EQ(worst_lighting(levels[0]).rmse_full, 0.0) << "the reference itself";
+  // The wall faces the horizon, its normals the sky: sun shows more of it. Leaves that are kept and grow keep them.
+  EXPECT_NEAR(sided[1].lightings[0].luminance, 1.0, 1e-5);
+  EXPECT_NE(sided[1].rmse_full, flat[1].rmse_full);
+}
+
+/// Measures a file of the leaves as a level of the wall.
+LevelMeasures as_level_of_wall(const Foliage& foliage) {
+  const test::TemporaryFolder folder;
+  const Mesh mesh = foliage_mesh(foliage);
+  EXPECT_TRUE(write_glb(folder / "1.glb", {{"leaves", &mesh}}, test::plain_materials(), {}));
+  EvaluateOptions options{.methods = {}, .level_sets = {{"mine", folder.path()}}, .fractions = {1.0}, .suns_and_frames = false};
+  return test::must(evaluate_foliage("wall", {wall(kFlatNormals), test::plain_materials(), {}}, options, {})).methods.at(0).levels.at(0);
+}
+
+TEST(Evaluate, AFilesSpreadAndOpacityCount) {
+  EXPECT_LT(as_level_of_wall(wall(kFlatNormals)).rmse_full, 1e-3);
+  const LevelMeasures up = as_level_of_wall(wall(node_normals(normal_sum({0, 1, 0}, 1.0, true))));
+  EXPECT_GT(up.rmse_full, 5.0);
+  EXPECT_GT(up.lightings[0].luminance, 1.2) << "half of the cameras see the dark side of a wall, but no dark side of the sky";
+  EXPECT_EQ(up.coverage, 1.0);
+  Foliage spread = wall(node_normals(normal_sum({0, 1, 0}, 1.0) + normal_sum({1, 0, 0}, 1.0) + normal_sum({0, 0, 1}, 1.0)));
+  EXPECT_GT(as_level_of_wall(spread).rmse_full, 1.0);
+  spread.opacities.assign(36, 8);
+  EXPECT_NEAR(as_level_of_wall(spread).coverage, 0.5, 0.02);
 }
 
 TEST(Evaluate, OfASweepTheBestCounts) {

@@ -1,13 +1,17 @@
 #include "gltf_write.h"
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include "atomic_file.h"
 #include "image_decode.h"
+#include "import_gltf.h"
+#include "normal_sum.h"
 #include "parse_glb.h"
 #include "process.h"
 #include "results.h"
@@ -97,14 +101,13 @@ TEST(GltfWrite, MaterialsAndImagesComeBack) {
   EXPECT_EQ(image.rgba, chequers().rgba);
 }
 
-TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlphaAndTheirBrightnessAsGrey) {
+TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlphaOfWhite) {
   Mesh mesh = two_triangles();
   mesh.indices = {0, 1, 2, 3, 4, 5};  // a leaf each
   for (auto* points : {&mesh.positions, &mesh.normals}) points->resize(6, glm::vec3(0, 0, 1));
   mesh.uvs.resize(6, glm::vec2(0.0f));
   mesh.triangle_materials = {0, 0};
-  const std::uint8_t darker = fade_of(4, 4);  // three quarters of it on a display
-  mesh.vertex_fades = {kNoFade, kNoFade, kNoFade, darker, darker, darker};
+  mesh.vertex_opacities = {kOpaque, kOpaque, kOpaque, 4, 4, 4};
   const tinygltf::Model model = written({{"leaves", &mesh}});
   ASSERT_EQ(model.materials.size(), 3u);
   EXPECT_EQ(model.materials[0].alphaMode, "MASK");
@@ -121,14 +124,29 @@ TEST(GltfWrite, TranslucentLeavesAreBlendedWithTheirOpacityAsAlphaAndTheirBright
   EXPECT_EQ(colors, (std::vector<Color>{{255, 255, 255, 255},
                                         {255, 255, 255, 255},
                                         {255, 255, 255, 255},
-                                        {143, 143, 143, 64},
-                                        {143, 143, 143, 64},
-                                        {143, 143, 143, 64}}));
+                                        {255, 255, 255, 64},
+                                        {255, 255, 255, 64},
+                                        {255, 255, 255, 64}}));
 
-  mesh.vertex_fades.assign(6, kNoFade);
+  mesh.vertex_opacities.assign(6, kOpaque);
   const tinygltf::Model opaque = written({{"leaves", &mesh}});
   EXPECT_EQ(opaque.materials.size(), 2u);
   EXPECT_EQ(opaque.meshes.at(0).primitives.at(0).attributes.count("COLOR_0"), 0u);
+}
+
+TEST(GltfWrite, AlongsAreAFloatAttributeOfEachVertexAndLeftOutWithoutAny) {
+  Mesh mesh = two_triangles();
+  EXPECT_EQ(written({{"leaves", &mesh}}).meshes.at(0).primitives.at(0).attributes.count("_SPREAD"), 0u);
+  mesh.vertex_alongs = {0.25f, -0.5f, 1.0f, -0.0f};
+  const tinygltf::Model model = written({{"leaves", &mesh}});
+  for (const auto& primitive : model.meshes.at(0).primitives) {
+    const int spread = primitive.attributes.at("_SPREAD");
+    EXPECT_EQ(model.accessors.at(static_cast<std::size_t>(spread)).componentType, TINYGLTF_COMPONENT_TYPE_FLOAT);
+    EXPECT_EQ(model.accessors.at(static_cast<std::size_t>(spread)).type, TINYGLTF_TYPE_SCALAR);
+    const std::vector<float> alongs = values<float>(model, spread);
+    EXPECT_EQ(alongs, mesh.vertex_alongs);
+    EXPECT_TRUE(std::signbit(alongs.at(3)));
+  }
 }
 
 TEST(GltfWrite, EmptyMeshesAreLeftOut) {
@@ -190,6 +208,66 @@ TEST(FoliageMesh, QuadsBecomeTwoTrianglesEach) {
   EXPECT_EQ(mesh.uvs.at(1), glm::vec2(1.0f, 1.0f));
   EXPECT_EQ(mesh.normals.at(2), glm::vec3(0.0f, 0.0f, 1.0f));
   EXPECT_EQ(mesh.normals.at(6), glm::vec3(0.0f, 1.0f, 0.0f)) << "a quad without area still has a unit normal";
+  EXPECT_TRUE(mesh.vertex_alongs.empty());
+  EXPECT_TRUE(mesh.vertex_opacities.empty());
+  foliage.normals = {kFlatNormals, kFlatNormals};
+  EXPECT_TRUE(foliage_mesh(foliage).vertex_alongs.empty()) << "all flat";
+}
+
+/// A quad in the plane z = 0 that faces +Z.
+Foliage facing_z(std::size_t leaf_count) {
+  Foliage foliage;
+  foliage.quads.assign(leaf_count, {{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}});
+  foliage.cards.assign(leaf_count, 0);
+  foliage.card_table = {Card{}};
+  return foliage;
+}
+
+TEST(FoliageMesh, NormalsAreAxesOnTheQuadsSideOrOnTheFront) {
+  Foliage foliage = facing_z(5);
+  const NormalSum away = normal_sum({0, 0.6, -0.8}, 1.0), sided = normal_sum({0, 0.6, -0.8}, 1.0, true);
+  const NormalSum behind = normal_sum({0, -0.6, 0.8}, 1.0, true), many = away + normal_sum({1, 0, 0}, 0.5) + normal_sum({0, 0.8, 0.6}, 0.5);
+  foliage.normals = {kFlatNormals, node_normals(away), node_normals(sided), node_normals(behind), node_normals(many)};
+  foliage.opacities = {kOpaque, 12, 1, kOpaque, 3};
+  const Mesh mesh = foliage_mesh(foliage);
+  ASSERT_EQ(mesh.vertex_alongs.size(), 20u);
+  ASSERT_EQ(mesh.vertex_opacities.size(), 20u);
+  const std::array<glm::vec3, 5> axes{glm::vec3(0, 0, 1), {0, -0.6f, 0.8f}, {0, 0.6f, -0.8f}, {0, -0.6f, 0.8f}, {0, -0.6f, 0.8f}};
+  const std::array alongs{1.0f, 1.0f, -1.0f, -1.0f, 0.5f};
+  for (std::size_t vertex = 0; vertex < 20; ++vertex) {
+    // The rounder a leaf, the coarser its axis.
+    EXPECT_NEAR(glm::distance(mesh.normals[vertex], axes[vertex / 4]), 0.0f, vertex < 16 ? 0.08f : 0.42f) << vertex;
+    EXPECT_NEAR(glm::length(mesh.normals[vertex]), 1.0f, 1e-5f);
+    EXPECT_NEAR(mesh.vertex_alongs[vertex], alongs[vertex / 4], 0.034f) << vertex;
+    EXPECT_EQ(mesh.vertex_opacities[vertex], foliage.opacities[vertex / 4]);
+  }
+}
+
+TEST(FoliageMesh, ComesBackFromItsFileWithNormalsSpreadAndOpacity) {
+  Foliage foliage = facing_z(3);
+  for (std::size_t leaf = 0; leaf < 3; ++leaf)
+    for (glm::vec3& corner : foliage.quads[leaf]) corner.z += static_cast<float>(leaf);
+  foliage.normals = {node_normals(normal_sum({0, 0.6, -0.8}, 1.0, true)), kFlatNormals,
+                     node_normals(normal_sum({1, 0, 0}, 0.75) + normal_sum({0, 1, 0}, 0.25))};
+  foliage.opacities = {kOpaque, 5, 16};
+  const Mesh mesh = foliage_mesh(foliage);
+  const std::vector<std::uint8_t> file = test::must(encode_glb({{"leaves", &mesh}}, {Material{.name = "leaves"}}, {}));
+  ImportOptions options;
+  options.leaf_material = "";
+  const Plant plant = test::must(import_gltf_bytes(file, "cut.glb", options));
+  ASSERT_EQ(plant.foliage.positions.size(), 12u);
+  ASSERT_EQ(plant.foliage.vertex_alongs.size(), 12u);
+  ASSERT_EQ(plant.foliage.vertex_opacities.size(), 12u);
+  std::size_t found = 0;
+  for (std::size_t here = 0; here < 12; ++here)
+    for (std::size_t there = 0; there < 12; ++there) {
+      if (plant.foliage.positions[here] != mesh.positions[there]) continue;
+      ++found;
+      EXPECT_NEAR(glm::distance(plant.foliage.normals[here], mesh.normals[there]), 0.0f, 1e-6f);
+      EXPECT_EQ(plant.foliage.vertex_alongs[here], mesh.vertex_alongs[there]);
+      EXPECT_EQ(plant.foliage.vertex_opacities[here], mesh.vertex_opacities[there]);
+    }
+  EXPECT_EQ(found, 12u);
 }
 
 }  // namespace gltf_write_test

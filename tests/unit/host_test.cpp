@@ -290,7 +290,7 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
         ASSERT_EQ(std::memcmp(vertex.uv, card.uv[corner], sizeof vertex.uv), 0);
         ASSERT_EQ(vertex.material, card.material);
         ASSERT_EQ(vertex.own, 77u);
-        ASSERT_EQ(vertex.color[3], (255 * ((node.fade & 15) + 1) + 8) / 16);
+        ASSERT_EQ(vertex.color[3], (255 * node.opacity + 8) / 16);
       }
       ASSERT_EQ(indices[6 * i + 5], 4 * i + 3);
     }
@@ -313,6 +313,68 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
   layout.normal = 4;
   EXPECT_EQ(coppice_write_leaves(host.context(), 0, 20.0f, &layout, &output), COPPICE_ERROR_INVALID_ARGUMENT);
   EXPECT_TRUE(mentions(coppice_last_error(host.context()), {"coppice_write_leaves: layout.normal", "4", "12", "vertex_bytes"}));
+}
+
+// The normals of every kind of node, computed from the node's bits as coppice_leaf_node says.
+TEST(WriteLeaves, AreLitAsTheirNodesSay) {
+  Host host;
+  host.add(host.open("noisy_looks.coppice"), 0, -3);
+  host.settle();
+  auto info = struct_defaults<coppice_file_info>();
+  ASSERT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
+  std::vector<coppice_leaf_node> nodes{info.root};
+  nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
+  std::vector<std::uint32_t> splits;
+  for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
+
+  struct Lit {
+    std::array<float, 3> normal;
+    float along, sided;
+  };
+  auto layout = struct_defaults<coppice_leaf_layout>();
+  layout.vertex_bytes = sizeof(Lit);
+  layout.normal = offsetof(Lit, normal);
+  layout.along = offsetof(Lit, along);
+  layout.sided = offsetof(Lit, sided);
+  std::array<std::uint32_t, 4> sides{};
+  for (std::uint32_t leaf_count = 1; leaf_count <= 70; ++leaf_count) {
+    std::vector<std::uint32_t> cut(leaf_count);
+    ASSERT_EQ(select_cut(splits, leaf_count, cut), leaf_count);
+    std::vector<Lit> vertices(4 * std::size_t{leaf_count});
+    std::vector<std::uint32_t> indices(6 * std::size_t{leaf_count});
+    auto output = struct_defaults<coppice_leaf_output>();
+    output.vertices = vertices.data();
+    output.indices = indices.data();
+    output.vertex_capacity = 4 * leaf_count;
+    output.index_capacity = 6 * leaf_count;
+    ASSERT_EQ(coppice_write_leaves(host.context(), 0, static_cast<float>(leaf_count), &layout, &output), COPPICE_OK);
+    for (std::uint32_t i = 0; i < leaf_count; ++i) {
+      const coppice_leaf_node& node = nodes[cut[i]];
+      SCOPED_TRACE(cut[i]);
+      std::array<std::array<double, 3>, 2> d{};  // the quad's diagonals
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t k = 0; k < 2; ++k)
+          d[k][axis] = static_cast<double>(info.box_step[axis]) * (node.corners[k + 2][axis] - node.corners[k][axis]);
+      const std::array<double, 3> face = {d[0][1] * d[1][2] - d[0][2] * d[1][1], d[0][2] * d[1][0] - d[0][0] * d[1][2],
+                                          d[0][0] * d[1][1] - d[0][1] * d[1][0]};
+      const int side = node.normals >> 14;
+      ++sides[static_cast<std::size_t>(side)];
+      const int k15 = node.normals >> 10 & 15, bits = k15 >= 1 && k15 <= 9 ? 3 : k15 <= 12 ? 4 : 5, half = 1 << (bits - 1);
+      const auto share = [&](int step) { return std::max((static_cast<double>(step >> (5 - bits)) - half) / (half - 1), -1.0); };
+      const double u = share(node.normals & 31), v = share(node.normals >> 5 & 31), x = (u + v) / 2, z = (u - v) / 2;
+      std::array<double, 3> axis = {x, 1 - std::abs(x) - std::abs(z), z};
+      if (side == 3) axis = face;
+      const double above = axis[0] * face[0] + axis[1] * face[1] + axis[2] * face[2];
+      const double sign = side == 2 || (side == 0 && above < 0) ? -1 : 1, length = std::hypot(axis[0], axis[1], axis[2]);
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        const Lit& vertex = vertices[4 * std::size_t{i} + corner];
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(vertex.normal[k], sign * axis[k] / length, 1e-4);
+        EXPECT_NEAR(vertex.along, side == 3 ? 1.0 : (node.normals >> 10 & 15) / 15.0, 1e-6);
+        EXPECT_EQ(vertex.sided, side == 1 || side == 2 ? 1.0f : 0.0f);
+      }
+    }
+  }
+  for (const std::uint32_t count : sides) EXPECT_GT(count, 70u);
 }
 
 }  // namespace host_test

@@ -464,6 +464,31 @@ TEST(ImportWindWeights, WhatCannotBeReadIsLeftOut) {
   expect_warning(weighted_plant(builder, 3), {"COLOR_3"});
 }
 
+TEST(ImportSpread, IsReadWithOpacityBesideIt) {
+  GltfBuilder builder = test::small_plant();
+  json& leaf = builder.json["meshes"][0]["primitives"][0]["attributes"];
+  const std::vector<std::uint8_t> half{255, 255, 255, 128, 255, 255, 255, 128, 255, 255, 255, 128, 255, 255, 255, 0};
+  leaf["COLOR_0"] = builder.add_accessor(builder.add_view(half), test::kUnsignedByte, "VEC4", 4, true);
+  Plant plant = imported(builder);
+  EXPECT_TRUE(plant.foliage.vertex_alongs.empty());
+  EXPECT_TRUE(plant.foliage.vertex_opacities.empty()) << "alpha alone is anybody's";
+
+  const float infinite = std::numeric_limits<float>::infinity();
+  leaf["_SPREAD"] = builder.add_accessor(builder.add_view(std::vector<float>{0.25f, -0.5f, -7.0f, infinite}), test::kFloat, "SCALAR", 4);
+  plant = imported(builder);
+  EXPECT_EQ(sorted(plant.foliage.vertex_alongs), (std::vector{-1.0f, -0.5f, 0.25f, 1.0f}));
+  std::vector<std::uint8_t> opacities = plant.foliage.vertex_opacities;
+  std::ranges::sort(opacities);
+  EXPECT_EQ(opacities, (std::vector<std::uint8_t>{1, 8, 8, 8})) << "nothing is drawn of 0";
+  EXPECT_TRUE(plant.wood.vertex_alongs.empty());
+
+  leaf.erase("COLOR_0");
+  leaf["_SPREAD"] = builder.add_accessor(builder.add_view(std::vector<float>{1, 1, 1}), test::kFloat, "SCALAR", 3);
+  plant = imported(builder);
+  EXPECT_TRUE(plant.foliage.vertex_alongs.empty());
+  expect_warning(plant, {"_SPREAD"});
+}
+
 TEST(ImportImages, EmbeddedAndExternalInEveryForm) {
   const test::TemporaryFolder folder;
   const std::vector<std::uint8_t> green_png = test::png(4, 2, {10, 200, 30, 255}), green_webp = test::webp(4, 2, {10, 200, 30, 255});

@@ -51,8 +51,11 @@ std::vector<NamedFile> made_files() {
   add("many_cards", {.leaf_count = 60, .seed = 4, .card_count = 9, .wood_lod_count = 1, .texture_side = 2});
   add("leaf_meshes", {.leaf_count = 40, .seed = 5, .wood_lod_count = 3, .texture_side = 4, .leaf_mesh_count = 2});
   add("three_pages", {.leaf_count = 1200, .seed = 6, .wood_lod_count = 0, .texture_side = 0});
-  add("smooth_fades", {.leaf_count = 700, .seed = 7, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::smooth});
-  add("noisy_fades", {.leaf_count = 30, .seed = 8, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::noise});
+  add("smooth_looks", {.leaf_count = 700, .seed = 7, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::smooth});
+  add("sided_looks", {.leaf_count = 700, .seed = 9, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::sided});
+  add("noisy_looks", {.leaf_count = 30, .seed = 8, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::noise});
+  add("many_noisy_looks", {.leaf_count = 1200, .seed = 10, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::noise});
+  add("one_leaf_with_normals", {.leaf_count = 1, .seed = 3, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::sided});
   return files;
 }
 
@@ -132,9 +135,10 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
       for (std::size_t axis = 0; axis < 3; ++axis) quad[i][axis] = static_cast<std::uint16_t>(node.corners[i][axis]);
     return quad;
   };
-  const auto fade_of = [](const test::NaiveNode& node) { return static_cast<std::uint8_t>(16 * node.brightness + node.opacity); };
-  const PageNode root{quad_of(naive.nodes[0]), static_cast<std::uint8_t>(naive.nodes[0].card), fade_of(naive.nodes[0])};
-  EXPECT_EQ(root.fade, front.plant.root_fade);
+  const auto normals_of = [](const test::NaiveNode& node) {
+    return pack_normals(node.axis[0], node.axis[1], node.along, static_cast<NormalSide>(node.side));
+  };
+  const PageNode root = root_node(front.plant);
   bake::DecodedPages pages(root, front.plant.leaf_count, front.plant.card_count, quantised_max(front.plant));
   std::size_t first = 0;
   for (std::uint32_t page = 0; page < front.plant.page_count; ++page) {
@@ -150,7 +154,8 @@ void expect_same_tree(const Bytes& file, const PlantFile& front, const NaivePlan
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     EXPECT_EQ(nodes[i].corners, quad_of(naive.nodes[i])) << i;
     EXPECT_EQ(nodes[i].card, naive.nodes[i].card) << i;
-    EXPECT_EQ(nodes[i].fade, fade_of(naive.nodes[i])) << i;
+    EXPECT_EQ(nodes[i].opacity, naive.nodes[i].opacity) << i;
+    EXPECT_EQ(nodes[i].normals, normals_of(naive.nodes[i])) << i;
     if (i > 0) {  // the root is in no page
       EXPECT_EQ(nodes[i].split, naive.nodes[i].death) << i;
     }

@@ -81,7 +81,8 @@ void expect_round_trip(const BakedPlant& plant, std::uint32_t steps) {
   const QuantisationBox box = leaf_box(plant.tree, steps);
   for (std::uint32_t node = 0; node < plant.tree.nodes.size(); ++node) {
     EXPECT_EQ(back.tree.nodes[node].card, plant.tree.nodes[node].card);
-    EXPECT_EQ(back.tree.nodes[node].fade, plant.tree.nodes[node].fade);
+    EXPECT_EQ(back.tree.nodes[node].opacity, plant.tree.nodes[node].opacity);
+    EXPECT_EQ(back.tree.nodes[node].normals, plant.tree.nodes[node].normals) << node;
     const Quad before = quad_of(plant.tree, node), after = quad_of(back.tree, node);
     for (std::size_t corner = 0; corner < 4; ++corner)
       for (int axis = 0; axis < 3; ++axis)
@@ -99,6 +100,12 @@ TEST(Pack, RoundTripKeepsEveryNodeWithinHalfAStep) {
     for (Material& material : plant.materials) material.image = kNone;
     expect_round_trip(plant, COPPICE_QUANTISED_MAX);
   }
+}
+
+TEST(Pack, RoundTripKeepsHowNodesShow) {
+  for (const test::Looks looks : {test::Looks::smooth, test::Looks::sided, test::Looks::noise})
+    for (std::uint32_t leaf_count : {1u, 2u, 1200u})
+      expect_round_trip(random_plant({.leaf_count = leaf_count, .looks = looks}), COPPICE_FINE_QUANTISED_MAX);
 }
 
 TEST(Pack, TheFinestCutIsTheSourceLeaves) {
@@ -187,13 +194,12 @@ TEST(Pack, NamesAreCutAtAWholeCharacter) {
   EXPECT_EQ(unpack(packed(plant))->name, "W\xc3\xa4lder?");
 }
 
-TEST(Pack, KeepsCrownNormals) {
+TEST(Pack, KeepsWhetherNormalsAreSided) {
   BakedPlant plant = random_plant({.leaf_count = 3});
-  EXPECT_EQ(unpack(packed(plant))->materials[0].crown_normals, kCrownNormals);
-  for (const float share : {0.0f, 0.25f, 1.0f}) {
-    plant.materials[0].crown_normals = share;
-    EXPECT_NEAR(unpack(packed(plant))->materials[0].crown_normals, share, 0.5 / 254) << share;
-  }
+  EXPECT_FALSE(unpack(packed(plant))->materials[0].sided_normals);
+  plant.materials[0].sided_normals = true;
+  EXPECT_TRUE(unpack(packed(plant))->materials[0].sided_normals);
+  EXPECT_FALSE(unpack(packed(plant))->materials[1].sided_normals);
 }
 
 TEST(Pack, KeepsWind) {
@@ -226,7 +232,10 @@ TEST(Pack, KeepsNormalMaps) {
 TEST(Pack, RefusesWhatTheFormatCannotHold) {
   const std::vector<std::function<void(BakedPlant&)>> faults = {
       [](BakedPlant& plant) { plant.tree.nodes[0].card = 2; },
-      [](BakedPlant& plant) { plant.tree.nodes.back().fade = 0; },  // a source leaf's
+      [](BakedPlant& plant) { plant.tree.nodes.back().opacity = 15; },  // a source leaf's
+      [](BakedPlant& plant) { plant.tree.nodes[0].opacity = 0; },
+      [](BakedPlant& plant) { plant.tree.nodes[0].opacity = 17; },
+      [](BakedPlant& plant) { plant.tree.nodes[0].normals = 0xc001; },
       [](BakedPlant& plant) { plant.tree.vertices[3].y = std::numeric_limits<float>::quiet_NaN(); },
       [](BakedPlant& plant) { plant.tree.split_parent[1] = plant.tree.split_parent[0]; },
       [](BakedPlant& plant) { plant.errors.leaf_counts.back() = 9; },

@@ -19,13 +19,14 @@ namespace coppice {
 namespace page_codec_test {
 
 using bake::QuantisedTree;
+using page_model::AxisRule;
 using page_model::Point;
 using page_model::Rule;
 
 QuantisedTree quantised(std::uint32_t leaf_count, std::uint32_t seed = 1, std::uint32_t card_count = 2,
-                        test::Fades fades = test::Fades::none) {
+                        test::Looks looks = test::Looks::plain) {
   bake::Tree tree = test::random_tree(test::random_foliage(leaf_count, seed, card_count), seed);
-  test::set_fades(tree, fades, seed);
+  test::set_looks(tree, looks, seed);
   return *bake::quantise_tree(tree);
 }
 
@@ -63,7 +64,8 @@ void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
   for (std::size_t node = 1; node < nodes.size(); ++node) {
     EXPECT_EQ(nodes[node].corners, tree.nodes[node].corners);
     EXPECT_EQ(nodes[node].card, tree.nodes[node].card);
-    EXPECT_EQ(nodes[node].fade, tree.nodes[node].fade);
+    EXPECT_EQ(nodes[node].opacity, tree.nodes[node].opacity);
+    EXPECT_EQ(nodes[node].normals, tree.nodes[node].normals) << node;
     EXPECT_EQ(nodes[node].split, tree.nodes[node].split);
   }
 }
@@ -76,28 +78,108 @@ TEST(PageCodec, GivesBackAnyNumberOfCards) {
   for (std::uint32_t card_count : {1u, 17u, 256u}) expect_round_trip(quantised(700, 3, card_count), card_count);
 }
 
-TEST(PageCodec, GivesBackEveryFade) {
-  for (const test::Fades fades : {test::Fades::smooth, test::Fades::noise})
-    for (std::uint32_t leaf_count : {2u, 3u, 10u, 514u, 1500u}) expect_round_trip(quantised(leaf_count, leaf_count, 2, fades), 2);
+TEST(PageCodec, GivesBackEveryLook) {
+  for (const test::Looks looks : {test::Looks::smooth, test::Looks::sided, test::Looks::noise})
+    for (std::uint32_t leaf_count : {2u, 3u, 10u, 514u, 1500u}) expect_round_trip(quantised(leaf_count, leaf_count, 2, looks), 2);
 }
 
-TEST(PageCodec, FadesThatAreNotThereTakeNoBytes) {
+TEST(PageCodec, GivesBackEverySideAndAlong) {
+  QuantisedTree tree = quantised(700);
+  std::uint32_t next = 0;
+  for (PageNode& node : tree.nodes) {
+    const auto side = static_cast<NormalSide>(next % 3);
+    if (next % 7 != 0) node.normals = test::coarse_enough(pack_normals(next * 11 % 32, next * 5 % 32, next / 3 % 16, side));
+    ++next;
+  }
+  expect_round_trip(tree, 2);
+}
+
+/// A page's statement how opacities and normals are guessed.
+std::uint32_t rules_of(const QuantisedTree& tree) {
+  const std::vector<std::uint8_t> page = encoded(tree);
+  return page[3] | std::uint32_t{page[4]} << 8;
+}
+
+TEST(PageCodec, LooksThatAreNotThereTakeNoBytes) {
   QuantisedTree tree = quantised(500);
   const std::size_t bytes = encoded(tree).size();
   for (PageNode& node : tree.nodes)
-    if (node.split != kNeverReplaced) node.fade = 0x4a;  // the root's, and all others' are as it
+    if (node.split != kNeverReplaced) node.opacity = 5;  // the root's, and all others' are as it
   EXPECT_EQ(encoded(tree).size(), bytes);
   expect_round_trip(tree, 2);
 }
 
-TEST(PageCodec, FadesAreCodedByTheirParentsWhereThatTakesLess) {
-  const auto plain_fades = [](const QuantisedTree& tree) { return encoded(tree)[3]; };
-  EXPECT_EQ(plain_fades(quantised(500)), 0);
-  EXPECT_EQ(plain_fades(quantised(500, 1, 2, test::Fades::smooth)), 0);
+TEST(PageCodec, NormalsWithoutSidesTakeNoBytesForThem) {
+  QuantisedTree tree = quantised(500);
+  const std::uint16_t up = pack_normals(16, 16, 13, NormalSide::either);
+  tree.nodes[0].normals = up;
+  for (PageNode& node : tree.nodes)
+    if (node.split != kNeverReplaced) node.normals = up;
+  const std::size_t without = encoded(tree).size();
+  EXPECT_EQ(rules_of(tree), 0u);
+  for (PageNode& node : tree.nodes)
+    if (node.split != kNeverReplaced) node.normals = pack_normals(16, 16, 13, NormalSide::along);
+  EXPECT_EQ(encoded(tree).size(), without) << "a side that is the parent's takes none either";
+  std::uint32_t next = 0;
+  for (PageNode& node : tree.nodes)
+    if (node.split != kNeverReplaced) node.normals = pack_normals(16, 16, 13, next++ % 3 == 0 ? NormalSide::along : NormalSide::against);
+  EXPECT_GT(encoded(tree).size(), without + 499 / 8);
+  expect_round_trip(tree, 2);
+}
+
+TEST(PageCodec, SourceLeavesHaveNormalsWhereThePageSaysSo) {
+  QuantisedTree tree = quantised(500, 1, 2, test::Looks::smooth);
+  EXPECT_EQ(rules_of(tree) & 4, 0u);
+  const std::size_t without = encoded(tree).size();
+  for (PageNode& node : tree.nodes)
+    if (node.split == kNeverReplaced) {
+      node.normals = pack_normals(3, 20, 15, NormalSide::along);
+      break;
+    }
+  EXPECT_EQ(rules_of(tree) & 4, 4u);
+  EXPECT_GT(encoded(tree).size(), without);
+  expect_round_trip(tree, 2);
+}
+
+TEST(PageCodec, LooksAreGuessedFromWhatTakesTheFewestBits) {
+  EXPECT_EQ(rules_of(quantised(500)), 0u);
+  EXPECT_EQ(rules_of(quantised(500, 1, 2, test::Looks::smooth)), 0u);
   QuantisedTree tree = quantised(500);
   for (std::size_t node = 0; node < tree.nodes.size(); ++node)
-    if (tree.nodes[node].split != kNeverReplaced) tree.nodes[node].fade = static_cast<std::uint8_t>(0x80 + node * 7 % 5);
-  EXPECT_EQ(plain_fades(tree), 1) << "fades are what they are, whatever their parents'";
+    if (tree.nodes[node].split != kNeverReplaced) tree.nodes[node].opacity = static_cast<std::uint8_t>(10 + node * 7 % 5);
+  EXPECT_EQ(rules_of(tree), 1u) << "opacities are what they are, whatever their parents'";
+  expect_round_trip(tree, 2);
+
+  tree = quantised(500);
+  page_model::PageHeader header;  // the axis_weights of the page
+  const std::vector<std::uint8_t> page = encoded(tree);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    header.axis_weights[axis] = static_cast<std::uint16_t>(page[5 + 2 * axis] | page[6 + 2 * axis] << 8);
+  const auto normals_by = [&](const PageNode& node, AxisRule rule, std::uint32_t along) {
+    std::array<Point, 4> corners;
+    std::ranges::transform(node.corners, corners.begin(), page_model::point_of);
+    const std::uint32_t bits = axis_bits(along);
+    const auto [u, v] = page_model::guess_axis(header, rule, bits, corners, 0);
+    return pack_normals(axis_step_from(u, bits), axis_step_from(v, bits), along, NormalSide::either);
+  };
+  std::uint32_t next = 0;
+  for (PageNode& node : tree.nodes) {
+    ++next;
+    if (node.split == kNeverReplaced)
+      node.normals = normals_by(node, AxisRule::spine, 0);
+    else if (next % 3 == 0)
+      node.normals = normals_by(node, AxisRule::quad, 13);
+    else if (next % 3 == 1)
+      node.normals = normals_by(node, AxisRule::spine, 11);
+    else  // has nothing to do with its quad or parent
+      node.normals = next * 7 % 11 < 5 ? pack_normals(4, 22, 4, NormalSide::either) : pack_normals(22, 9, 4, NormalSide::either);
+  }
+  const auto rule_of = [&](std::size_t axis_class) { return static_cast<AxisRule>(rules_of(tree) >> (3 + 2 * axis_class) & 3); };
+  EXPECT_EQ(rules_of(tree) & 7, 2u | 4u) << "alongs as they are, and normals of source leaves";
+  EXPECT_EQ(rule_of(0), AxisRule::plain);
+  EXPECT_EQ(rule_of(1), AxisRule::spine);
+  EXPECT_EQ(rule_of(2), AxisRule::quad);
+  EXPECT_EQ(rule_of(3), AxisRule::spine) << "source leaves";
   expect_round_trip(tree, 2);
 }
 
@@ -124,9 +206,12 @@ QuantisedTree random_splits(std::uint32_t split_count, std::uint32_t seed) {
     split.cards = {static_cast<std::uint8_t>(below(9)), static_cast<std::uint8_t>(below(9))};
     const ChildQuads quads = child_quads(tree.nodes[split.parent].corners, split);
     tree.nodes[split.parent].split = s;
-    tree.nodes[split.parent].fade = static_cast<std::uint8_t>(below(256));
+    tree.nodes[split.parent].opacity = static_cast<std::uint8_t>(1 + below(16));
     tree.nodes.push_back({quads.first, split.cards[0]});
     tree.nodes.push_back({quads.second, split.cards[1]});
+    for (std::uint32_t child = 2 * s + 1; child <= 2 * s + 2; ++child)
+      if (const auto bits = test::coarse_enough(static_cast<std::uint16_t>(below(1u << 16))); are_normals(bits))
+        tree.nodes[child].normals = bits;
     tree.splits.push_back(split);
   }
   return tree;
@@ -277,6 +362,68 @@ TEST(Predict, KnownGuesses) {
   EXPECT_EQ(page_model::predict(header, 2, {Rule::first, 1, 0}, quad, parent), (Point{164, 100, 100}));  // parallel to the parent's side
   // 5 / 64 of the way to the parent's corner (64, 0, 0), and 34 / 64 to its centre
   EXPECT_EQ(page_model::predict(header, 0, {Rule::first, 1, 0}, quad, parent), (Point{61, 56, 39}));
+}
+
+/// Guesses by the quad, which has no opinion of the parent.
+std::uint16_t guessed(const page_model::PageHeader& header, AxisRule rule, const std::array<Point, 4>& quad) {
+  const auto [u, v] = page_model::guess_axis(header, rule, kAxisBits, quad, 0);
+  return pack_normals(u, v, 15, NormalSide::either);
+}
+
+TEST(GuessedAxis, IsTheNormalInThePlantNotInTheBox) {
+  page_model::PageHeader header;
+  header.axis_weights = {65535, 16384, 65535};  // y's steps are half as long as x's and z's
+  const auto packed = [&](const std::array<Point, 4>& quad) { return guessed(header, AxisRule::quad, quad); };
+  const std::array<float, 3> slanted = unpack_normals(packed({{{0, 0, 0}, {0, 0, 50}, {100, 200, 50}, {100, 200, 0}}}), {}).axis;
+  EXPECT_NEAR(slanted[0], -0.707f, 0.05f);
+  EXPECT_NEAR(slanted[1], 0.707f, 0.05f);
+  EXPECT_NEAR(slanted[2], 0.0f, 0.05f);
+  EXPECT_EQ(packed({{{0, 0, 0}, {0, 0, 50}, {100, 200, 50}, {100, 200, 0}}}),
+            packed({{{100, 200, 0}, {100, 200, 50}, {0, 0, 50}, {0, 0, 0}}}))
+      << "whichever side the quad turns";
+  EXPECT_EQ(packed({{{7, 7, 7}, {7, 7, 7}, {7, 7, 7}, {7, 7, 7}}}), pack_normals(16, 16, 15, NormalSide::either));
+  // The farthest corners of the box: no sum overflows.
+  constexpr std::int32_t kFar = COPPICE_FINE_QUANTISED_MAX;
+  header.axis_weights = {65535, 65535, 65535};
+  EXPECT_EQ(packed({{{0, 0, 0}, {kFar, 0, 0}, {kFar, 0, kFar}, {0, 0, kFar}}}), pack_normals(16, 16, 15, NormalSide::either));
+  EXPECT_EQ(packed({{{0, 0, 0}, {0, kFar, 0}, {0, kFar, kFar}, {0, 0, kFar}}}), pack_normals(31, 31, 15, NormalSide::either));
+  EXPECT_EQ(packed({{{0, 0, 0}, {kFar, 0, 0}, {kFar, kFar, 0}, {0, kFar, 0}}}), pack_normals(31, 1, 15, NormalSide::either));
+}
+
+TEST(GuessedAxis, IsTheWayFromStalkToTipInThePlantNotInTheBox) {
+  page_model::PageHeader header;
+  header.axis_weights = {65535, 16384, 65535};  // y's steps are half as long as x's and z's
+  const auto packed = [&](const std::array<Point, 4>& quad) { return guessed(header, AxisRule::spine, quad); };
+  const std::uint16_t up_and_along = packed({{{0, 0, 0}, {100, 200, 0}, {100, 200, 50}, {0, 0, 50}}});
+  const std::array<float, 3> slanted = unpack_normals(up_and_along, {}).axis;
+  EXPECT_NEAR(slanted[0], 0.707f, 0.05f);
+  EXPECT_NEAR(slanted[1], 0.707f, 0.05f);
+  EXPECT_NEAR(slanted[2], 0.0f, 0.05f);
+  EXPECT_EQ(up_and_along, packed({{{100, 200, 0}, {0, 0, 0}, {0, 0, 50}, {100, 200, 50}}})) << "whichever end is the stalk";
+  EXPECT_EQ(packed({{{7, 7, 7}, {9, 9, 9}, {7, 7, 7}, {9, 9, 9}}}), pack_normals(16, 16, 15, NormalSide::either));
+  constexpr std::int32_t kFar = COPPICE_FINE_QUANTISED_MAX;
+  EXPECT_EQ(packed({{{0, 0, 0}, {kFar, 0, 0}, {kFar, 0, 0}, {0, 0, 0}}}), pack_normals(31, 31, 15, NormalSide::either));
+}
+
+TEST(GuessedAxis, OfTheParentIsRoundedToTheChildsBits) {
+  const std::uint16_t parent = pack_normals(5, 29, 15, NormalSide::either);
+  const auto guess = [&](std::uint32_t bits) { return page_model::guess_axis({}, AxisRule::parent, bits, {}, parent); };
+  EXPECT_EQ(guess(5), (std::array<std::uint32_t, 2>{5, 29}));
+  EXPECT_EQ(guess(4), (std::array<std::uint32_t, 2>{2, 14}));
+  EXPECT_EQ(guess(3), (std::array<std::uint32_t, 2>{1, 7}));
+}
+
+TEST(Normals, HaveAnAxisAsFineAsTheirAlongTells) {
+  for (std::uint32_t along = 0; along <= kAlongSteps; ++along) {
+    const std::size_t values = along >= 1 && along <= 9 ? 8 : along <= 12 ? 16 : 32;
+    for (const bool is_u : {true, false}) {
+      std::size_t held = 0;
+      for (std::uint32_t step = 0; step <= kAxisSteps; ++step)
+        held += are_normals(pack_normals(is_u ? step : 0, is_u ? 31 : step, along, NormalSide::along)) ? 1u : 0u;
+      EXPECT_EQ(held, values) << along;
+    }
+    EXPECT_TRUE(are_normals(pack_normals(0, kAxisSteps, along, NormalSide::either))) << "both ends";
+  }
 }
 
 TEST(SquareSide, IsSquareInThePlantNotInTheBox) {

@@ -117,7 +117,8 @@ std::uint64_t digest(const bake::BakedPlant& plant) {
   for (const bake::Tree::Node& node : plant.tree.nodes) {
     add(node.vertices);
     add(std::vector{node.card});
-    add(std::vector{node.fade});
+    add(std::vector{node.opacity});
+    add(std::vector{node.normals});
   }
   for (const bake::Card& card : plant.card_table) add(card.uv);
   add(plant.errors.leaf_counts);
@@ -161,7 +162,9 @@ TEST(GoldenFiles, TheyAreReadAsEver) {
       {"wood_and_texture", {.leaf_count = 12, .wood_lod_count = 3, .texture_side = 8}},
       {"block_texture", {.leaf_count = 8, .wood_lod_count = 0, .texture_side = 10}},
       {"leaf_meshes", {.leaf_count = 9, .wood_lod_count = 1, .texture_side = 4, .leaf_mesh_count = 2}},
-      {"fades", {.leaf_count = 70, .wood_lod_count = 0, .texture_side = 0, .fades = test::Fades::smooth}},
+      {"smooth_looks", {.leaf_count = 70, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::smooth}},
+      {"sided_looks", {.leaf_count = 70, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::sided}},
+      {"noisy_looks", {.leaf_count = 70, .wood_lod_count = 0, .texture_side = 0, .looks = test::Looks::noise}},
   };
   if (updating()) {
     std::filesystem::create_directories(folder);
@@ -186,11 +189,11 @@ TEST(HostileFile, EveryTruncationIsRefused) {
   }
 }
 
-TEST(HostileFile, ASourceLeafWithAFadeIsRefused) {
+TEST(HostileFile, ATransparentSourceLeafIsRefused) {
   Bytes file = test::packed_plant({.leaf_count = 1, .wood_lod_count = 0, .texture_side = 0});
-  file[test::chunk_offset(file, COPPICE_CHUNK_PLANT) + offsetof(coppice_file_plant, root_fade)] = 0x80;
+  file[test::chunk_offset(file, COPPICE_CHUNK_PLANT) + offsetof(coppice_file_plant, root_opacity)] = 15;
   test::fix_checksums(file);
-  EXPECT_STREQ(bake::unpack(file).error().what, "plant root_fade");
+  EXPECT_STREQ(bake::unpack(file).error().what, "plant root_opacity");
 }
 
 TEST(HostileFile, AnExtraByteIsRefused) {

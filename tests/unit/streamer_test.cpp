@@ -312,7 +312,7 @@ TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
   open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
-  const std::uint64_t budget = ledger.reserved() + 500000;
+  const std::uint64_t budget = ledger.reserved() + 560000;
   ledger.set_budget(budget);
   std::size_t evicted_before = 0;
   for (std::uint32_t turn = 0; turn < 4; ++turn) {
@@ -434,7 +434,7 @@ TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
 
 TEST_F(StreamerTest, WhatOthersTakeEvicts) {
   const std::uint32_t plant = start_with_whole_plant();
-  const std::uint64_t budget = ledger.reserved() + 370000;  // a load takes more than what it leaves behind
+  const std::uint64_t budget = ledger.reserved() + 430000;  // a load takes more than what it leaves behind
   ledger.set_budget(budget);
   ledger.reserve(500000);
   frames(2, {demand_of(5000.0f)});
@@ -996,7 +996,7 @@ TEST_P(StreamerThreads, LoadsFromDiskWhileTheViewChanges) {
     auto streamer = test::must(Streamer::create(set.hooks, ledger, {.gpu = kGpuSizes, .max_in_flight = 6}));
     test::FakeGpu gpu(*streamer, ledger);
     for (int i = 0; i < 3; ++i) ASSERT_TRUE(streamer->open_plant(path.c_str()));
-    const std::uint64_t budget = ledger.reserved() + 500000;
+    const std::uint64_t budget = ledger.reserved() + 560000;
     ledger.set_budget(budget);
     LodView view;
     for (int i = 0; i < 200; ++i) {

@@ -29,21 +29,18 @@ double shown_share(std::initializer_list<std::uint32_t> dithers, std::uint32_t s
 }
 
 TEST(Transparency, IsTheRestOfOpacity) {
-  EXPECT_EQ(transparency_of(kNoFade), 0u);
-  EXPECT_EQ(transparency_of(0x80), kMaxTransparency) << "opacity 1 of 16";
-  EXPECT_EQ(transparency_of(0x07), 8u) << "whatever the brightness";
+  EXPECT_EQ(transparency_of(kOpaque), 0u);
+  EXPECT_EQ(transparency_of(1), kMaxTransparency) << "opacity 1 of 16";
+  EXPECT_EQ(transparency_of(8), 8u);
   EXPECT_EQ(opacity_of(0), 1.0f);
   EXPECT_EQ(opacity_of(8), 0.5f);
 }
 
-TEST(Transparency, ALeafsWordHoldsItsCardItsTransparencyAndItsBrightness) {
-  for (std::uint32_t fade = 0; fade < 256; ++fade) {
-    const auto byte = static_cast<std::uint8_t>(fade);
-    const std::uint32_t word =
-        0xff00abcdu | transparency_of(byte) << kTransparencyShift | std::uint32_t{brightness_of(byte)} << kBrightnessShift;
+TEST(Transparency, ALeafsWordHoldsItsCardAndItsTransparency) {
+  for (std::uint8_t opacity = 1; opacity <= kOpaque; ++opacity) {
+    const std::uint32_t word = 0xfff0abcdu | transparency_of(opacity) << kTransparencyShift;
     EXPECT_EQ(card_of_leaf(word), 0xabcdu);
-    EXPECT_EQ(transparency_of_leaf(word), transparency_of(byte)) << fade;
-    EXPECT_EQ(brightness_of_leaf(word), linear_brightness(byte)) << fade;
+    EXPECT_EQ(transparency_of_leaf(word), transparency_of(opacity)) << int{opacity};
   }
 }
 

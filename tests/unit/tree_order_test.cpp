@@ -71,19 +71,32 @@ TEST(TreeOrder, ThreeLeaves) {
   EXPECT_EQ(cut_nodes(tree, 3), (std::vector<std::uint32_t>{1, 3, 4}));
 }
 
-TEST(TreeOrder, CutsHaveTheFadesOfTheirMerges) {
+TEST(TreeOrder, CutsHaveTheOpacitiesOfTheirMerges) {
   const Foliage foliage = three_leaves();
-  const Tree tree =
-      build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, fade_of(9, 3)}, Merge{0, 3, {0, 1, 6, 7}, fade_of(4, 11)}}, 0});
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).fades, (std::vector<std::uint8_t>{fade_of(4, 11)}));
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).fades, (std::vector<std::uint8_t>{kNoFade, fade_of(9, 3)}));
-  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).fades, (std::vector<std::uint8_t>(3, kNoFade)));
+  const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).opacities, (std::vector<std::uint8_t>{4}));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).opacities, (std::vector<std::uint8_t>{kOpaque, 9}));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).opacities, (std::vector<std::uint8_t>(3, kOpaque)));
 
   const Foliage cut = cut_foliage(tree, foliage.card_table, 2), solid = solid_foliage(cut);
-  EXPECT_EQ(solid.fades, (std::vector<std::uint8_t>{kNoFade, fade_of(kOpaque, 3)}));
+  EXPECT_EQ(solid.opacities, (std::vector<std::uint8_t>{kOpaque, kOpaque}));
   EXPECT_EQ(solid.quads[0], cut.quads[0]);
   EXPECT_NEAR(quad_area(solid.quads[1]), quad_area(cut.quads[1]) * 9 / 16, 1e-5);
   EXPECT_LT(glm::distance(quad_centroid(solid.quads[1]), quad_centroid(cut.quads[1])), 1e-5);
+}
+
+TEST(TreeOrder, NodesHaveTheNormalsOfTheirLeaves) {
+  Foliage foliage = three_leaves();
+  foliage.normals = {kFlatNormals, kFlatNormals, pack_normals(31, 31, 15, NormalSide::against)};
+  for (const glm::dvec3& normal : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)})
+    foliage.normal_sums.push_back(normal_sum(normal, 2.0));
+  const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
+  const auto root = cut_foliage(tree, foliage.card_table, 1).normals;
+  EXPECT_EQ(root, (std::vector<std::uint16_t>{node_normals(foliage.normal_sums[0] + (foliage.normal_sums[1] + foliage.normal_sums[2]))}));
+  EXPECT_EQ(along_step_of(root[0]), 5u) << "a third of each";
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).normals,
+            (std::vector<std::uint16_t>{kFlatNormals, node_normals(foliage.normal_sums[1] + foliage.normal_sums[2])}));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).normals, foliage.normals);
 }
 
 Tree baked_tree(const Foliage& foliage) {

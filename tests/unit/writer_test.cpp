@@ -7,6 +7,7 @@
 #include "layout.h"
 #include "reader.h"
 #include "results.h"
+#include "tree.h"
 
 namespace coppice {
 namespace writer_test {
@@ -15,6 +16,7 @@ namespace writer_test {
 FileContents contents() {
   FileContents result;
   result.plant.leaf_count = 514;
+  result.plant.root_opacity = kOpaque;
   result.plant.sphere_radius = 1.0f;
   result.plant.metric = COPPICE_METRIC_MI;
   std::strcpy(result.plant.name, "hazel");
@@ -61,7 +63,7 @@ TEST(Writer, StoresChunksUnchanged) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 7, 0, 0, 0, 11, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 8, 0, 0, 0, 11, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

@@ -9,10 +9,12 @@
 #include <glm/geometric.hpp>
 
 #include "alpha_mask.h"
+#include "leaf_shade.h"
 #include "plant.h"
 #include "plant_painter.h"
 #include "srgb.h"
 #include "tree.h"
+#include "tree_order.h"
 #include "unpack.h"
 #include "viewpoints.h"
 
@@ -23,7 +25,7 @@ constexpr std::uint32_t kNearSamples = 3, kFarSamples = 6;  ///< a pixel and sid
 constexpr float kThreshold_px = 2.0f;                       ///< the runtime's default
 constexpr float kWebpQuality = 80.0f;
 constexpr glm::vec3 kBackground(0.68f, 0.74f, 0.8f);  ///< linear: white flowers are seen before it, and dark needles
-constexpr double kAmbient = 0.4;
+constexpr float kAmbient = 0.4f;
 
 /// The column of a table for a size, the next larger one where it lies between two: no finer than what is drawn there.
 std::size_t column_of(const ErrorTable& errors, float size_px) {
@@ -39,12 +41,28 @@ class Picture {
         size_px_(size_px),
         samples_(samples),
         view_(viewpoint_towards(glm::normalize(glm::vec3(0.4f, 0.25f, 1.0f)))),
-        sun_(glm::normalize(glm::dvec3(0.9, 1.1, 0.6))),
+        sun_(glm::normalize(glm::vec3(0.9f, 1.1f, 0.6f))),
         painter_(plant.materials, plant.images, view_, plant.sphere, size_px * samples, kBackground) {}
 
-  void draw(const Mesh& mesh) {
-    for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t)
-      paint(painted_triangle(mesh, t), mesh.vertex_fades.empty() ? kNoFade : mesh.vertex_fades[mesh.indices[3 * t]], t);
+  /// Wood lets no light through.
+  void draw_wood(const Mesh& mesh) {
+    for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
+      const PaintedTriangle triangle = painted_triangle(mesh, t);
+      paint(triangle, light(face_normals(triangle), 0.0f), kOpaque, t);
+    }
+  }
+
+  /// Leaves as they were modelled.
+  void draw_leaves(const Mesh& mesh) {
+    for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
+      const PaintedTriangle triangle = painted_triangle(mesh, t);
+      ShadingNormals normals = face_normals(triangle);
+      if (plant_.materials[triangle.material].sided_normals) {
+        const auto& [a, b, c] = at_corners(mesh.normals, mesh.indices, 3 * t);
+        normals = {axis_along(a + b + c), 1.0f, true};
+      }
+      paint(triangle, light(normals, kTranslucency), kOpaque, t);
+    }
   }
 
   void draw_cut(std::uint32_t leaf_count) {
@@ -52,6 +70,7 @@ class Picture {
     for (std::uint32_t node = 0; node < 2 * leaf_count - 1; ++node) {
       if (tree.node_split[node] < leaf_count - 1) continue;
       const Card& card = plant_.card_table[tree.nodes[node].card];
+      const float leaf_light = light(shading_normals(tree.nodes[node].normals, node_quad(tree, node)), kTranslucency);
       for (const std::array<std::size_t, 3>& corners : {std::array<std::size_t, 3>{0, 1, 2}, std::array<std::size_t, 3>{0, 2, 3}}) {
         PaintedTriangle triangle;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -59,7 +78,7 @@ class Picture {
           triangle.uvs[k] = card.uv[corners[k]];
         }
         triangle.material = card.material;
-        paint(triangle, tree.nodes[node].fade, node);
+        paint(triangle, leaf_light, tree.nodes[node].opacity, node);
       }
     }
   }
@@ -75,43 +94,50 @@ class Picture {
   }
 
  private:
-  [[nodiscard]] double light(const PaintedTriangle& triangle) const {
+  /// Unit, or 0.
+  static std::array<float, 3> axis_along(const glm::vec3& direction) {
+    const float length = glm::length(direction);
+    const glm::vec3 axis = length > 0.0f ? direction / length : glm::vec3(0.0f);
+    return {axis.x, axis.y, axis.z};
+  }
+
+  static ShadingNormals face_normals(const PaintedTriangle& triangle) {
     const auto& [a, b, c] = triangle.points;
-    glm::dvec3 normal = glm::cross(glm::dvec3(b - a), glm::dvec3(c - a));
-    const double length = glm::length(normal);
-    if (length == 0.0) return kAmbient;
-    if (glm::dot(normal, glm::dvec3(view_.direction)) < 0.0) normal = -normal;
-    return kAmbient + (1.0 - kAmbient) * std::max(0.0, glm::dot(normal, sun_) / length);
+    return {axis_along(glm::cross(b - a, c - a)), 1.0f, false};
   }
 
-  /// Whether a leaf of a fade leaves a sample to what is behind it: the gaps between the leaves that it stands for.
-  static bool is_gap(std::uint8_t fade, std::size_t leaf, std::size_t sample) {
+  [[nodiscard]] float light(const ShadingNormals& normals, float translucency) const {
+    return kAmbient + (1.0f - kAmbient) * leaf_cosine(normals, sun_, view_.direction, translucency);
+  }
+
+  /// Whether a leaf of an opacity leaves a sample to what is behind it: the gaps between the leaves that it stands for.
+  static bool is_gap(std::uint8_t opacity, std::size_t leaf, std::size_t sample) {
     const std::uint64_t hash = (leaf * 0x9e3779b97f4a7c15u) ^ (sample * 0xc2b2ae3d27d4eb4fu);
-    return ((hash ^ (hash >> 29)) * 0xbf58476d1ce4e5b9u >> 60) < transparency_of(fade);
+    return ((hash ^ (hash >> 29)) * 0xbf58476d1ce4e5b9u >> 60) < transparency_of(opacity);
   }
 
-  void paint(const PaintedTriangle& triangle, std::uint8_t fade, std::size_t leaf) {
+  void paint(const PaintedTriangle& triangle, float lit, std::uint8_t opacity, std::size_t leaf) {
     const Material& material = plant_.materials[triangle.material];
-    const auto factor = static_cast<float>(light(triangle)) * linear_brightness(fade) * glm::vec3(material.base_color);
+    const glm::vec3 factor = lit * glm::vec3(material.base_color);
     const Image* const image = material.image == kNone ? nullptr : &plant_.images[material.image];
     const auto color = [&](const glm::dvec2& uv) {
       if (image == nullptr) return factor;
       return factor * linear_color(texel_at(*image, uv));
     };
     painter_.paint(
-        triangle, [&](std::size_t sample) { return is_gap(fade, leaf, sample); }, color);
+        triangle, [&](std::size_t sample) { return is_gap(opacity, leaf, sample); }, color);
   }
 
   const BakedPlant& plant_;
   std::uint32_t size_px_, samples_;
   Viewpoint view_;
-  glm::dvec3 sun_;
+  glm::vec3 sun_;
   PlantPainter painter_;
 };
 
 void draw_near(const BakedPlant& plant, Picture& picture) {
-  if (!plant.wood.lods.empty()) picture.draw(plant.wood.lods.front());
-  for (const LeafMeshPart& part : plant.leaf_meshes.parts) picture.draw(part.mesh);
+  if (!plant.wood.lods.empty()) picture.draw_wood(plant.wood.lods.front());
+  for (const LeafMeshPart& part : plant.leaf_meshes.parts) picture.draw_leaves(part.mesh);
   if (plant.leaf_meshes.parts.empty()) picture.draw_cut(plant.tree.leaf_count());
 }
 
@@ -124,7 +150,7 @@ void draw_far(const BakedPlant& plant, Picture& picture) {
   picture.draw_cut(leaf_count);
   std::size_t lod = plant.wood.lods.size();
   while (lod > 1 && plant.wood.error_px[(lod - 1) * sizes + column] > kThreshold_px) --lod;
-  if (lod > 0) picture.draw(plant.wood.lods[lod - 1]);
+  if (lod > 0) picture.draw_wood(plant.wood.lods[lod - 1]);
 }
 
 Result<std::vector<std::uint8_t>> webp_of(const std::vector<std::uint8_t>& rgb, std::size_t width, std::size_t height) {

@@ -17,6 +17,7 @@
 #include "gltf_accessor.h"
 #include "gltf_materials.h"
 #include "node_names.h"
+#include "tree.h"
 
 namespace coppice::bake {
 namespace {
@@ -150,6 +151,26 @@ std::vector<float> read_wind_weights(const tinygltf::Model& model, const tinyglt
   }
   for (float& weight : *weights) weight = weight >= 0.0f ? std::min(weight, 1.0f) : 0.0f;  // also for NaN
   return *std::move(weights);
+}
+
+/// Reads _SPREAD as encode_glb writes it (gltf_write.h): Mesh::vertex_alongs; empty if the primitive does not say it in a readable way.
+std::vector<float> read_alongs(const tinygltf::Model& model, const tinygltf::Primitive& primitive, std::size_t vertex_count,
+                               const std::string& place, std::vector<std::string>& warnings) {
+  auto alongs = read_attribute(model, primitive, "_SPREAD", vertex_count, read_first_components);
+  if (!alongs) {
+    warnings.push_back(place + ": _SPREAD is not used: " + alongs.error().message());
+    return {};
+  }
+  for (float& along : *alongs) along = std::isfinite(along) ? std::clamp(along, -1.0f, 1.0f) : 1.0f;
+  return *std::move(alongs);
+}
+
+/// The alpha of colours as opacities: core/tree.h.
+std::vector<std::uint8_t> opacities_of(const std::vector<glm::vec4>& colors) {
+  std::vector<std::uint8_t> opacities;
+  opacities.reserve(colors.size());
+  for (const glm::vec4& color : colors) opacities.push_back(static_cast<std::uint8_t>(std::max(1L, std::lround(color.a * float{kOpaque}))));
+  return opacities;
 }
 
 /// Returns a colour in 0..1; white for anything else, NaN too.
@@ -300,6 +321,11 @@ Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitiv
   }
   const std::size_t vertex_count = raw->positions.size(), all_count = mesh.positions.size();
   append_values(raw->colors, vertex_count, all_count, glm::vec4(1.0f), soup.vertex_colors);
+  // Elsewhere the alpha of colours means what anybody wants; beside _SPREAD it is opacity.
+  const std::vector<float> alongs = read_alongs(model, primitive, vertex_count, place, warnings);
+  append_values(alongs, vertex_count, all_count, 1.0f, mesh.vertex_alongs);
+  const auto opacities = alongs.empty() ? std::vector<std::uint8_t>() : opacities_of(raw->colors);
+  append_values(opacities, vertex_count, all_count, kOpaque, mesh.vertex_opacities);
   append_values(read_wind_weights(model, primitive, placed, place, warnings), vertex_count, all_count, kNoWeight, mesh.wind_weights);
   if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(placed.material);
   return {};

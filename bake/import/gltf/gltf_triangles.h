@@ -29,7 +29,8 @@ struct PlacedPrimitive {
 /// Appends a primitive where its instance places it: triangles, strips and fans; points and lines have nothing to append. A mirroring
 /// transform also reverses the winding, so that fronts stay fronts. Missing normals become the area-weighted mean of the triangles round a
 /// vertex, missing uvs (0, 0). Wind weights come from the vertex colours that `placed` names, else from the attribute _WIND_WEIGHT, else
-/// from _WIND: the first component of whatever shape, 0..1. Weights that cannot be read are left out, with a warning.
+/// from _WIND: the first component of whatever shape, 0..1. How normals lie comes from _SPREAD, and beside it opacity from the alpha of
+/// COLOR_0, as gltf_write.h writes them. What cannot be read of these is left out, with a warning.
 /// errors  bad_file: a position that is not finite or beyond 1e8 m, an index beyond the vertices, attributes of unequal length;
 ///         unsupported: more triangles than a plant may have
 Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,

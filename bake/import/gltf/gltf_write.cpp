@@ -16,6 +16,7 @@
 #include "check.h"
 #include "gltf_accessor.h"
 #include "gltf_document.h"
+#include "tree.h"
 
 namespace coppice::bake {
 namespace {
@@ -72,18 +73,15 @@ int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indice
 }
 
 bool is_translucent(const Mesh& mesh, std::size_t triangle) {
-  return !mesh.vertex_fades.empty() && opacity_of(mesh.vertex_fades[mesh.indices[3 * triangle]]) < kOpaque;
+  return !mesh.vertex_opacities.empty() && mesh.vertex_opacities[mesh.indices[3 * triangle]] < kOpaque;
 }
 
-/// Adds COLOR_0: grey of the brightness, which glTF limits to 1, with the opacity as alpha.
-int add_fades(tinygltf::Model& model, const std::vector<std::uint8_t>& fades) {
+/// Adds COLOR_0: white with the opacity as alpha.
+int add_opacities(tinygltf::Model& model, const std::vector<std::uint8_t>& opacities) {
   std::vector<glm::u8vec4> colors;
-  colors.reserve(fades.size());
-  for (const std::uint8_t fade : fades) {
-    const auto alpha = static_cast<std::uint8_t>((255u * opacity_of(fade) + kOpaque / 2) / kOpaque);
-    const auto gray = static_cast<std::uint8_t>(std::lround(255.0f * std::min(linear_brightness(fade), 1.0f)));
-    colors.emplace_back(gray, gray, gray, alpha);
-  }
+  colors.reserve(opacities.size());
+  for (const std::uint8_t opacity : opacities)
+    colors.emplace_back(255, 255, 255, static_cast<std::uint8_t>((255u * opacity + kOpaque / 2) / kOpaque));
   const int index = add_values(model, colors, TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE);
   model.accessors.back().normalized = true;
   return index;
@@ -105,8 +103,10 @@ void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<st
   primitive.attributes["POSITION"] = add_positions(model, mesh.positions);
   primitive.attributes["NORMAL"] = add_values(model, mesh.normals, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT);
   primitive.attributes["TEXCOORD_0"] = add_values(model, mesh.uvs, TINYGLTF_TYPE_VEC2, TINYGLTF_COMPONENT_TYPE_FLOAT);
-  const bool any_faded = std::ranges::any_of(mesh.vertex_fades, [](std::uint8_t fade) { return fade != kNoFade; });
-  if (any_faded) primitive.attributes["COLOR_0"] = add_fades(model, mesh.vertex_fades);
+  const bool any_translucent = std::ranges::any_of(mesh.vertex_opacities, [](std::uint8_t opacity) { return opacity < kOpaque; });
+  if (any_translucent) primitive.attributes["COLOR_0"] = add_opacities(model, mesh.vertex_opacities);
+  if (!mesh.vertex_alongs.empty())
+    primitive.attributes["_SPREAD"] = add_values(model, mesh.vertex_alongs, TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT);
 
   tinygltf::Mesh gltf_mesh;
   gltf_mesh.name = part.name;
@@ -173,7 +173,8 @@ Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
   const Mesh& mesh = *part.mesh;
   const std::size_t vertex_count = mesh.positions.size();
   COPPICE_ASSERT(mesh.normals.size() == vertex_count && mesh.uvs.size() == vertex_count);
-  COPPICE_ASSERT(mesh.vertex_fades.empty() || mesh.vertex_fades.size() == vertex_count);
+  COPPICE_ASSERT(mesh.vertex_opacities.empty() || mesh.vertex_opacities.size() == vertex_count);
+  COPPICE_ASSERT(mesh.vertex_alongs.empty() || mesh.vertex_alongs.size() == vertex_count);
   COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
   COPPICE_ASSERT(std::ranges::all_of(mesh.indices, [&](std::uint32_t index) { return index < vertex_count; }));
   COPPICE_ASSERT(std::ranges::all_of(mesh.triangle_materials, [&](std::uint32_t index) { return index < material_count; }));
@@ -244,6 +245,7 @@ Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t 
 
 Mesh foliage_mesh(const Foliage& foliage) {
   Mesh mesh;
+  const bool any_normals = std::ranges::any_of(foliage.normals, [](std::uint16_t normals) { return normals != kFlatNormals; });
   const std::size_t leaf_count = foliage.quads.size();
   mesh.positions.reserve(4 * leaf_count);
   mesh.normals.reserve(4 * leaf_count);
@@ -256,14 +258,19 @@ Mesh foliage_mesh(const Foliage& foliage) {
     // The diagonals' cross product is the mean normal of a bent quad. A quad collapsed to a line has none and gets up.
     const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
     const float length = glm::length(across);
-    const glm::vec3 normal = length > 0.0f ? across / length : glm::vec3(0.0f, 1.0f, 0.0f);
+    const glm::vec3 own = length > 0.0f ? across / length : glm::vec3(0.0f, 1.0f, 0.0f);
+    const std::uint16_t bits = any_normals ? foliage.normals[leaf] : kFlatNormals;
+    const auto& [axis, along, is_sided] = unpack_normals(bits, {own.x, own.y, own.z});
+    glm::vec3 normal(axis[0], axis[1], axis[2]);
+    if (!is_sided && glm::dot(normal, own) < 0.0f) normal = -normal;
     const auto first = static_cast<std::uint32_t>(4 * leaf);
     mesh.positions.insert(mesh.positions.end(), quad.begin(), quad.end());
     mesh.normals.insert(mesh.normals.end(), 4, normal);
     mesh.uvs.insert(mesh.uvs.end(), card.uv.begin(), card.uv.end());
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
     mesh.triangle_materials.insert(mesh.triangle_materials.end(), 2, card.material);
-    if (!foliage.fades.empty()) mesh.vertex_fades.insert(mesh.vertex_fades.end(), 4, foliage.fades[leaf]);
+    if (!foliage.opacities.empty()) mesh.vertex_opacities.insert(mesh.vertex_opacities.end(), 4, foliage.opacities[leaf]);
+    if (any_normals) mesh.vertex_alongs.insert(mesh.vertex_alongs.end(), 4, is_sided ? -along : along);
   }
   return mesh;
 }

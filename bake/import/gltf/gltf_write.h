@@ -19,8 +19,8 @@ struct GltfPart {
 
 /// Writes a binary glTF 2.0 file in memory. Material i of the file is materials[i], texture i shows images[i] as an embedded PNG; a
 /// material is alpha masked if its cutoff is above 0. A mesh with leaves that are not opaque stores their opacity as the alpha of COLOR_0,
-/// and those leaves get a blended copy of their material (alphaMode BLEND), after all others. Empty meshes are left out. Same arguments,
-/// same bytes.
+/// and those leaves get a blended copy of their material (alphaMode BLEND), after all others. A mesh with alongs stores them as the float
+/// attribute _SPREAD, beside the axis in NORMAL. Empty meshes are left out. Same arguments, same bytes.
 /// errors  invalid_argument: a position is not finite (the mesh is named), or more than 4 GiB
 Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
                                              const std::vector<Image>& images);
@@ -34,7 +34,9 @@ Result<void> write_glb(const std::filesystem::path& path, const std::vector<Gltf
 Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
                                              std::span<const std::uint8_t> pixels);
 
-/// Makes a mesh of leaf quads: four vertices and two triangles a leaf, flat normals, the card's uvs.
+/// Makes a mesh of leaf quads: four vertices and two triangles a leaf, the card's uvs. Normals are the axes of the leaves' normals, on the
+/// side of the quad's own, or on the front of leaves that have one; alongs are negative for those (Mesh::vertex_alongs). It has alongs only
+/// if a leaf's normals are not its quad's own.
 Mesh foliage_mesh(const Foliage& foliage);
 
 }  // namespace coppice::bake

@@ -110,6 +110,12 @@ void change_uvs(Mesh& mesh, const std::vector<UvChange>& changes) {
         mesh.positions.push_back(glm::vec3(mesh.positions[vertex]));
         mesh.normals.push_back(glm::vec3(mesh.normals[vertex]));
         mesh.uvs.emplace_back();
+        const auto copy_of = [&](auto& values) {
+          if (!values.empty()) values.push_back(typename std::decay_t<decltype(values)>::value_type(values[vertex]));
+        };
+        copy_of(mesh.vertex_opacities);
+        copy_of(mesh.vertex_alongs);
+        copy_of(mesh.wind_weights);
       }
       mesh.indices[i] = copy->second;
     }

@@ -427,6 +427,8 @@ struct Finder {
   [[nodiscard]] Mesh mesh_of(TriangleList triangles, const std::vector<glm::vec3>& positions) const {
     Mesh part = {positions, mesh.normals, mesh.uvs, {}, {}};
     part.wind_weights = mesh.wind_weights;
+    part.vertex_opacities = mesh.vertex_opacities;
+    part.vertex_alongs = mesh.vertex_alongs;
     for (const std::uint32_t t : triangles) {
       for (std::size_t k = 0; k < 3; ++k) part.indices.push_back(mesh.indices[3 * std::size_t{t} + k]);
       part.triangle_materials.push_back(mesh.triangle_materials[t]);
@@ -445,6 +447,8 @@ struct Finder {
     for (std::uint32_t t = 0; t < is_wood.size(); ++t)
       if (is_wood[t]) wood.push_back(t);
     found.wood = mesh_of(wood, source_positions);
+    found.wood.vertex_opacities.clear();  // only leaves are translucent, or stand for others
+    found.wood.vertex_alongs.clear();
     turn_to_normals(found.wood);
   }
 

@@ -143,15 +143,15 @@ Result<MethodMeasures> evaluate_level_set(const LevelSet& set, const Bench& benc
 }
 
 Result<std::vector<std::uint8_t>> source_picture(const ReferenceSurface& surface, const EvaluateOptions& options) {
-  COPPICE_TRY(view, thumbnail_view(surface.mesh, surface.materials, surface.images, reference_colour(options.reference)));
-  return render_thumbnail_png(Level{surface.mesh}, view);
+  COPPICE_TRY(view, thumbnail_view(surface.level.mesh, surface.materials, surface.images, reference_colour(options.reference)));
+  return render_thumbnail_png(surface.level, view);
 }
 
 Result<EvaluationReport::Stored> measure_stored(const StoredLevel& stored, std::uint32_t leaf_count, const Reference& reference,
                                                 const EvaluateOptions& options) {
   COPPICE_TRY(looks, surface_looks(stored.materials, stored.images, reference_colour(options.reference)));
-  const Level level{stored.mesh};
-  EvaluationReport::Stored measured{stored.is_leaf_meshes, measure_level(level, looks, reference, measure_images(level, looks, reference))};
+  const ImageSums sums = measure_images(stored.level, looks, reference);
+  EvaluationReport::Stored measured{stored.is_leaf_meshes, measure_level(stored.level, looks, reference, sums)};
   measured.level.fraction = 1.0;
   measured.level.leaves = leaf_count;
   return measured;
@@ -170,7 +170,7 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
   static_cast<EvaluationSetup&>(report) = options;
   report.plant = plant;
   report.source_leaves = input.shown.foliage.leaf_count();
-  report.source_triangles = static_cast<std::uint32_t>(surface.mesh.triangle_materials.size());
+  report.source_triangles = static_cast<std::uint32_t>(surface.level.mesh.triangle_materials.size());
   if (options.keep_pictures) {
     COPPICE_TRY(png, source_picture(surface, options));
     report.source_picture_png = std::move(png);
@@ -179,7 +179,7 @@ Result<EvaluationReport> evaluate_against(const ReferenceSurface& surface, const
     COPPICE_TRY(stored, measure_stored(*surface.stored, report.source_leaves, reference, options));
     report.stored = std::move(stored);
   }
-  const Bench bench{reference, options, surface.mesh, report.source_leaves};
+  const Bench bench{reference, options, surface.level.mesh, report.source_leaves};
   for (const Method method : options.methods) {
     COPPICE_TRY(measures, evaluate_method(method, input, bench, progress));
     report.methods.push_back(std::move(measures));
@@ -207,6 +207,31 @@ std::array<std::string, 3> rmse_names(std::uint32_t size_px) {
   return names;
 }
 
+LevelMeasures::Lighting worst_lighting(const LevelMeasures& level) {
+  LevelMeasures::Lighting worst;
+  for (const LevelMeasures::Lighting& each : level.lightings) {
+    worst.rmse_full = std::max(worst.rmse_full, each.rmse_full);
+    worst.rmse_sixteenth = std::max(worst.rmse_sixteenth, each.rmse_sixteenth);
+    if (std::abs(each.luminance - 1.0) > std::abs(worst.luminance - 1.0)) worst.luminance = each.luminance;
+  }
+  return worst;
+}
+
+LevelMeasures::Lighting mean_lighting(const LevelMeasures& level) {
+  LevelMeasures::Lighting mean{0.0, 0.0, 0.0};
+  for (const LevelMeasures::Lighting& each : level.lightings) {
+    mean.rmse_full += each.rmse_full / kLightingCount;
+    mean.rmse_sixteenth += each.rmse_sixteenth / kLightingCount;
+    mean.luminance += each.luminance / kLightingCount;
+  }
+  return mean;
+}
+
+std::array<std::string, 4> lighting_names(std::uint32_t size_px) {
+  const std::array<std::string, 3> rmse = rmse_names(size_px);
+  return {rmse[0] + "_mean", rmse[2] + "_mean", rmse[0] + "_worst", rmse[2] + "_worst"};
+}
+
 std::array<std::string, 4> lit_names(std::uint32_t size_px) {
   const std::array<std::string, 3> rmse = rmse_names(size_px);
   return {rmse[0] + "_suns", rmse[2] + "_suns", rmse[0] + "_frames", rmse[2] + "_frames"};
@@ -220,7 +245,7 @@ Result<EvaluationReport> evaluate_foliage(const std::string& plant, const ShownF
                                           const EvaluateProgress& progress) {
   COPPICE_CHECK(check_options(options));
   if (options.reference == ReferenceKind::meshes) return Error{Status::invalid_argument, "leaf quads alone have no meshes to compare with"};
-  const Mesh quads = foliage_mesh(shown.foliage);
+  const Level quads = level_of(foliage_mesh(shown.foliage));
   return evaluate_against(ReferenceSurface{quads, shown.materials, shown.images, nullptr}, plant, SimplifyInput{shown, {}}, options,
                           progress);
 }
@@ -243,14 +268,14 @@ Result<EvaluationReport> evaluate_plant(Plant plant, const EvaluateOptions& opti
   COPPICE_CHECK(check_options(options));
   COPPICE_TRY(foliage, source_foliage(plant, options.setup));
   const SimplifyInput input{{foliage, plant.materials, plant.images}, {}};
-  const auto evaluated = [&](const Mesh& mesh, const StoredLevel* stored) {
-    return evaluate_against({mesh, plant.materials, plant.images, stored}, plant.name, input, options, progress);
+  const auto evaluated = [&](const Level& level, const StoredLevel* stored) {
+    return evaluate_against({level, plant.materials, plant.images, stored}, plant.name, input, options, progress);
   };
   const auto against_meshes = [&]() -> Result<EvaluationReport> {
     COPPICE_TRY(stored, stored_finest_level(plant, foliage));
-    return evaluated(plant.foliage, &stored);
+    return evaluated(modelled_level(plant.foliage, plant.materials), &stored);
   };
-  COPPICE_TRY(report, options.reference == ReferenceKind::quads ? evaluated(foliage_mesh(foliage), nullptr) : against_meshes());
+  COPPICE_TRY(report, options.reference == ReferenceKind::quads ? evaluated(level_of(foliage_mesh(foliage)), nullptr) : against_meshes());
   report.warnings.insert(report.warnings.begin(), plant.warnings.begin(), plant.warnings.end());
   return report;
 }

@@ -68,21 +68,33 @@ struct LevelMeasures {
     double suns_full = 0.0, suns_sixteenth = 0.0;      ///< root mean square over evaluation_suns()
     double frames_full = 0.0, frames_sixteenth = 0.0;  ///< for the mean image of temporal_frames()
   };
+  /// The figures under one of kEvaluationLights before one of kEvaluationGrounds, over evaluation_light_suns().
+  struct Lighting {
+    double rmse_full = 0.0, rmse_sixteenth = 0.0;
+    double luminance = 1.0;  ///< mean luminance of foliage pixels over the reference's; the same before every ground
+  };
   double fraction = 0.0;
-  std::string parameters;                 ///< the variant with the smallest product of the three rmse; may be empty
-  std::uint32_t leaves = 0;               ///< requested: level_leaves(N, fraction)
-  std::uint32_t triangles = 0;            ///< actual
-  double rmse_full = 0.0;                 ///< luminance 0..255 over all pixels and cameras, with images of EvaluationReport::size_px
-  double rmse_quarter = 0.0;              ///< the same images, box-filtered by 4 both ways
-  double rmse_sixteenth = 0.0;            ///< box-filtered by 16
-  double coverage = 0.0;                  ///< foliage pixels over the reference's
-  double soft_iou = 0.0;                  ///< intersection over union of coverage box-filtered by 4 both ways
-  double area_ratio = 0.0;                ///< surface over the reference's
-  double hausdorff = 0.0;                 ///< largest distance of the surfaces, over the diagonal of the reference's box
-  double mean_distance = 0.0;             ///< mean distance, over the same diagonal; the larger of both directions
+  std::string parameters;       ///< the variant with the smallest product of the three rmse; may be empty
+  std::uint32_t leaves = 0;     ///< requested: level_leaves(N, fraction)
+  std::uint32_t triangles = 0;  ///< actual
+  double rmse_full = 0.0;       ///< luminance 0..255 over all pixels and cameras, with images of EvaluationReport::size_px
+  double rmse_quarter = 0.0;    ///< the same images, box-filtered by 4 both ways
+  double rmse_sixteenth = 0.0;  ///< box-filtered by 16
+  double coverage = 0.0;        ///< foliage pixels over the reference's
+  double soft_iou = 0.0;        ///< intersection over union of coverage box-filtered by 4 both ways
+  double area_ratio = 0.0;      ///< surface over the reference's
+  double hausdorff = 0.0;       ///< largest distance of the surfaces, over the diagonal of the reference's box
+  double mean_distance = 0.0;   ///< mean distance, over the same diagonal; the larger of both directions
+  /// [light * kEvaluationGrounds.size() + ground]
+  std::array<Lighting, kLightingCount> lightings{};
   std::optional<Lit> lit;                 ///< none unless EvaluateOptions::suns_and_frames
   std::vector<std::uint8_t> picture_png;  ///< a file; empty unless EvaluateOptions::keep_pictures
 };
+
+/// The largest of a level's lightings in each error, and the luminance that is farthest from 1.
+LevelMeasures::Lighting worst_lighting(const LevelMeasures& level);
+/// The mean of a level's lightings.
+LevelMeasures::Lighting mean_lighting(const LevelMeasures& level);
 
 struct MethodMeasures {
   std::string name;      ///< method_name, or the level set's name
@@ -108,6 +120,9 @@ struct EvaluationReport : EvaluationSetup {
 /// Names of LevelMeasures::rmse_full, rmse_quarter and rmse_sixteenth in reports: "rmse_256", "rmse_64" and "rmse_16" for images of 256 px,
 /// "rmse_512", "rmse_128" and "rmse_32" for 512.
 std::array<std::string, 3> rmse_names(std::uint32_t size_px);
+
+/// Names in reports of the errors of mean_lighting and worst_lighting: "rmse_256_mean", "rmse_16_mean", "rmse_256_worst", "rmse_16_worst".
+std::array<std::string, 4> lighting_names(std::uint32_t size_px);
 
 /// Names of LevelMeasures::Lit's members in reports, in order: "rmse_256_suns", "rmse_16_suns", "rmse_256_frames", ...
 std::array<std::string, 4> lit_names(std::uint32_t size_px);

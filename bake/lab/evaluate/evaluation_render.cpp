@@ -17,24 +17,21 @@
 #include <glm/geometric.hpp>
 
 #include "check.h"
+#include "leaf_shade.h"
 #include "seeded_random.h"
 
 namespace coppice::bake {
 namespace {
 
 constexpr std::uint64_t kDirectionSeed = 20070805;
-constexpr double kAmbient = 0.35;
 
 double srgb_from_linear(double value) {
   return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1.0 / 2.4) - 0.055;
 }
 
-float displayed(double albedo, double light) {
-  return kEvaluationWhite * static_cast<float>(srgb_from_linear(std::clamp(albedo * light, 0.0, 1.0)));
-}
-
-double light_of(const glm::dvec3& normal, const glm::dvec3& sun) {
-  return kAmbient + (1.0 - kAmbient) * std::max(0.0, glm::dot(normal, sun));
+/// An albedo as a display would show it, 0..1.
+double tone_of(double albedo) {
+  return srgb_from_linear(std::clamp(albedo, 0.0, 1.0));
 }
 
 struct Texel {
@@ -79,10 +76,11 @@ NeedleRibbon ribbon_towards(const Needle& needle, const glm::dvec3& camera) {
   ribbon.mesh.uvs.assign(4, glm::vec2(0.0f));
   ribbon.mesh.indices = {0, 1, 2, 0, 2, 3};
   ribbon.mesh.triangle_materials = {needle.material, needle.material};
+  const glm::vec3 to_viewer(glm::normalize(camera - middle));
   double sum = 0.0;
   for (std::uint32_t step = 0; step < kRollSteps; ++step) {
     const double roll = std::numbers::pi * ((step + 0.5) / kRollSteps - 0.5);
-    ribbon.facets.push_back({std::cos(roll) * front + std::sin(roll) * across, std::cos(roll)});
+    ribbon.facets.push_back({flat_normals(std::cos(roll) * front + std::sin(roll) * across), to_viewer, std::cos(roll)});
     sum += std::cos(roll);
   }
   normalise(ribbon.facets, sum);
@@ -91,8 +89,8 @@ NeedleRibbon ribbon_towards(const Needle& needle, const glm::dvec3& camera) {
 
 /// The leaves of a voxel as seen from a far point.
 struct VoxelFacets {
-  double area_m2 = 0.0;                   ///< area across the line of sight
-  std::vector<UnlitImage::Facet> facets;  ///< on the point's side
+  double area_m2 = 0.0;  ///< area across the line of sight
+  std::vector<UnlitImage::Facet> facets;
 };
 
 VoxelFacets facets_towards(const Voxel& voxel, const glm::dvec3& camera) {
@@ -100,10 +98,10 @@ VoxelFacets facets_towards(const Voxel& voxel, const glm::dvec3& camera) {
   const glm::dvec3 towards = glm::normalize(camera - glm::dvec3(voxel.center));
   for (std::size_t i = 0; i < kVoxelNormalCount; ++i) {
     const glm::dvec3& normal = voxel_normals()[i];
-    const double cosine = glm::dot(normal, towards), area_m2 = double{voxel.area_m2[i]} * std::abs(cosine);
+    const double area_m2 = double{voxel.area_m2[i]} * std::abs(glm::dot(normal, towards));
     if (!(area_m2 > 0.0)) continue;
     seen.area_m2 += area_m2;
-    seen.facets.push_back({cosine < 0.0 ? -normal : normal, area_m2});
+    seen.facets.push_back({flat_normals(normal), glm::vec3(towards), area_m2});
   }
   if (seen.area_m2 > 0.0) normalise(seen.facets, seen.area_m2);
   return seen;
@@ -150,7 +148,7 @@ struct RayTriangle {
 /// How a triangle is painted.
 struct TrianglePaint {
   const SurfaceLook& look;
-  LeafShade shade;
+  float opacity = 1.0f;
   std::uint32_t leaf = 0;
   std::uint32_t surface = 0;
   std::uint32_t mip_level = 0;
@@ -168,24 +166,24 @@ class Painter {
     depths_.assign(pixel_count, std::numeric_limits<double>::infinity());
   }
 
-  void draw_mesh(const Mesh& mesh, const std::vector<LeafShade>& shades) {
-    mesh_ = &mesh;
-    for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle)
-      draw_triangle(triangle, shades.empty() ? LeafShade{} : shades[triangle / 2]);
+  void draw_mesh(const Level& level) {
+    mesh_ = &level.mesh;
+    for (std::size_t triangle = 0; triangle < mesh_->triangle_materials.size(); ++triangle)
+      draw_triangle(triangle, level.normals.empty() ? flat_normals(face_normal(*mesh_, triangle)) : level.normals[triangle]);
   }
 
   void draw_needle(const Needle& needle, std::uint32_t leaf) {
     const NeedleRibbon ribbon = ribbon_towards(needle, camera_.position);
     if (ribbon.mesh.indices.empty() || looks_[needle.material].all_holes) return;
     mesh_ = &ribbon.mesh;
-    const TrianglePaint paint{plain_look(needle.material), {}, leaf, add_surface(needle.material, 1.0f, ribbon.facets), 0};
+    const TrianglePaint paint{plain_look(needle.material), 1.0f, leaf, add_surface(needle.material, ribbon.facets), 0};
     for (std::size_t triangle = 0; triangle < ribbon.mesh.triangle_materials.size(); ++triangle) walk(prepare(triangle), paint);
   }
 
   void draw_voxel(const Voxel& voxel, std::uint32_t leaf) {
     const VoxelFacets seen = facets_towards(voxel, camera_.position);
     if (!(seen.area_m2 > 0.0) || looks_[voxel.material].all_holes) return;
-    const std::uint32_t surface = add_surface(voxel.material, 1.0f, seen.facets);
+    const std::uint32_t surface = add_surface(voxel.material, seen.facets);
     const double side_m = 2.0 * double{voxel.half_m}, per_metre = seen.area_m2 / (side_m * side_m * side_m);
     const PixelBox box = voxel_pixels(voxel);
     for (std::int32_t y = box.rows.first; y <= box.rows.last; ++y)
@@ -222,22 +220,22 @@ class Painter {
     return plain_;
   }
 
-  std::uint32_t add_surface(std::uint32_t material, float brightness, std::span<const UnlitImage::Facet> facets) {
+  std::uint32_t add_surface(std::uint32_t material, std::span<const UnlitImage::Facet> facets) {
     const auto first = static_cast<std::uint32_t>(image_.facets.size());
     image_.facets.insert(image_.facets.end(), facets.begin(), facets.end());
-    image_.surfaces.push_back({looks_[material].albedo * double{brightness}, false, first, static_cast<std::uint32_t>(facets.size())});
+    image_.surfaces.push_back({looks_[material].albedo, false, first, static_cast<std::uint32_t>(facets.size())});
     return static_cast<std::uint32_t>(image_.surfaces.size() - 1);
   }
 
-  void draw_triangle(std::size_t triangle, const LeafShade& shade) {
+  void draw_triangle(std::size_t triangle, const ShadingNormals& normals) {
     const std::uint32_t material = mesh_->triangle_materials[triangle];
     const SurfaceLook& look = looks_[material];
     const RayTriangle ray_triangle = prepare(triangle);
     if (ray_triangle.determinant == 0.0 || look.all_holes) return;
-    const UnlitImage::Facet facet{seen_normal(ray_triangle.indices), 1.0};
-    const std::uint32_t surface = add_surface(material, shade.brightness, {&facet, 1});
+    const UnlitImage::Facet facet{normals, to_viewer(triangle), 1.0};
+    const std::uint32_t surface = add_surface(material, {&facet, 1});
     image_.surfaces.back().is_textured = !look.mips.empty();
-    walk(ray_triangle, {look, shade, static_cast<std::uint32_t>(triangle / 2), surface, mip_level(look, ray_triangle)});
+    walk(ray_triangle, {look, opacity(triangle), static_cast<std::uint32_t>(triangle / 2), surface, mip_level(look, ray_triangle)});
   }
 
   void walk(const RayTriangle& triangle, const TrianglePaint& paint) {
@@ -316,13 +314,16 @@ class Painter {
     return static_cast<std::uint32_t>(std::min(std::round(level), static_cast<double>(look.mips.size() - 1)));
   }
 
-  [[nodiscard]] glm::dvec3 seen_normal(const std::uint32_t* indices) const {
-    const glm::dvec3 a(mesh_->positions[indices[0]]), b(mesh_->positions[indices[1]]), c(mesh_->positions[indices[2]]);
-    const glm::dvec3 across = glm::cross(b - a, c - a);
-    const double length = glm::length(across);
-    if (length == 0.0) return glm::dvec3(0.0);
-    const double side = glm::dot(across, camera_.position - a) < 0.0 ? -1.0 : 1.0;
-    return across * (side / length);
+  [[nodiscard]] float opacity(std::size_t triangle) const {
+    if (mesh_->vertex_opacities.empty()) return 1.0f;
+    return static_cast<float>(mesh_->vertex_opacities[mesh_->indices[3 * triangle]]) / float{kOpaque};
+  }
+
+  /// From the triangle's middle.
+  [[nodiscard]] glm::vec3 to_viewer(std::size_t triangle) const {
+    const auto [a, b, c] = at_corners(mesh_->positions, mesh_->indices, 3 * triangle);
+    const glm::dvec3 middle = (glm::dvec3(a) + glm::dvec3(b) + glm::dvec3(c)) / 3.0;
+    return glm::vec3(glm::normalize(camera_.position - middle));
   }
 
   /// Pixels that the cube may cover; all if a corner is not in front of the camera.
@@ -350,9 +351,8 @@ class Painter {
     if (!look.holes.empty() || !look.mips.empty())
       texel = nearest_texel(look, (a * uv_of(triangle, 0) + b * uv_of(triangle, 1) + c * uv_of(triangle, 2)) / sum);
     if (!look.holes.empty() && look.holes[std::size_t{texel.y} * look.width + texel.x] != 0) return;
-    if (!covers(paint.shade.opacity, paint.leaf, pixel)) return;
-    if (!look.mips.empty())
-      image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level) * double{paint.shade.brightness});
+    if (!covers(paint.opacity, paint.leaf, pixel)) return;
+    if (!look.mips.empty()) image_.pixel_albedos[pixel] = static_cast<float>(albedo_at(look, texel, paint.mip_level));
     show(pixel, depth, paint.surface);
   }
 
@@ -382,11 +382,36 @@ void check_level(const Level& level, const std::vector<SurfaceLook>& looks) {
   const Mesh& mesh = level.mesh;
   const std::size_t triangle_count = mesh.triangle_materials.size();
   COPPICE_ASSERT(mesh.indices.size() == 3 * triangle_count && mesh.uvs.size() == mesh.positions.size());
-  COPPICE_ASSERT(level.shades.empty() || level.shades.size() == (triangle_count + 1) / 2);
+  COPPICE_ASSERT(level.normals.empty() || level.normals.size() == triangle_count);
+  COPPICE_ASSERT(mesh.vertex_opacities.empty() || mesh.vertex_opacities.size() == mesh.positions.size());
   for (const std::uint32_t index : mesh.indices) COPPICE_ASSERT(index < mesh.positions.size());
   for (const std::uint32_t material : mesh.triangle_materials) COPPICE_ASSERT(material < looks.size());
   for (const Needle& needle : level.needles) COPPICE_ASSERT(needle.material < looks.size());
   for (const Voxel& voxel : level.voxels) COPPICE_ASSERT(voxel.material < looks.size());
+}
+
+/// Calls put(pixel, luminance_of(albedo, cosine)) for each pixel with foliage. luminance_of is called once for surfaces of one colour.
+template <class LuminanceOf, class Put>
+void light_leaves(const UnlitImage& unlit, const glm::dvec3& sun, float translucency, const LuminanceOf& luminance_of, const Put& put) {
+  struct LitSurface {
+    bool is_known = false;
+    float cosine = 0.0f, luminance = 0.0f;
+  };
+  std::vector<LitSurface> lit(unlit.surfaces.size());
+  for (std::size_t pixel = 0; pixel < unlit.pixel_surfaces.size(); ++pixel) {
+    const std::uint32_t index = unlit.pixel_surfaces[pixel];
+    if (index == kNone) continue;
+    const UnlitImage::Surface& surface = unlit.surfaces[index];
+    if (!lit[index].is_known) {
+      double cosine = 0.0;
+      for (std::uint32_t i = 0; i < surface.facet_count; ++i) {
+        const UnlitImage::Facet& facet = unlit.facets[surface.first_facet + i];
+        cosine += facet.share * double{leaf_cosine(facet.normals, glm::vec3(sun), facet.to_viewer, translucency)};
+      }
+      lit[index] = {true, static_cast<float>(cosine), luminance_of(surface.albedo, static_cast<float>(cosine))};
+    }
+    put(pixel, surface.is_textured ? luminance_of(double{unlit.pixel_albedos[pixel]}, lit[index].cosine) : lit[index].luminance);
+  }
 }
 
 }  // namespace
@@ -441,6 +466,10 @@ std::vector<glm::dvec3> evaluation_suns() {
   return suns;
 }
 
+std::array<glm::dvec3, 2> evaluation_light_suns() {
+  return {glm::normalize(glm::dvec3(0.4, 0.85, 0.3)), glm::normalize(glm::dvec3(-0.85, 0.3, 0.45))};
+}
+
 std::vector<EvaluationFrame> temporal_frames() {
   std::vector<EvaluationFrame> frames;
   for (std::uint32_t i = 0; i < kTemporalFrameCount; ++i)
@@ -454,15 +483,11 @@ bool covers_sample(float opacity, std::uint32_t leaf, std::uint32_t pixel, std::
   return moved - std::floor(moved) < double{opacity};
 }
 
-float lambert_luminance(double albedo, const glm::dvec3& normal) {
-  return displayed(albedo, light_of(normal, evaluation_sun()));
-}
-
 UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
                         const EvaluationFrame& frame) {
   check_level(level, looks);
   Painter painter(looks, camera, size_px, frame);
-  painter.draw_mesh(level.mesh, level.shades);
+  painter.draw_mesh(level);
   auto leaf = static_cast<std::uint32_t>(level.mesh.triangle_materials.size());
   for (const Needle& needle : level.needles) painter.draw_needle(needle, leaf++);
   for (const Voxel& voxel : level.voxels) painter.draw_voxel(voxel, leaf++);
@@ -472,29 +497,33 @@ UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& look
 EvaluationImage lit_image(const UnlitImage& unlit, const glm::dvec3& sun) {
   const std::size_t pixel_count = unlit.pixel_surfaces.size();
   EvaluationImage image{unlit.size_px, std::vector<float>(pixel_count, kEvaluationWhite), std::vector<std::uint8_t>(pixel_count, 0)};
-  constexpr float kUnknown = -1.0f;
-  std::vector<float> luminances(unlit.surfaces.size(), kUnknown);
-  const auto light = [&](const UnlitImage::Surface& surface) {
-    double sum = 0.0;
-    for (std::uint32_t i = 0; i < surface.facet_count; ++i) {
-      const UnlitImage::Facet& facet = unlit.facets[surface.first_facet + i];
-      sum += facet.share * light_of(facet.normal, sun);
-    }
-    return sum;
-  };
-  for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
-    const std::uint32_t index = unlit.pixel_surfaces[pixel];
-    if (index == kNone) continue;
-    const UnlitImage::Surface& surface = unlit.surfaces[index];
+  const auto luminance_of = [](double albedo, float cosine) { return lambert_luminance(static_cast<float>(albedo), cosine); };
+  light_leaves(unlit, sun, kTranslucency, luminance_of, [&](std::size_t pixel, float luminance) {
+    image.luminance[pixel] = luminance;
     image.coverage[pixel] = 1;
-    if (surface.is_textured) {
-      image.luminance[pixel] = displayed(double{unlit.pixel_albedos[pixel]}, light(surface));
-      continue;
-    }
-    if (luminances[index] == kUnknown) luminances[index] = displayed(surface.albedo, light(surface));
-    image.luminance[pixel] = luminances[index];
-  }
+  });
   return image;
+}
+
+std::vector<float> leaf_luminances(const UnlitImage& unlit, const glm::dvec3& sun, float translucency, double mean_tone, float ground) {
+  std::vector<float> luminances(unlit.pixel_surfaces.size(), ground);
+  const auto luminance_of = [&](double albedo, float cosine) {
+    const double shown = (0.2 + 0.6 * double{cosine}) * tone_of(albedo) / mean_tone;
+    return kEvaluationWhite * static_cast<float>(std::min(shown, 1.0));
+  };
+  light_leaves(unlit, sun, translucency, luminance_of, [&](std::size_t pixel, float luminance) { luminances[pixel] = luminance; });
+  return luminances;
+}
+
+ToneSum tone_sum(const UnlitImage& unlit) {
+  ToneSum tones;
+  for (std::size_t pixel = 0; pixel < unlit.pixel_surfaces.size(); ++pixel) {
+    if (unlit.pixel_surfaces[pixel] == kNone) continue;
+    const UnlitImage::Surface& surface = unlit.surfaces[unlit.pixel_surfaces[pixel]];
+    tones.sum += tone_of(surface.is_textured ? double{unlit.pixel_albedos[pixel]} : surface.albedo);
+    ++tones.pixel_count;
+  }
+  return tones;
 }
 
 EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
@@ -504,7 +533,7 @@ EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceL
 
 EvaluationImage render_evaluation(const Mesh& mesh, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,
                                   std::uint32_t size_px) {
-  return render_evaluation(Level{mesh}, looks, camera, size_px);
+  return render_evaluation(level_of(mesh), looks, camera, size_px);
 }
 
 std::vector<float> render_temporal_mean(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,

@@ -1,15 +1,17 @@
 #pragma once
 
 // Renders the images from which every quality figure is computed. It deliberately shares nothing with the baker's item buffers: it has
-// another camera (perspective), another way to decide which pixels a triangle covers (rays against planes, in floating point), its own
-// alpha test and its own shading. The baker cannot grade itself.
+// another camera (perspective), another way to decide which pixels a triangle covers (rays against planes, in floating point), and its own
+// alpha test. The baker cannot grade itself. What it shares is light on leaves (leaf_shade.h): the text that the renderer runs.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "leaf_shade.h"
 #include "level.h"
 #include "plant.h"
 #include "result.h"
@@ -68,16 +70,12 @@ struct SurfaceLook {
 Result<std::vector<SurfaceLook>> surface_looks(const std::vector<Material>& materials, const std::vector<Image>& images,
                                                SurfaceColour colour = SurfaceColour::mean);
 
-/// A square image on white, rows top to bottom.
+/// A square image, rows top to bottom.
 struct EvaluationImage {
   std::uint32_t size_px = 0;
   std::vector<float> luminance;        ///< [size_px^2] 0..255, sRGB encoded as a display would show it
   std::vector<std::uint8_t> coverage;  ///< [size_px^2] 1 where foliage is visible
 };
-
-/// Luminance 0..255 of a surface with linear luminance `albedo` and the unit normal `normal` on its visible side: Lambert, lit by a fixed
-/// sun and a constant ambient light,  albedo * (0.35 + 0.65 max(0, n . sun)).
-float lambert_luminance(double albedo, const glm::dvec3& normal);
 
 /// Unit vector towards the fixed sun.
 glm::dvec3 evaluation_sun();
@@ -85,6 +83,20 @@ glm::dvec3 evaluation_sun();
 inline constexpr std::uint32_t kEvaluationSunCount = 8;
 /// Unit vectors towards the suns of a day, which no method knows: sun i has the height (i + 1/2) / 8 and turns by the golden angle.
 std::vector<glm::dvec3> evaluation_suns();
+
+/// Light on a leaf in the pictures of kEvaluationLights: its mean cosine c gives the luminance 0.2 + 0.6 c, 0..1 as a display would show
+/// it, to a leaf of the reference's mean colour. Leaves of other colours have it in proportion to their albedos, as a display would show
+/// them. So a ground of luminance 0.3 is as bright as leaves, whatever their colour.
+struct EvaluationLight {
+  const char* name;    ///< in reports
+  float translucency;  ///< the share of the sun on a leaf's back that shines through
+};
+inline constexpr std::array kEvaluationLights{EvaluationLight{"one-sided", 0.0f}, EvaluationLight{"shining through", kTranslucency}};
+/// Luminances behind the leaves, 0..1 as a display would show them: dark, as bright as leaves, white.
+inline constexpr std::array kEvaluationGrounds{0.0, 0.3, 1.0};
+inline constexpr std::size_t kLightingCount = kEvaluationLights.size() * kEvaluationGrounds.size();
+/// Unit vectors towards the high and the low sun under which each light is measured: 60 and 17 degrees above the horizon.
+std::array<glm::dvec3, 2> evaluation_light_suns();
 
 /// One of the frames that an engine's temporal antialiasing averages.
 struct EvaluationFrame {
@@ -102,9 +114,10 @@ bool covers_sample(float opacity, std::uint32_t leaf, std::uint32_t pixel, std::
 
 /// An image before it is lit: the surface at each pixel.
 struct UnlitImage {
-  /// A normal that a surface shows to the camera, and its share of the visible area.
+  /// Leaves that a surface stands for, and their share of its visible area.
   struct Facet {
-    glm::dvec3 normal{0.0};
+    ShadingNormals normals;
+    glm::vec3 to_viewer{0.0f};  ///< unit
     double share = 1.0;
   };
   struct Surface {
@@ -115,20 +128,33 @@ struct UnlitImage {
   std::uint32_t size_px = 0;
   std::vector<Surface> surfaces;
   std::vector<Facet> facets;
-  std::vector<std::uint32_t> pixel_surfaces;  ///< [size_px^2], rows top to bottom; kNone: the white background
+  std::vector<std::uint32_t> pixel_surfaces;  ///< [size_px^2], rows top to bottom; kNone: the ground
   std::vector<float> pixel_albedos;           ///< [size_px^2] for pixels with textured surfaces
 };
 
 /// Draws a level. It casts one ray through each pixel's centre, moved by the frame's jitter, to the nearest surface in front of the camera
-/// that is no hole there. Triangles show both sides, flat shaded, with the normal on the camera's side. Holes are those of the nearest
-/// texel, uvs repeat. At equal depths the first triangle wins. covers_sample decides where a leaf shows. A voxel is one leaf with the
-/// opacity 1 - exp(-a t / v), where t is the length of the ray in it, v its volume and a its leaves' area as seen from the camera.
-/// looks  one per material; every index of the mesh is within its arrays, shades are none or one for two triangles (asserted)
+/// that is no hole there. Triangles show both sides, each in one light. Holes are those of the nearest texel, uvs repeat. At equal
+/// depths the first triangle wins. covers_sample decides where a leaf shows. A voxel is one leaf with the opacity 1 - exp(-a t / v), where
+/// t is the length of the ray in it, v its volume and a its leaves' area as seen from the camera.
+/// looks  one per material; every index of the mesh is within its arrays, normals are none or one a triangle (asserted)
 UnlitImage render_unlit(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera, std::uint32_t size_px,
                         const EvaluationFrame& frame = {});
 
-/// Lights the image by a sun, with lambert_luminance.
+/// Lights the image by a sun, with lambert_luminance of leaf_shade.h and kTranslucency, on white.
 EvaluationImage lit_image(const UnlitImage& unlit, const glm::dvec3& sun);
+
+/// Lights the image's leaves as EvaluationLight says.
+/// mean_tone  the mean of tone_sum over the reference's images, above 0
+/// ground     what the other pixels have, 0..255
+/// returns    [size_px^2] luminance 0..255
+std::vector<float> leaf_luminances(const UnlitImage& unlit, const glm::dvec3& sun, float translucency, double mean_tone, float ground);
+
+/// A sum over pixels with foliage of their albedos, 0..1 as a display would show them.
+struct ToneSum {
+  double sum = 0.0;
+  std::size_t pixel_count = 0;
+};
+ToneSum tone_sum(const UnlitImage& unlit);
 
 /// Renders and lights under evaluation_sun().
 EvaluationImage render_evaluation(const Level& level, const std::vector<SurfaceLook>& looks, const EvaluationCamera& camera,

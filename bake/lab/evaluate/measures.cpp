@@ -27,29 +27,85 @@ double box_diagonal_m(const Mesh& mesh) {
 }
 
 /// Adds up sums over cameras, in the cameras' order whatever the threads.
-template <class CameraSums>
-ImageSums sum_over_cameras(const Reference& reference, const CameraSums& camera_sums) {
-  std::vector<ImageSums> by_camera(reference.cameras.size());
+template <class Sums, class CameraSums>
+Sums sum_over_cameras(const Reference& reference, const CameraSums& camera_sums) {
+  std::vector<Sums> by_camera(reference.cameras.size());
   parallel_for(by_camera.size(), [&](std::size_t camera) { by_camera[camera] = camera_sums(camera); });
-  ImageSums all;
-  for (const ImageSums& sums : by_camera) all.add(sums);
+  Sums all;
+  for (const Sums& sums : by_camera) all.add(sums);
   return all;
 }
 
-/// Draws both once a camera, and lights them with each sun.
-ImageSums suns_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
-  return sum_over_cameras(reference, [&](std::size_t camera) {
+/// Sums under all lights, of one camera or of several.
+struct LightSums {
+  /// Luminance of pixels with foliage.
+  struct Foliage {
+    double luminance = 0.0;
+    std::size_t pixel_count = 0;
+  };
+  ImageSums suns;                                                        ///< evaluation_suns(), on white
+  std::array<ImageSums, kLightingCount> lightings{};                     ///< as LevelMeasures::lightings
+  std::array<Foliage, kEvaluationLights.size()> foliage{}, reference{};  ///< [light]
+
+  void add(const LightSums& other) {
+    suns.add(other.suns);
+    for (std::size_t i = 0; i < kLightingCount; ++i) lightings[i].add(other.lightings[i]);
+    for (const auto& [mine, others] : {std::pair(&foliage, &other.foliage), std::pair(&reference, &other.reference)})
+      for (std::size_t light = 0; light < kEvaluationLights.size(); ++light) {
+        (*mine)[light].luminance += (*others)[light].luminance;
+        (*mine)[light].pixel_count += (*others)[light].pixel_count;
+      }
+  }
+
+  /// Mean luminance of foliage over the reference's; 1 if either shows none.
+  [[nodiscard]] double luminance_ratio(std::size_t light) const {
+    const Foliage &mine = foliage[light], &theirs = reference[light];
+    if (mine.pixel_count == 0 || !(theirs.luminance > 0.0)) return 1.0;
+    return mine.luminance / static_cast<double>(mine.pixel_count) / (theirs.luminance / static_cast<double>(theirs.pixel_count));
+  }
+};
+
+void add_foliage(const UnlitImage& unlit, std::span<const float> luminances, LightSums::Foliage& foliage) {
+  for (std::size_t pixel = 0; pixel < luminances.size(); ++pixel) {
+    if (unlit.pixel_surfaces[pixel] == kNone) continue;
+    foliage.luminance += double{luminances[pixel]};
+    ++foliage.pixel_count;
+  }
+}
+
+/// Compares under each light before each ground.
+void add_lightings(const UnlitImage& image, const UnlitImage& source, double mean_tone, LightSums& sums) {
+  for (std::size_t light = 0; light < kEvaluationLights.size(); ++light)
+    for (const glm::dvec3& sun : evaluation_light_suns())
+      for (std::size_t ground = 0; ground < kEvaluationGrounds.size(); ++ground) {
+        const auto lit = [&](const UnlitImage& unlit) {
+          const float behind = kEvaluationWhite * static_cast<float>(kEvaluationGrounds[ground]);
+          return leaf_luminances(unlit, sun, kEvaluationLights[light].translucency, mean_tone, behind);
+        };
+        const std::vector<float> shown = lit(image), expected = lit(source);
+        sums.lightings[light * kEvaluationGrounds.size() + ground].add(compare_luminance(shown, expected, image.size_px));
+        if (ground > 0) continue;
+        add_foliage(image, shown, sums.foliage[light]);
+        add_foliage(source, expected, sums.reference[light]);
+      }
+}
+
+/// Draws both once a camera, and lights them in all ways.
+LightSums light_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
+  return sum_over_cameras<LightSums>(reference, [&](std::size_t camera) {
     const UnlitImage image = render_unlit(level, looks, reference.cameras[camera], reference.size_px);
     const UnlitImage source = render_unlit(reference.level, reference.looks, reference.cameras[camera], reference.size_px);
-    ImageSums sums;
+    LightSums sums;
+    add_lightings(image, source, reference.mean_tone, sums);
+    if (!reference.suns_and_frames) return sums;
     for (const glm::dvec3& sun : evaluation_suns())
-      sums.add(compare_luminance(lit_image(image, sun).luminance, lit_image(source, sun).luminance, reference.size_px));
+      sums.suns.add(compare_luminance(lit_image(image, sun).luminance, lit_image(source, sun).luminance, reference.size_px));
     return sums;
   });
 }
 
 ImageSums frames_sums(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
-  return sum_over_cameras(reference, [&](std::size_t camera) {
+  return sum_over_cameras<ImageSums>(reference, [&](std::size_t camera) {
     const std::vector<float> mean = render_temporal_mean(level, looks, reference.cameras[camera], reference.size_px);
     return compare_luminance(mean, reference.frame_means[camera], reference.size_px);
   });
@@ -132,14 +188,14 @@ SurfaceColour reference_colour(ReferenceKind reference) {
 }
 
 Result<Reference> make_reference(const ReferenceSurface& surface, const EvaluateOptions& options) {
-  const Mesh& mesh = surface.mesh;
+  const Mesh& mesh = surface.level.mesh;
   if (mesh.positions.empty()) return Error{Status::invalid_argument, "the plant has no leaves: there is nothing to simplify"};
   COPPICE_TRY(looks, surface_looks(surface.materials, surface.images, reference_colour(options.reference)));
   const double diagonal_m = box_diagonal_m(mesh), area_m2 = surface_area_m2(mesh);
   if (!std::isfinite(diagonal_m) || !(area_m2 > 0.0)) return Error{Status::invalid_argument, "the foliage has no area, or is not finite"};
   Reference reference{.size_px = options.size_px,
                       .suns_and_frames = options.suns_and_frames,
-                      .level = Level{mesh},
+                      .level = surface.level,
                       .looks = std::move(looks),
                       .cameras = {},
                       .images = {},
@@ -152,17 +208,26 @@ Result<Reference> make_reference(const ReferenceSurface& surface, const Evaluate
     reference.cameras.push_back(evaluation_camera(direction, sphere, options.view_distance_radii));
   reference.images.resize(reference.cameras.size());
   if (options.suns_and_frames) reference.frame_means.resize(reference.cameras.size());
+  std::vector<ToneSum> tones(reference.cameras.size());
   parallel_for(reference.cameras.size(), [&](std::size_t camera) {
     const EvaluationCamera& from = reference.cameras[camera];
-    reference.images[camera] = render_evaluation(reference.level, reference.looks, from, options.size_px);
+    const UnlitImage unlit = render_unlit(reference.level, reference.looks, from, options.size_px);
+    reference.images[camera] = lit_image(unlit, evaluation_sun());
+    tones[camera] = tone_sum(unlit);
     if (options.suns_and_frames)
       reference.frame_means[camera] = render_temporal_mean(reference.level, reference.looks, from, options.size_px);
   });
+  ToneSum all;
+  for (const ToneSum& of_camera : tones) {
+    all.sum += of_camera.sum;
+    all.pixel_count += of_camera.pixel_count;
+  }
+  if (all.sum > 0.0) reference.mean_tone = all.sum / static_cast<double>(all.pixel_count);
   return reference;
 }
 
 ImageSums measure_images(const Level& level, const std::vector<SurfaceLook>& looks, const Reference& reference) {
-  return sum_over_cameras(reference, [&](std::size_t camera) {
+  return sum_over_cameras<ImageSums>(reference, [&](std::size_t camera) {
     return compare_images(render_evaluation(level, looks, reference.cameras[camera], reference.size_px), reference.images[camera]);
   });
 }
@@ -181,9 +246,13 @@ LevelMeasures measure_level(const Level& level, const std::vector<SurfaceLook>& 
                                                       distance_to_surface(reference.samples, TriangleTree(surface)));
   measures.hausdorff = distance.max_m / reference.diagonal_m;
   measures.mean_distance = distance.mean_m / reference.diagonal_m;
+  const LightSums lights = light_sums(level, looks, reference);
+  for (std::size_t i = 0; i < kLightingCount; ++i)
+    measures.lightings[i] = {lights.lightings[i].rmse(0), lights.lightings[i].rmse(2),
+                             lights.luminance_ratio(i / kEvaluationGrounds.size())};
   if (reference.suns_and_frames) {
-    const ImageSums suns = suns_sums(level, looks, reference), frames = frames_sums(level, looks, reference);
-    measures.lit = LevelMeasures::Lit{suns.rmse(0), suns.rmse(2), frames.rmse(0), frames.rmse(2)};
+    const ImageSums frames = frames_sums(level, looks, reference);
+    measures.lit = LevelMeasures::Lit{lights.suns.rmse(0), lights.suns.rmse(2), frames.rmse(0), frames.rmse(2)};
   }
   return measures;
 }

@@ -48,7 +48,7 @@ ImageSums compare_images(const EvaluationImage& image, const EvaluationImage& re
 
 /// The surface that images and distances are compared with, and what it shows. Holds references.
 struct ReferenceSurface {
-  const Mesh& mesh;
+  const Level& level;
   const std::vector<Material>& materials;
   const std::vector<Image>& images;
   const StoredLevel* stored = nullptr;  ///< to be compared too
@@ -62,6 +62,7 @@ struct Reference {
   std::vector<SurfaceLook> looks;
   std::vector<EvaluationCamera> cameras;
   std::vector<EvaluationImage> images;            ///< [camera]
+  double mean_tone = 1.0;                         ///< see leaf_luminances
   std::vector<std::vector<float>> frame_means{};  ///< [camera] none unless suns_and_frames
   SurfaceSamples samples;
   TriangleTree tree;

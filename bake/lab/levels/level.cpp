@@ -1,7 +1,9 @@
 #include "level.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -38,7 +40,47 @@ void add_middles(Mesh& mesh, const Voxel& voxel) {
   }
 }
 
+ShadingNormals shading(const glm::vec3& axis, float along, bool is_sided) {
+  return {{axis.x, axis.y, axis.z}, along, is_sided};
+}
+
 }  // namespace
+
+Level level_of(Mesh mesh) {
+  Level level{std::move(mesh)};
+  if (level.mesh.vertex_alongs.empty()) return level;
+  for (std::size_t i = 0; i < level.mesh.indices.size(); i += 3) {
+    const std::uint32_t corner = level.mesh.indices[i];
+    const float along = level.mesh.vertex_alongs[corner];
+    level.normals.push_back(shading(level.mesh.normals[corner], std::abs(along), std::signbit(along)));
+  }
+  return level;
+}
+
+Level modelled_level(Mesh mesh, std::span<const Material> materials) {
+  Level level{std::move(mesh)};
+  const auto is_sided = [&](std::uint32_t material) { return materials[material].sided_normals; };
+  if (std::ranges::none_of(level.mesh.triangle_materials, is_sided)) return level;
+  for (std::size_t triangle = 0; triangle < level.mesh.triangle_materials.size(); ++triangle) {
+    const auto& [a, b, c] = at_corners(level.mesh.normals, level.mesh.indices, 3 * triangle);
+    const glm::vec3 sum = a + b + c;
+    const float length = glm::length(sum);
+    const bool is_lit_by_it = is_sided(level.mesh.triangle_materials[triangle]) && length > 0.0f;
+    level.normals.push_back(is_lit_by_it ? shading(sum / length, 1.0f, true) : flat_normals(face_normal(level.mesh, triangle)));
+  }
+  return level;
+}
+
+glm::dvec3 face_normal(const Mesh& mesh, std::size_t triangle) {
+  const auto [a, b, c] = at_corners(mesh.positions, mesh.indices, 3 * triangle);
+  const glm::dvec3 across = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+  const double length = glm::length(across);
+  return length > 0.0 ? across / length : glm::dvec3(0.0);
+}
+
+ShadingNormals flat_normals(const glm::dvec3& normal) {
+  return shading(glm::vec3(normal), 1.0f, false);
+}
 
 const std::array<glm::dvec3, kVoxelNormalCount>& voxel_normals() {
   constexpr double kDiagonal = 1.0 / std::numbers::sqrt2;

@@ -4,20 +4,16 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "plant.h"
+#include "tree.h"
 
 namespace coppice::bake {
-
-/// How a leaf's look differs from its material's.
-struct LeafShade {
-  float opacity = 1.0f;     ///< in (0, 1]: the share of samples, over pixels and frames, that the leaf covers
-  float brightness = 1.0f;  ///< >= 0; a linear factor of its lit colour
-};
 
 /// A needle as a line: a ribbon about an axis. It always turns to the camera and is lit by the mean over its roll.
 struct Needle {
@@ -39,12 +35,25 @@ struct Voxel {
 };
 
 struct Level {
-  Mesh mesh;
-  /// [leaf] the shade of its triangles 2i and 2i + 1; empty: every leaf is opaque and as bright as its material.
-  std::vector<LeafShade> shades = {};
+  Mesh mesh;  ///< triangles 2i and 2i + 1 are a leaf; its opacity is the share of samples, over pixels and frames, that it covers
+  /// [triangle] How the normals lie of the leaves that the triangle stands for; empty: each triangle is flat and lit as it lies.
+  std::vector<ShadingNormals> normals = {};
   std::vector<Needle> needles = {};
   std::vector<Voxel> voxels = {};
 };
+
+/// A mesh whose triangles are lit by the normals and alongs of their first corners; as they lie if the mesh has no alongs.
+Level level_of(Mesh mesh);
+
+/// Leaves as they were modelled. Triangles of materials with sided normals are lit by the mean of their corners' normals, on that side; the
+/// others as they lie.
+Level modelled_level(Mesh mesh, std::span<const Material> materials);
+
+/// Unit; 0 for a triangle without area.
+glm::dvec3 face_normal(const Mesh& mesh, std::size_t triangle);
+
+/// Normals of a flat surface that has no front. normal  unit
+ShadingNormals flat_normals(const glm::dvec3& normal);
 
 /// Triangles for surface distances: the mesh, a ribbon for each needle, and for each voxel the three squares through its centre.
 Mesh level_surface(const Level& level);

@@ -44,7 +44,7 @@ Result<ForeignLevel> read_level(const fs::path& folder, double fraction) {
   ImportOptions options;
   options.leaf_material = "";  // this matches every name
   COPPICE_TRY(plant, import_gltf(file, options));
-  return ForeignLevel{"", Level{std::move(plant.foliage)}, std::move(plant.materials), std::move(plant.images)};
+  return ForeignLevel{"", level_of(std::move(plant.foliage)), std::move(plant.materials), std::move(plant.images)};
 }
 
 /// Collapses each leaf with its neighbour in leaf order, then the results, and so on.
@@ -97,9 +97,9 @@ Result<StoredLevel> stored_finest_level(const Plant& plant, const Foliage& folia
   COPPICE_TRY(file, pack(baked, sizes));
   COPPICE_TRY(stored, unpack(file));
   const bool is_leaf_meshes = !stored.leaf_meshes.parts.empty();
-  Mesh mesh = is_leaf_meshes ? whole_leaf_mesh(stored.leaf_meshes)
-                             : foliage_mesh(cut_foliage(stored.tree, stored.card_table, stored.tree.leaf_count()));
-  return StoredLevel{std::move(mesh), std::move(stored.materials), std::move(stored.images), is_leaf_meshes};
+  Level level = is_leaf_meshes ? modelled_level(whole_leaf_mesh(stored.leaf_meshes), stored.materials)
+                               : level_of(foliage_mesh(cut_foliage(stored.tree, stored.card_table, stored.tree.leaf_count())));
+  return StoredLevel{std::move(level), std::move(stored.materials), std::move(stored.images), is_leaf_meshes};
 }
 
 }  // namespace coppice::bake

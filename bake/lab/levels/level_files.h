@@ -24,7 +24,8 @@ struct LevelSet {
 /// The name of a level's file: "0.8", "0.025".
 std::string level_file_name(double fraction);
 
-/// A level from a file: all triangles of its scene, whatever their material.
+/// A level from a file: all triangles of its scene, whatever their material. They are lit by NORMAL and _SPREAD as `coppice export` writes
+/// them; without _SPREAD as they lie.
 struct ForeignLevel {
   std::string parameters;  ///< the name of its folder; empty if the set has no folders
   Level level;
@@ -39,7 +40,7 @@ Result<std::vector<std::vector<ForeignLevel>>> read_level_set(const LevelSet& se
 /// The finest level that a .coppice file of the plant holds: leaf meshes, or else all quads. Positions are quantised, images are as their
 /// textures show them.
 struct StoredLevel {
-  Mesh mesh;
+  Level level;
   std::vector<Material> materials;
   std::vector<Image> images;
   bool is_leaf_meshes = false;

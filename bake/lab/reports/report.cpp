@@ -27,6 +27,38 @@ bool has_lit(const EvaluationReport& report) {
   return !report.methods.empty() && !report.methods.front().levels.empty() && report.methods.front().levels.front().lit.has_value();
 }
 
+/// A figure of all of a level's lightings together.
+struct LightingColumn {
+  std::string name, title;
+  double (*value)(const LevelMeasures&);
+  int decimals;
+};
+
+std::array<LightingColumn, 5> lighting_columns(std::uint32_t size_px) {
+  const auto [mean_full, mean_sixteenth, worst_full, worst_sixteenth] = lighting_names(size_px);
+  const std::string full = std::to_string(size_px), sixteenth = std::to_string(size_px / 16);
+  return {{{mean_full, "mean " + full, [](const LevelMeasures& level) { return mean_lighting(level).rmse_full; }, 2},
+           {mean_sixteenth, "mean " + sixteenth, [](const LevelMeasures& level) { return mean_lighting(level).rmse_sixteenth; }, 2},
+           {worst_full, "worst " + full, [](const LevelMeasures& level) { return worst_lighting(level).rmse_full; }, 2},
+           {worst_sixteenth, "worst " + sixteenth, [](const LevelMeasures& level) { return worst_lighting(level).rmse_sixteenth; }, 2},
+           {"luminance", "luminance", [](const LevelMeasures& level) { return worst_lighting(level).luminance; }, 3}}};
+}
+
+/// The figures of each light before each ground.
+Json lightings_json(const LevelMeasures& level, std::uint32_t size_px) {
+  const std::array<std::string, 3> rmse = rmse_names(size_px);
+  Json lightings = Json::array();
+  for (std::size_t i = 0; i < kLightingCount; ++i) {
+    const LevelMeasures::Lighting& figures = level.lightings[i];
+    lightings.push_back({{"light", kEvaluationLights[i / kEvaluationGrounds.size()].name},
+                         {"ground", kEvaluationGrounds[i % kEvaluationGrounds.size()]},
+                         {rmse[0], figures.rmse_full},
+                         {rmse[2], figures.rmse_sixteenth},
+                         {"luminance", figures.luminance}});
+  }
+  return lightings;
+}
+
 Json level_json(const LevelMeasures& level, std::uint32_t size_px) {
   const std::array<std::string, 3> rmse = rmse_names(size_px);
   Json json = {{"fraction", level.fraction},   {"leaves", level.leaves},
@@ -34,6 +66,8 @@ Json level_json(const LevelMeasures& level, std::uint32_t size_px) {
                {rmse[1], level.rmse_quarter},  {rmse[2], level.rmse_sixteenth},
                {"coverage", level.coverage},   {"area_ratio", level.area_ratio},
                {"hausdorff", level.hausdorff}, {"mean_distance", level.mean_distance}};
+  for (const LightingColumn& column : lighting_columns(size_px)) json[column.name] = column.value(level);
+  json["lightings"] = lightings_json(level, size_px);
   if (level.lit)
     for (std::size_t i = 0; i < kLit.size(); ++i) json[lit_names(size_px)[i]] = (*level.lit).*kLit[i];
   if (!level.parameters.empty()) json["parameters"] = level.parameters;
@@ -53,6 +87,8 @@ std::vector<Column> columns(const EvaluationReport& report) {
                             {rmse[2], &LevelMeasures::rmse_sixteenth, 2, true}, {"coverage", &LevelMeasures::coverage, 3, false},
                             {"soft IoU", &LevelMeasures::soft_iou, 3, false},   {"area", &LevelMeasures::area_ratio, 3, false},
                             {"hausdorff", &LevelMeasures::hausdorff, 4, true},  {"mean dist", &LevelMeasures::mean_distance, 5, true}};
+  for (const LightingColumn& column : lighting_columns(report.size_px))
+    shown.push_back({column.title, column.value, column.decimals, column.name != "luminance"});
   if (!has_lit(report)) return shown;
   const std::string full = std::to_string(report.size_px), sixteenth = std::to_string(report.size_px / 16);
   const std::array titles{"suns " + full, "suns " + sixteenth, "frames " + full, "frames " + sixteenth};
@@ -149,6 +185,7 @@ Json page_data(const EvaluationReport& report) {
   }
   Json data = head_json(report);
   data["rmse"] = rmse_names(report.size_px);
+  data["lightings"] = lighting_names(report.size_px);
   data["lit"] = has_lit(report) ? Json(lit_names(report.size_px)) : Json::array();
   data["source_triangles"] = report.source_triangles;
   data["source_picture"] = picture_json(report.source_picture_png);

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 
 #include "report.h"
 
@@ -10,16 +11,21 @@ namespace {
 
 struct Measure {
   std::string where;
-  double LevelMeasures::*value;
+  std::function<double(const LevelMeasures&)> value;
   const char* lowest;
   const char* lower;
 };
 
-std::array<Measure, 3> measures(std::uint32_t size_px) {
+std::array<Measure, 5> measures(std::uint32_t size_px) {
   const std::array<std::string, 3> rmse = rmse_names(size_px);
-  return {{{"Seen close up (" + rmse[0] + ")", &LevelMeasures::rmse_full, "the least error", "is better"},
-           {"Seen from afar (" + rmse[2] + ")", &LevelMeasures::rmse_sixteenth, "the least error", "is better"},
-           {"On the surface (Hausdorff)", &LevelMeasures::hausdorff, "the smallest distance", "is nearer"}}};
+  const auto worst_full = [](const LevelMeasures& level) { return worst_lighting(level).rmse_full; };
+  const auto worst_sixteenth = [](const LevelMeasures& level) { return worst_lighting(level).rmse_sixteenth; };
+  return {
+      {{"Seen close up (" + rmse[0] + ")", &LevelMeasures::rmse_full, "the least error", "is better"},
+       {"Seen from afar (" + rmse[2] + ")", &LevelMeasures::rmse_sixteenth, "the least error", "is better"},
+       {"At its worst light and ground close up (" + lighting_names(size_px)[2] + ")", worst_full, "the least error", "is better"},
+       {"At its worst light and ground from afar (" + lighting_names(size_px)[3] + ")", worst_sixteenth, "the least error", "is better"},
+       {"On the surface (Hausdorff)", &LevelMeasures::hausdorff, "the smallest distance", "is nearer"}}};
 }
 
 std::string percent(double share) {
@@ -49,7 +55,7 @@ double share_below(double less, double more) {
 const MethodMeasures& best_other(const EvaluationReport& report, const MethodMeasures& subject, std::size_t level, const Measure& measure) {
   const MethodMeasures* best = nullptr;
   for (const MethodMeasures& method : report.methods)
-    if (&method != &subject && (best == nullptr || method.levels[level].*measure.value < best->levels[level].*measure.value))
+    if (&method != &subject && (best == nullptr || measure.value(method.levels[level]) < measure.value(best->levels[level])))
       best = &method;
   return *best;
 }
@@ -75,7 +81,7 @@ Standing standing(const EvaluationReport& report, const MethodMeasures& subject,
   Standing result;
   for (std::size_t level = 0; level < subject.levels.size(); ++level) {
     const MethodMeasures& other = best_other(report, subject, level, measure);
-    const double mine = subject.levels[level].*measure.value, theirs = other.levels[level].*measure.value;
+    const double mine = measure.value(subject.levels[level]), theirs = measure.value(other.levels[level]);
     const std::string fraction = percent(subject.levels[level].fraction);
     if (mine <= theirs) {
       result.won.push_back(fraction);
@@ -111,6 +117,13 @@ std::string coverage_sentence(const MethodMeasures& subject) {
   return "Coverage: " + subject.name + " shows " + (low == high ? low : low + " to " + high) + " of the source's foliage pixels.";
 }
 
+std::string luminance_sentence(const MethodMeasures& subject) {
+  const auto luminance = [](const LevelMeasures& level) { return worst_lighting(level).luminance; };
+  const auto [lowest, highest] = std::ranges::minmax(subject.levels, {}, luminance);
+  const std::string low = percent(luminance(lowest)), high = percent(luminance(highest));
+  return "Luminance: leaves of " + subject.name + " have " + (low == high ? low : low + " to " + high) + " of the source's.";
+}
+
 std::string seconds_text(double seconds) {
   if (seconds < 0.05) return "under 0.1 s";
   char text[32];
@@ -136,6 +149,7 @@ std::vector<std::string> evaluation_headline(const EvaluationReport& report) {
   if (report.methods.size() > 1)
     for (const Measure& measure : measures(report.size_px)) sentences.push_back(measure_sentence(report, subject, measure));
   sentences.push_back(coverage_sentence(subject));
+  sentences.push_back(luminance_sentence(subject));
   sentences.push_back(time_sentence(report, subject));
   return sentences;
 }

@@ -28,11 +28,13 @@ namespace {
 struct UnitedLeaf {
   Quad quad{};
   std::uint32_t card = 0;
+  std::uint16_t normals = kFlatNormals;  ///< a leaf that replaces two is flat
 };
 
 std::vector<UnitedLeaf> united_leaves(const Foliage& foliage) {
   std::vector<UnitedLeaf> leaves;
-  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf) leaves.push_back({foliage.quads[leaf], foliage.cards[leaf]});
+  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
+    leaves.push_back({foliage.quads[leaf], foliage.cards[leaf], foliage.normals.empty() ? kFlatNormals : foliage.normals[leaf]});
   return leaves;
 }
 
@@ -47,6 +49,7 @@ Variant variant_of(std::string parameters, Unions unions, const std::vector<Card
     for (const UnitedLeaf& leaf : leaves) {
       foliage.quads.push_back(leaf.quad);
       foliage.cards.push_back(leaf.card);
+      foliage.normals.push_back(leaf.normals);
     }
     variant.levels.push_back(Level{foliage_mesh(foliage)});
   }
@@ -230,12 +233,6 @@ class OrgansUnion {
 };
 
 }  // namespace
-
-glm::dvec3 quad_normal(const Quad& quad) {
-  const glm::dvec3 across = glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1]));
-  const double length = glm::length(across);
-  return length > 0.0 ? across / length : glm::dvec3(0.0);
-}
 
 Quad united_rectangle(const Quad& first, const Quad& second, RectangleLength length) {
   const double first_area = quad_area(first), second_area = quad_area(second), area = first_area + second_area;

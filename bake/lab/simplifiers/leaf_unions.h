@@ -5,13 +5,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "leaf_shade.h"
 #include "level.h"
 #include "plant.h"
 
 namespace coppice::bake {
-
-/// Unit normal, the mean for a bent quad; zero for a quad without area.
-glm::dvec3 quad_normal(const Quad& quad);
 
 /// The length of a rectangle that replaces two leaves.
 enum class RectangleLength {

@@ -1,4 +1,5 @@
 #include "lines_and_voxels.h"
+#include "leaf_shade.h"
 
 #include <algorithm>
 #include <array>

@@ -40,29 +40,32 @@ Result<CollapseSequence> bake_collapse(Metric metric, const SimplifyInput& input
 template <class MakeMesh>
 Variants one_variant(const SimplifyInput& input, const MakeMesh& make_mesh) {
   Variants variants(1);
-  for (const std::uint32_t count : input.leaf_counts) {
-    Mesh mesh = make_mesh(count);
-    std::vector<LeafShade> shades;
-    for (std::size_t vertex = 0; vertex < mesh.vertex_fades.size(); vertex += 4)
-      shades.push_back({static_cast<float>(opacity_of(mesh.vertex_fades[vertex])) / kOpaque, linear_brightness(mesh.vertex_fades[vertex])});
-    variants[0].levels.push_back(Level{std::move(mesh), std::move(shades)});
-  }
+  for (const std::uint32_t count : input.leaf_counts) variants[0].levels.push_back(level_of(make_mesh(count)));
   return variants;
 }
 
-Variants cuts(const SimplifyInput& input, const CollapseSequence& sequence) {
-  const Tree tree = build_tree(input.shown.foliage, sequence);
+Variants cuts(const SimplifyInput& input, const Tree& tree) {
   return one_variant(input, [&](std::uint32_t count) { return foliage_mesh(cut_foliage(tree, input.shown.foliage.card_table, count)); });
+}
+
+/// That nodes know how the normals of their leaves lie is ours: elsewhere a merged leaf is flat.
+void flatten_merged(Tree& tree) {
+  for (std::size_t node = 0; node < tree.nodes.size(); ++node)
+    if (tree.node_source[node] == kNone) tree.nodes[node].normals = kFlatNormals;
 }
 
 template <Metric metric>
 Result<Variants> baked_levels(const SimplifyInput& input, const ProgressFunction& progress) {
   COPPICE_TRY(sequence, bake_collapse(metric, input, progress));
-  return cuts(input, sequence);
+  Tree tree = build_tree(input.shown.foliage, sequence);
+  if (input.view_distance_radii > 0.0f) flatten_merged(tree);  // the paper's set-up
+  return cuts(input, tree);
 }
 
 Result<Variants> similar_levels(const SimplifyInput& input, const ProgressFunction& progress) {
-  return cuts(input, collapse_by_similarity(input.shown.foliage, progress));
+  Tree tree = build_tree(input.shown.foliage, collapse_by_similarity(input.shown.foliage, progress));
+  flatten_merged(tree);
+  return cuts(input, tree);
 }
 
 Result<Variants> stochastic_levels(const SimplifyInput& input, const ProgressFunction&) {
@@ -168,6 +171,7 @@ Mesh simplify_mesh(const Mesh& mesh, std::uint32_t triangle_count, MeshSimplifie
   result.positions = mesh.positions;
   result.normals = mesh.normals;
   result.uvs = mesh.uvs;
+  result.vertex_alongs = mesh.vertex_alongs;
   if (mesh.indices.empty()) return result;
   std::vector<std::uint32_t> vertex_materials(mesh.positions.size(), 0);
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) vertex_materials[mesh.indices[i]] = mesh.triangle_materials[i / 3];

@@ -70,6 +70,7 @@ class Pruning {
     for (const Live& live : live_) {
       result.quads.push_back(visibility_.leaf(live.id).quad);
       result.cards.push_back(visibility_.leaf(live.id).card);
+      if (!foliage_.normals.empty()) result.normals.push_back(foliage_.normals[source_of_[live.id]]);
     }
     return result;
   }
@@ -162,6 +163,7 @@ Foliage prune_stochastically(const Foliage& foliage, std::uint32_t kept_count, s
   for (const std::uint32_t leaf : kept) {
     result.quads.push_back(factor == 1.0 ? foliage.quads[leaf] : scaled_quad(foliage.quads[leaf], factor));
     result.cards.push_back(foliage.cards[leaf]);
+    if (!foliage.normals.empty()) result.normals.push_back(foliage.normals[leaf]);
   }
   return result;
 }

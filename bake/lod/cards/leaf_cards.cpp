@@ -21,6 +21,7 @@
 #include "alpha_mask.h"
 #include "bounds.h"
 #include "coppice/format.h"
+#include "leaf_normals.h"
 #include "leaf_quads.h"
 #include "parallel_for.h"
 #include "srgb.h"
@@ -469,9 +470,12 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
 }
 
 Result<Foliage> card_foliage(Plant& plant) {
+  find_sided_normals(plant);
   COPPICE_TRY(fitted, fit_leaves(plant));
   draw_leaf_cards(plant, fitted);
-  return share_leaf_cards(fitted, plant.materials);
+  Foliage foliage = share_leaf_cards(fitted, plant.materials);
+  add_leaf_normals(plant, foliage);
+  return foliage;
 }
 
 }  // namespace coppice::bake

@@ -32,8 +32,8 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad);
 /// shows it, so that the quad has the leaf's outline, colours and area, and shares cards (share_leaf_cards). The quad is refitted along its
 /// sides, to hold exactly what the leaf shows. In each material, leaves are clustered by small images of them: as many clusters as it takes
 /// for every leaf to be like its image, at most kMaxCardImages. One leaf of each cluster is drawn into an atlas, as large as its own
-/// texture shows it (64 to 256 px). The atlas is a new material and image of the plant, alpha masked. The result does not depend on the
-/// number of threads. errors  those of fit_leaves
+/// texture shows it (64 to 256 px). The atlas is a new material and image of the plant, alpha masked. At last it gives leaves their normals
+/// (leaf_normals.h). The result does not depend on the number of threads. errors  those of fit_leaves
 Result<Foliage> card_foliage(Plant& plant);
 
 }  // namespace coppice::bake

@@ -43,7 +43,7 @@ struct WeighedPair {
   std::uint32_t first = kNone, second = kNone;  ///< first < second
   std::uint32_t weighed_at = kNone;             ///< number of collapses done when all views were evaluated; kNone: only some views were
   PairCorners corners{};
-  std::uint8_t fade = kNoFade;
+  std::uint8_t opacity = kOpaque;
 };
 
 std::uint8_t steps_of(float opacity) {
@@ -51,9 +51,9 @@ std::uint8_t steps_of(float opacity) {
 }
 
 /// Converts to the queue's units. views  how many views each evaluated one stands for
-std::int64_t cost_of(const MergeCost& cost, std::uint8_t fade, std::uint32_t views) {
+std::int64_t cost_of(const MergeCost& cost, std::uint8_t opacity, std::uint32_t views) {
   constexpr double kFar = 1e17;
-  return static_cast<std::int64_t>(std::clamp(cost.at(fade) * views, -kFar, kFar));
+  return static_cast<std::int64_t>(std::clamp(cost.at(opacity) * views, -kFar, kFar));
 }
 
 bool is_better(const WeighedPair& a, const WeighedPair& b) {
@@ -215,18 +215,15 @@ class ImageCollapse {
   [[nodiscard]] float pair_opacity(const WeighedPair& pair) const {
     const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
     const double first_m2 = quad_area(first.quad), second_m2 = quad_area(second.quad), both_m2 = first_m2 + second_m2;
-    const double steps =
-        both_m2 > 0.0 ? (first_m2 * opacity_of(first.fade) + second_m2 * opacity_of(second.fade)) / both_m2 : double{kOpaque};
+    const double steps = both_m2 > 0.0 ? (first_m2 * first.opacity + second_m2 * second.opacity) / both_m2 : double{kOpaque};
     return static_cast<float>(steps / kOpaque);
-  }
-  [[nodiscard]] std::uint8_t pair_brightness(const WeighedPair& pair) const {
-    const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
-    return brightness_of(quad_area(second.quad) > quad_area(first.quad) ? second.fade : first.fade);
   }
 
   /// Finds the best shape of a pair and its opacity, judged by some of the views.
   void weigh_shapes(WeighedPair& pair, ViewSubset subset) {
-    const PairShapes shapes = pair_shapes(image_.leaf(pair.first).quad, image_.leaf(pair.second).quad);
+    const LiveLeaf &first = image_.leaf(pair.first), &second = image_.leaf(pair.second);
+    const PairShapes shapes = pair_shapes(first.quad, second.quad);
+    const std::uint32_t card = merged_card(first.quad, first.card, second.quad, second.card);
     std::array<PairCorners, PairShapes::kMax> corners;
     for (std::size_t s = 0; s < shapes.count; ++s) corners[s] = shapes.shapes[s].corners;
     std::array<MergeCost, PairShapes::kMax> costs{};
@@ -235,18 +232,16 @@ class ImageCollapse {
     const float before = pair_opacity(pair);
     pair.cost = std::numeric_limits<std::int64_t>::max();
     for (std::size_t s = 0; s < shapes.count; ++s) {
-      LiveLeaf merged = image_.merged(pair.first, pair.second, corners[s], kNoFade);
-      merged.fade = costs[s].is_seen() ? costs[s].best_fade(image_.brightest(merged))
-                                       : fade_of(steps_of(shapes.shapes[s].covering_opacity(before)), pair_brightness(pair));
-      const float mismatch_m2 = shapes.shapes[s].mismatch_m2(before, static_cast<float>(opacity_of(merged.fade)) / kOpaque);
-      const std::int64_t change = cost_of(costs[s], merged.fade, subset.stride), mismatch = mismatch_cost(static_cast<double>(mismatch_m2));
+      const std::uint8_t opacity = costs[s].is_seen() ? costs[s].best_opacity() : steps_of(shapes.shapes[s].covering_opacity(before));
+      const float mismatch_m2 = shapes.shapes[s].mismatch_m2(before, static_cast<float>(opacity) / kOpaque);
+      const std::int64_t change = cost_of(costs[s], opacity, subset.stride), mismatch = mismatch_cost(static_cast<double>(mismatch_m2));
       if (change + mismatch >= pair.cost) continue;
-      const std::int64_t prior = mismatch + reach_cost(pair, merged.quad) + color_cost(pair, merged.card);
+      const std::int64_t prior = mismatch + reach_cost(pair, merged_quad(first.quad, second.quad, corners[s])) + color_cost(pair, card);
       if (change + prior >= pair.cost) continue;
       pair.cost = change + prior;
       pair.prior = prior;
       pair.corners = corners[s];
-      pair.fade = merged.fade;
+      pair.opacity = opacity;
     }
   }
 
@@ -254,8 +249,8 @@ class ImageCollapse {
   void weigh(WeighedPair& pair) {
     MergeCost cost;
     image_.costs_of({pair.first, pair.second, {&pair.corners, 1}}, scratches_.local(), {&cost, 1});
-    if (cost.is_seen()) pair.fade = cost.best_fade(image_.brightest(image_.merged(pair.first, pair.second, pair.corners, kNoFade)));
-    pair.cost = cost_of(cost, pair.fade, 1) + pair.prior;
+    if (cost.is_seen()) pair.opacity = cost.best_opacity();
+    pair.cost = cost_of(cost, pair.opacity, 1) + pair.prior;
     pair.weighed_at = collapse_count_;
   }
 
@@ -310,7 +305,7 @@ class ImageCollapse {
   }
 
   Merge commit(const WeighedPair pair) {
-    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners, pair.fade);
+    const LiveLeaf merged = image_.merged(pair.first, pair.second, pair.corners, pair.opacity);
     const std::uint32_t result = next_id_++;
     image_.apply({pair.first, pair.second, result, merged});
     reach_[result] = merged_reach_points(reach_[pair.first], reach_[pair.second]);
@@ -323,7 +318,7 @@ class ImageCollapse {
     is_live_[result] = 1;
     octree_.insert(result, quad_centroid(merged.quad));
     if (result + 1 < image_.id_count()) unweighed_.push_back(result);
-    return {pair.first, pair.second, pair.corners, pair.fade};
+    return {pair.first, pair.second, pair.corners, pair.opacity};
   }
 
   CollapseOptions options_;

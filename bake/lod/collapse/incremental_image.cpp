@@ -20,7 +20,7 @@ using Channels = IncrementalImage::Channels;
 
 /// The largest block has 32 x 32 pixels and counts once; smaller ones count as often as they fit into it.
 constexpr std::uint32_t kLargestShift = 5;
-constexpr Channels kBackground{255.0f, 255.0f, 255.0f, 0.0f};
+constexpr Channels kBackground{kGround, kGround, kGround, 0.0f};
 /// The coverage of a leaf, added to its shade.
 constexpr Channels kFullCoverage{0.0f, 0.0f, 0.0f, 255.0f};
 /// Less transmittance than this counts as none: an eighth of a step of 255.
@@ -38,7 +38,7 @@ struct Layers {
   Channels light{};    ///< their shade, without coverage
   float share = 1.0f;  ///< transmittance: the share of what is behind that shows
 
-  /// color  the leaf's shade, with its fade in place of coverage
+  /// color  the leaf's shade, with its opacity in place of coverage
   void put(const Shade& color) {
     // All three channels at once: each keeps its byte's place, and a factor moves it back.
     static_assert(std::endian::native == std::endian::little);
@@ -46,9 +46,8 @@ struct Layers {
     constexpr Words kBytes{0xff, 0xff00, 0xff0000, 0};
     constexpr Channels kPlaces{1.0f, 1.0f / 0x100, 1.0f / 0x10000, 0.0f};
     const auto word = std::bit_cast<std::int32_t>(color);
-    const float opacity = static_cast<float>(opacity_of(color[3])) * kOpacityUnit;
-    light += share * opacity * displayed_brightness(brightness_of(color[3])) * kPlaces *
-             __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
+    const float opacity = static_cast<float>(color[3]) * kOpacityUnit;
+    light += share * opacity * kPlaces * __builtin_convertvector(Words{word, word, word, word} & kBytes, Channels);
     share *= 1.0f - opacity;
   }
   [[nodiscard]] bool is_closed() const { return share < kMinShare; }
@@ -62,25 +61,15 @@ float dot(const Channels& a, const Channels& b) {
   return sum_of(a * b);
 }
 
-/// Sums of squares of rest + opacity * covered + light * share * own shade, channel by channel; the own shade is a factor of the sums.
+/// Sums of squares of rest + opacity * gain.
 struct SquareSums {
-  Channels rest_covered{}, covered2{}, rest_light{}, covered_light{};
-  float light2 = 0.0f;
+  Channels rest_gain{}, gain2{};
 
-  void add(const Channels& rest, const Channels& covered, float share) {
-    rest_covered += rest * covered;
-    covered2 += covered * covered;
-    rest_light += share * rest;
-    covered_light += share * covered;
-    light2 += share * share;
+  void add(const Channels& rest, const Channels& gain) {
+    rest_gain += rest * gain;
+    gain2 += gain * gain;
   }
-  [[nodiscard]] MergeCost cost(const Channels& own_shade) const {
-    return {.opacity = 2.0 * double{sum_of(rest_covered)},
-            .light = 2.0 * double{dot(rest_light, own_shade)},
-            .opacity2 = double{sum_of(covered2)},
-            .both = 2.0 * double{dot(covered_light, own_shade)},
-            .light2 = double{light2} * double{dot(own_shade, own_shade)}};
-  }
+  [[nodiscard]] MergeCost cost() const { return {.opacity = 2.0 * double{sum_of(rest_gain)}, .opacity2 = double{sum_of(gain2)}}; }
 };
 
 /// Pixels are kept in whole sixteenths, so that sums of changes equal drawing again, to the bit.
@@ -98,20 +87,22 @@ void sort_and_unite(std::vector<std::uint32_t>& numbers) {
 
 }  // namespace
 
-LeafShades leaf_shades(const Quad& quad, float albedo) {
+Shade leaf_shade(const ShadingNormals& normals, float albedo, const glm::vec3& to_viewer) {
   // Three lights distinguish normals, whichever way a viewer's light comes from.
-  static const std::array lights = {glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)),
-                                    glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f))};
-  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
-  const float length = glm::length(across);
-  LeafShades shades{length > 0.0f ? across / length : glm::vec3(0.0f), {}, {}};
-  for (std::size_t light = 0; light < lights.size(); ++light) {
-    const float cosine = glm::dot(shades.normal, lights[light]);
-    shades.front[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(cosine, 0.0f))));
-    shades.back[light] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, std::max(-cosine, 0.0f))));
+  struct Light {
+    glm::vec3 direction;
+    float translucency;
+  };
+  static const std::array lights = {Light{glm::normalize(glm::vec3(0.4f, 0.8f, 0.45f)), kTranslucency},
+                                    Light{glm::normalize(glm::vec3(-0.8f, 0.4f, 0.45f)), 0.0f},
+                                    Light{glm::normalize(glm::vec3(0.1f, 0.5f, -0.85f)), 0.0f}};
+  Shade shade{};
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const float cosine = leaf_cosine(normals, lights[i].direction, to_viewer, lights[i].translucency);
+    shade[i] = static_cast<std::uint8_t>(std::lround(lambert_luminance(albedo, cosine)));
   }
-  shades.front.back() = shades.back.back() = 255;
-  return shades;
+  shade.back() = 255;
+  return shade;
 }
 
 IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
@@ -131,13 +122,16 @@ IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaM
   set_resolution(buffers.resolution_px);
   set_coverage_weight(static_cast<double>(options.coverage_weight));
   parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
-    leaves_[i] = {foliage.quads[i], foliage.cards[i]};
+    leaves_[i] = {.quad = foliage.quads[i],
+                  .card = foliage.cards[i],
+                  .normals = foliage.normals.empty() ? kFlatNormals : foliage.normals[i],
+                  .normal_sum = source_normal_sum(foliage, i)};
     pixels_[i] = pixels_of(leaves_[i]);
   });
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
     std::vector<Shade> colors;
-    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) colors.push_back(color_of(view, leaves_[i]));
+    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) colors.push_back(color_of(view, lit(leaves_[i])));
     view.fragments = PixelLists<ShownFragment>(buffers, v, [&](LeafFragment fragment) {
       return ShownFragment{fragment, colors[fragment_leaf(fragment)]};
     });
@@ -223,17 +217,22 @@ void IncrementalImage::set_coverage_weight(double weight) {
   coverage_unit_ = weight * kScale / (pixels_per_view() * pixel_area_);
 }
 
-Shade IncrementalImage::color_of(const View& view, const LiveLeaf& leaf) const {
-  Shade color = shades_of(leaf).seen_from(view.direction);
-  color[3] = leaf.fade;
-  return color;
+LiveLeaf IncrementalImage::merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const {
+  LiveLeaf leaf = merged_leaf(leaves_[first], leaves_[second], corners);
+  leaf.opacity = opacity;
+  leaf.normal_sum = leaves_[first].normal_sum + leaves_[second].normal_sum;
+  leaf.normals = node_normals(leaf.normal_sum);
+  return leaf;
 }
 
-std::uint8_t IncrementalImage::brightest(const LiveLeaf& leaf) const {
-  const LeafShades shades = shades_of(leaf);
-  std::uint8_t largest = 1;
-  for (std::size_t light = 0; light + 1 < kImageChannels; ++light) largest = std::max({largest, shades.front[light], shades.back[light]});
-  return static_cast<std::uint8_t>(std::clamp(255 * 16 / largest - 8, 8, int{kBrightest}));
+IncrementalImage::Lit IncrementalImage::lit(const LiveLeaf& leaf) const {
+  return {shading_normals(leaf.normals, leaf.quad), albedo_[cards_.table[leaf.card].material], leaf.opacity};
+}
+
+Shade IncrementalImage::color_of(const View& view, const Lit& leaf) {
+  Shade color = leaf_shade(leaf.normals, leaf.albedo, view.direction);
+  color[3] = leaf.opacity;
+  return color;
 }
 
 /// Weight of a pixel's squared difference.
@@ -294,18 +293,17 @@ void IncrementalImage::prepare(Scratch& scratch) const {
   scratch.rest.resize(pixels_per_view());
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
     const std::size_t count = std::size_t{blocks_per_row(scale)} * blocks_per_row(scale);
-    scratch.released.push_back({std::vector<Channels>(count, Channels{}), std::vector<float>(count), std::vector<std::uint8_t>(count), {}});
+    scratch.released.push_back({std::vector<Channels>(count, Channels{}), std::vector<std::uint8_t>(count), {}});
     scratch.gained.push_back(scratch.released.back());
   }
 }
 
-inline void IncrementalImage::add(BlockSums& blocks, std::uint32_t block, const Gain& change) {
+inline void IncrementalImage::add(BlockSums& blocks, std::uint32_t block, const Channels& change) {
   if (blocks.is_touched[block] == 0) {
     blocks.is_touched[block] = 1;
     blocks.touched.push_back(block);
   }
-  blocks.sums[block] += change.covered;
-  blocks.light[block] += change.light;
+  blocks.sums[block] += change;
 }
 
 void IncrementalImage::add_coarser(std::vector<BlockSums>& scales) const {
@@ -314,7 +312,7 @@ void IncrementalImage::add_coarser(std::vector<BlockSums>& scales) const {
     const std::uint32_t finer_row = blocks_per_row(scale - 1), row = blocks_per_row(scale);
     const BlockSums& finer = scales[scale - 1];
     for (const std::uint32_t block : finer.touched)
-      add(scales[scale], ((block / finer_row) >> step) * row + ((block % finer_row) >> step), {finer.sums[block], finer.light[block]});
+      add(scales[scale], ((block / finer_row) >> step) * row + ((block % finer_row) >> step), finer.sums[block]);
   }
 }
 
@@ -322,7 +320,6 @@ void IncrementalImage::clear(std::vector<BlockSums>& scales) {
   for (BlockSums& blocks : scales) {
     for (const std::uint32_t block : blocks.touched) {
       blocks.sums[block] = Channels{};
-      blocks.light[block] = 0.0f;
       blocks.is_touched[block] = 0;
     }
     blocks.touched.clear();
@@ -361,7 +358,7 @@ double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
       scratch.rest[pixel] = rest;
       pixels += static_cast<double>(dot(change, rest + shown - 2.0f * source));
       weighing.uncovered += static_cast<double>(change[3]);
-      add(scratch.released[0], block_of(pixel), {change, 0.0f});
+      add(scratch.released[0], block_of(pixel), change);
     }
   }
   add_coarser(scratch.released);
@@ -378,26 +375,28 @@ double IncrementalImage::release(std::uint32_t v, Weighing& weighing) const {
   return error + coverage_unit_ * pixel_area_ * pixel_area_ * weighing.uncovered * (2.0 * excess + weighing.uncovered);
 }
 
-/// rest  what the pixel shows without the pair
-inline IncrementalImage::Gain IncrementalImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged,
-                                                       const Channels& rest) const {
+/// How an opaque merged leaf changes a pixel: it shows, and hides what is behind.
+/// opaque  its own channels; rest  what the pixel shows without the pair
+inline Channels IncrementalImage::gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& opaque,
+                                         const Channels& rest) const {
   Layers in_front;
   for (const auto& [fragment, color] : weighing.view.fragments.at(pixel)) {
     if (fragment > merged) break;
     const std::uint32_t id = fragment_leaf(fragment);
     if (id == weighing.first || id == weighing.second) continue;
     in_front.put(color);
-    if (in_front.is_closed()) return {};
+    if (in_front.is_closed()) return Channels{};
   }
-  return {in_front.share * kFullCoverage - (rest - in_front.channels()), in_front.share};
+  return in_front.share * opaque - (rest - in_front.channels());
 }
 
-/// How the merged leaf changes the error after release(), as a function of its opacity and light. At equal depths it is behind: its id is
-/// larger than every live one.
+/// How the merged leaf changes the error after release(), as a function of its opacity. At equal depths it is behind: its id is larger than
+/// every live one.
 MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const {
   const View& view = weighing.view;
   Scratch& scratch = weighing.scratch;
-  const Channels own_shade = channels_of(shade) - kFullCoverage;
+  Channels opaque = channels_of(shade);
+  opaque[3] = kFullCoverage[3];
   double covered = 0.0;
   const auto corner = [&](std::size_t i) { return weighing.corners[corners[i]]; };
   const AlphaMask& mask = cards_.masks[card.material];
@@ -416,21 +415,21 @@ MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& co
     const LeafFragment merged = make_fragment(depth, id_count_);
     if (!is_released && merged > view.last[pixel]) continue;
     const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel]);
-    const Gain gain = gained(weighing, pixel, merged, rest);
-    pixels.add(rest - unfixed(view.source[pixel]), gain.covered, gain.light);
-    covered += static_cast<double>(gain.covered[3]);
+    const Channels gain = gained(weighing, pixel, merged, opaque, rest);
+    pixels.add(rest - unfixed(view.source[pixel]), gain);
+    covered += static_cast<double>(gain[3]);
     add(scratch.gained[0], block_of(pixel), gain);
   }
   add_coarser(scratch.gained);
-  MergeCost cost = pixels.cost(own_shade) * pixel_weight();
+  MergeCost cost = pixels.cost() * pixel_weight();
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale) {
     SquareSums squares;
     const BlockSums& gained_blocks = scratch.gained[scale];
     for (const std::uint32_t block : gained_blocks.touched) {
       const Channels rest = unfixed(view.differences[scale][block]) + scratch.released[scale].sums[block];
-      squares.add(rest, gained_blocks.sums[block], gained_blocks.light[block]);
+      squares.add(rest, gained_blocks.sums[block]);
     }
-    cost += squares.cost(own_shade) * block_weight(scale);
+    cost += squares.cost() * block_weight(scale);
   }
   const double excess = static_cast<double>(view.excess) / kFixedUnit + weighing.uncovered;
   cost.opacity += coverage_unit_ * pixel_area_ * pixel_area_ * 2.0 * excess * covered;
@@ -444,9 +443,10 @@ void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::
   COPPICE_ASSERT(costs.size() == shapes.size() && shapes.size() <= PairShapes::kMax);
   prepare(scratch);
   std::fill(costs.begin(), costs.end(), MergeCost{});
-  std::array<LeafShades, PairShapes::kMax> shades;
-  for (std::size_t s = 0; s < shapes.size(); ++s) shades[s] = shades_of(merged(first, second, shapes[s], kNoFade));
-  const Card& card = cards_.table[merged_card(leaves_[first].quad, leaves_[first].card, leaves_[second].quad, leaves_[second].card)];
+  if (shapes.empty()) return;
+  const LiveLeaf leaf = merged(first, second, shapes[0], kOpaque);  // its normals and card are those of all shapes
+  const Lit shown = lit(leaf);
+  const Card& card = cards_.table[leaf.card];
   for (std::uint32_t v = subset.first; v < view_count(); v += subset.stride) {
     const View& view = views_[v];
     Weighing weighing{view, first, second, {}, scratch};
@@ -456,9 +456,10 @@ void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::
     }
     if (is_hidden(view, weighing.corners)) continue;
     const double released_error = release(v, weighing);
+    const Shade shade = color_of(view, shown);
     for (std::size_t s = 0; s < shapes.size(); ++s) {
       costs[s].constant += released_error;
-      costs[s] += gain(weighing, shapes[s], card, shades[s].seen_from(view.direction));
+      costs[s] += gain(weighing, shapes[s], card, shade);
     }
     clear(scratch.released);
   }
@@ -467,9 +468,10 @@ void IncrementalImage::costs_of(const MergeTrial& trial, Scratch& scratch, std::
 void IncrementalImage::apply(const LeafMerge& merge) {
   leaves_[merge.result] = merge.leaf;
   pixels_[merge.result] = pixels_of(merge.leaf);
+  const Lit shown = lit(merge.leaf);
   parallel_for(view_count(), [&](std::uint32_t v) {
     View& view = views_[v];
-    const Shade color = color_of(view, merge.leaf);
+    const Shade color = color_of(view, shown);
     std::vector<std::uint32_t> pixels, tiles;
     for (const std::uint32_t id : {merge.first, merge.second, merge.result}) {
       for (const auto& [pixel, depth] : pixels_[id].in(v)) {
@@ -516,7 +518,7 @@ void IncrementalImage::halve(std::span<const std::uint32_t> live) {
     }
     view.fragments = PixelLists<ShownFragment>(pixels_per_view());
     for (const std::uint32_t id : live) {
-      const Shade color = color_of(view, leaves_[id]);
+      const Shade color = color_of(view, lit(leaves_[id]));
       for (const auto& [pixel, depth] : pixels_[id].in(v)) view.fragments.insert(pixel, {make_fragment(depth, id), color});
       areas_px_[std::size_t{id} * view_count() + v] = 0;
     }

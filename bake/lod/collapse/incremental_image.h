@@ -3,11 +3,13 @@
 // Incremental image error: the shaded image of a plant in every view while leaves are merged, and its squared error against the plant's
 // first image.
 //
-// An image has four channels, 0..255: the shade under three lights, over white, and coverage. A leaf has two sides: lights behind the
-// visible side do not reach it. A merged leaf has an opacity: a pixel composites its leaves front to back. Errors are summed over pixels
-// and over square blocks of pixels: blocks are what a viewer sees from far away, and forgive a leaf that moved by a pixel. The image
-// differs from the first one only where a merged leaf shows or a removed leaf did, so the cost of a merge takes a walk over the pixels of
-// its three leaves. One walk finds the best opacity and brightness of a merged leaf together with its cost (merge_cost.h).
+// An image has four channels, 0..255: the shade under three lights, and coverage. A leaf is lit by coppice_leaf_light; one of the lights
+// shines through leaves, as some do, and two do not. The ground is the mean of a dark, a leaf-coloured and a white one: errors over the
+// three differ from that only by how much coverage counts, whose channel is weighed by measurement. A merged leaf has the normals of all
+// its leaves and an opacity: a pixel composites its leaves front to back. Errors are summed over pixels and over square blocks of pixels:
+// blocks are what a viewer sees from far away, and forgive a leaf that moved by a pixel. The image differs from the first one only where a
+// merged leaf shows or a removed leaf did, so the cost of a merge takes a walk over the pixels of its three leaves. One walk finds the best
+// opacity of a merged leaf together with its cost (merge_cost.h).
 //
 // As leaves grow, pixels can: halve() changes to images of half the side, in which all errors keep their meaning.
 
@@ -29,20 +31,11 @@
 namespace coppice::bake {
 
 inline constexpr std::size_t kImageChannels = 4;
+/// Luminance behind the leaves: the mean of grounds of 0, 0.3 and 1, as a display shows them.
+inline constexpr float kGround = 110.0f;
 using Shade = std::array<std::uint8_t, kImageChannels>;
 
-/// What each side of a leaf shows in the four channels. The front is where its corners run counter-clockwise.
-struct LeafShades {
-  glm::vec3 normal{0.0f};
-  Shade front{}, back{};
-
-  /// direction  towards the viewer
-  [[nodiscard]] const Shade& seen_from(const glm::vec3& direction) const {
-    return normal.x * direction.x + normal.y * direction.y + normal.z * direction.z >= 0.0f ? front : back;
-  }
-};
-
-/// A fragment and what its leaf shows, with the leaf's fade in place of the coverage.
+/// A fragment and what its leaf shows, with the leaf's opacity in place of the coverage.
 struct ShownFragment {
   LeafFragment fragment = kNothing;
   Shade color{};
@@ -51,8 +44,8 @@ struct ShownFragment {
   return entry.fragment;
 }
 
-/// albedo  linear luminance
-LeafShades leaf_shades(const Quad& quad, float albedo);
+/// What a leaf shows in the four channels. albedo  linear luminance; to_viewer  unit
+Shade leaf_shade(const ShadingNormals& normals, float albedo, const glm::vec3& to_viewer);
 
 /// Blocks with sides of 2^shift pixels. Their squared difference counts `weight` times for each pixel that the block holds.
 struct BlockScale {
@@ -91,7 +84,6 @@ class IncrementalImage {
   /// Sums of one view's differences in the blocks of one scale.
   struct BlockSums {
     std::vector<Channels> sums;            ///< [block] 0 between calls
-    std::vector<float> light;              ///< [block] the merged leaf's own shade; 0 between calls
     std::vector<std::uint8_t> is_touched;  ///< [block]
     std::vector<std::uint32_t> touched;
   };
@@ -123,11 +115,8 @@ class IncrementalImage {
   /// The area of a pixel in first-resolution pixels: 1, 4, 16, ...
   [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
-  /// Maximum brightness of a merged leaf: nothing is whiter than white.
-  [[nodiscard]] std::uint8_t brightest(const LiveLeaf& leaf) const;
-  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t fade) const {
-    return merged_leaf(leaves_[first], leaves_[second], corners, fade);
-  }
+  /// The leaf that a pair becomes, with its normals.
+  [[nodiscard]] LiveLeaf merged(std::uint32_t first, std::uint32_t second, const PairCorners& corners, std::uint8_t opacity) const;
 
   /// Computes how merging a pair would change the error of some views, for each shape that the merged leaf might have. May run on several
   /// threads, each with its own scratch.
@@ -177,11 +166,6 @@ class IncrementalImage {
     }
   };
   using ProjectedPair = std::array<ProjectedPoint, 8>;
-  /// How an opaque merged leaf changes a pixel: it covers, and hides what is behind; and the share of its own shade that shows.
-  struct Gain {
-    Channels covered{};
-    float light = 0.0f;
-  };
   /// The evaluation of a pair in one view.
   struct Weighing {
     const View& view;
@@ -211,10 +195,14 @@ class IncrementalImage {
   }
   [[nodiscard]] double pixel_weight() const;
   [[nodiscard]] double block_weight(std::size_t scale) const;
-  [[nodiscard]] LeafShades shades_of(const LiveLeaf& leaf) const {
-    return leaf_shades(leaf.quad, albedo_[cards_.table[leaf.card].material]);
-  }
-  [[nodiscard]] Shade color_of(const View& view, const LiveLeaf& leaf) const;
+  /// What a leaf shows, as its normals say.
+  struct Lit {
+    ShadingNormals normals;
+    float albedo = 0.0f;
+    std::uint8_t opacity = kOpaque;
+  };
+  [[nodiscard]] Lit lit(const LiveLeaf& leaf) const;
+  [[nodiscard]] static Shade color_of(const View& view, const Lit& leaf);
   [[nodiscard]] LeafPixels pixels_of(const LiveLeaf& leaf) const;
   [[nodiscard]] FixedChannels composite(const View& view, std::uint32_t pixel, const std::array<std::uint32_t, 2>& without,
                                         LeafFragment& last) const;
@@ -227,10 +215,11 @@ class IncrementalImage {
   void find_farthest(View& view, std::uint32_t tile) const;
   double release(std::uint32_t v, Weighing& weighing) const;
   MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
-  [[nodiscard]] Gain gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& rest) const;
+  [[nodiscard]] Channels gained(const Weighing& weighing, std::uint32_t pixel, LeafFragment merged, const Channels& opaque,
+                                const Channels& rest) const;
   void prepare(Scratch& scratch) const;
   void prefetch(const View& view, const Scratch& scratch, std::uint32_t pixel) const;
-  static void add(BlockSums& blocks, std::uint32_t block, const Gain& change);
+  static void add(BlockSums& blocks, std::uint32_t block, const Channels& change);
   void add_coarser(std::vector<BlockSums>& scales) const;
   static void clear(std::vector<BlockSums>& scales);
 

@@ -9,8 +9,8 @@
 
 namespace coppice::bake {
 
-LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade) {
-  return {merged_quad(first.quad, second.quad, corners), merged_card(first.quad, first.card, second.quad, second.card), fade};
+LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners) {
+  return {.quad = merged_quad(first.quad, second.quad, corners), .card = merged_card(first.quad, first.card, second.quad, second.card)};
 }
 
 /// Adds up changes in one row per outcome, found through the scratch's slots.
@@ -61,7 +61,7 @@ LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> ma
       views_(buffers.view_count),
       leaves_(id_count_),
       areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
-  for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {foliage.quads[i], foliage.cards[i]};
+  for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {.quad = foliage.quads[i], .card = foliage.cards[i]};
   const Sphere sphere = bounding_sphere(foliage);
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];

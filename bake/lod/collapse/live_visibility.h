@@ -24,11 +24,14 @@ namespace coppice::bake {
 struct LiveLeaf {
   Quad quad{};
   std::uint32_t card = 0;
-  std::uint8_t fade = kNoFade;
+  // Only IncrementalImage reads these.
+  std::uint8_t opacity = kOpaque;
+  std::uint16_t normals = kFlatNormals;  ///< of a merged leaf normal_sum, rounded
+  NormalSum normal_sum{};
 };
 
 /// The leaf that a pair becomes: its quad has the pair's `corners`, its card is the larger leaf's.
-[[nodiscard]] LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners, std::uint8_t fade = kNoFade);
+[[nodiscard]] LiveLeaf merged_leaf(const LiveLeaf& first, const LiveLeaf& second, const PairCorners& corners);
 
 /// What leaves show, with its holes.
 struct MaskedCards {

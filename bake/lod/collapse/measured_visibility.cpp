@@ -18,7 +18,7 @@ MeasuredVisibility::MeasuredVisibility(const Foliage& foliage, const std::vector
       areas_px_((leaves_.size() + 1) * views.size(), 0) {
   const Sphere sphere = bounding_sphere(foliage);
   for (const Viewpoint& view : views) projections_.push_back(make_projection(view, sphere, resolution_px));
-  for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) leaves_[id] = {foliage.quads[id], foliage.cards[id]};
+  for (std::uint32_t id = 0; id < foliage.leaf_count(); ++id) leaves_[id] = {.quad = foliage.quads[id], .card = foliage.cards[id]};
   std::iota(live_.begin(), live_.end(), 0u);
   const std::vector<std::uint32_t> px = measured(live_, {});
   const auto background_px = px.end() - static_cast<std::ptrdiff_t>(views.size());

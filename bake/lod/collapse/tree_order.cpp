@@ -16,9 +16,14 @@ Quad quad_of(const Tree::Node& node, const std::vector<glm::vec3>& vertices) {
 std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const CollapseSequence& sequence,
                                              const std::vector<glm::vec3>& vertices) {
   std::vector<Tree::Node> nodes;
+  std::vector<NormalSum> normals;
   nodes.reserve(foliage.quads.size() + sequence.merges.size());
-  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
-    nodes.push_back({{leaf * 4, leaf * 4 + 1, leaf * 4 + 2, leaf * 4 + 3}, foliage.cards[leaf], kNoFade});
+  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf) {
+    nodes.push_back({.vertices = {leaf * 4, leaf * 4 + 1, leaf * 4 + 2, leaf * 4 + 3},
+                     .card = foliage.cards[leaf],
+                     .normals = foliage.normals.empty() ? kFlatNormals : foliage.normals[leaf]});
+    normals.push_back(source_normal_sum(foliage, leaf));
+  }
   for (const Merge& merge : sequence.merges) {
     COPPICE_ASSERT(merge.first < merge.second && merge.second < nodes.size());
     const Tree::Node& first = nodes[merge.first];
@@ -30,7 +35,9 @@ std::vector<Tree::Node> nodes_in_merge_order(const Foliage& foliage, const Colla
       result.vertices[i] = corner < 4 ? first.vertices[corner] : second.vertices[corner - 4u];
     }
     result.card = merged_card(quad_of(first, vertices), first.card, quad_of(second, vertices), second.card);
-    result.fade = merge.fade;
+    result.opacity = merge.opacity;
+    normals.push_back(normals[merge.first] + normals[merge.second]);
+    result.normals = node_normals(normals.back());
     nodes.push_back(result);
   }
   return nodes;
@@ -88,18 +95,19 @@ Foliage cut_foliage(const Tree& tree, const std::vector<Card>& card_table, std::
   for (const std::uint32_t node : cut_nodes(tree, leaf_count)) {
     foliage.quads.push_back(node_quad(tree, node));
     foliage.cards.push_back(tree.nodes[node].card);
-    foliage.fades.push_back(tree.nodes[node].fade);
+    foliage.opacities.push_back(tree.nodes[node].opacity);
+    foliage.normals.push_back(tree.nodes[node].normals);
   }
   return foliage;
 }
 
 Foliage solid_foliage(Foliage foliage) {
-  for (std::size_t leaf = 0; leaf < foliage.fades.size(); ++leaf) {
-    std::uint8_t& fade = foliage.fades[leaf];
+  for (std::size_t leaf = 0; leaf < foliage.opacities.size(); ++leaf) {
+    std::uint8_t& opacity = foliage.opacities[leaf];
     const glm::vec3 middle(quad_centroid(foliage.quads[leaf]));
-    const float scale = std::sqrt(static_cast<float>(opacity_of(fade)) / kOpaque);
+    const float scale = std::sqrt(static_cast<float>(opacity) / kOpaque);
     for (glm::vec3& corner : foliage.quads[leaf]) corner = middle + (corner - middle) * scale;
-    fade = fade_of(kOpaque, brightness_of(fade));
+    opacity = kOpaque;
   }
   return foliage;
 }

@@ -18,22 +18,34 @@ namespace {
 
 constexpr std::uint32_t kLevelCount = 24;
 
-/// Luminance, red minus luminance, blue minus luminance.
-using Color = std::array<float, 3>;
-using ColorImage = std::array<LuminanceImage, 3>;
-
-/// albedo  linear
-Color shaded_color(const glm::vec3& albedo, float cosine) {
-  const glm::vec2 of_color = chroma(albedo, cosine);
-  return {plant_luminance(lambert_luminance(luminance(albedo), cosine)), of_color.x, of_color.y};
+/// A sun of the error table, and the share of its light that shines through leaves.
+struct Sun {
+  glm::vec3 to_light;
+  float translucency = 0.0f;
+};
+/// A high sun and a low one on the other side, which does not shine through.
+const std::array<Sun, 2>& suns() {
+  static const std::array suns{Sun{error_light(), kTranslucency}, Sun{glm::normalize(glm::vec3(-0.7f, 0.3f, -0.6f)), 0.0f}};
+  return suns;
 }
+
+/// Luminance under each sun, red minus luminance and blue minus luminance, coverage times kCoverage.
+using Color = std::array<float, 5>;
+using ColorImage = std::array<LuminanceImage, 5>;
+enum Channel : std::size_t { kFirstSun, kSecondSun, kRed, kBlue, kCovered };
+
+/// A plant stands before a dark, a leaf-coloured and a white ground, of luminance 0, 0.3 and 1. The mean squared error over the three is
+/// that before their mean, plus their variance times the squared error of coverage.
+constexpr float kMeanGround = 110.0f, kCoverage = 107.0f;
+/// The root mean square difference between leaves and these grounds is about this: a pixel without its leaf is wrong by as much.
+constexpr float kGroundDifference = 180.0f;
 
 struct Renderer {
   const BakedPlant* plant = nullptr;
   std::vector<AlphaMask> masks;         ///< [material]
   std::vector<glm::vec3> card_albedo;   ///< [card] linear
   std::vector<Projection> projections;  ///< [kErrorViewCount]
-  Color background{};                   ///< white, as colourful as the leaves, so that coverage changes luminance alone
+  Color background{};                   ///< grey, as colourful as the leaves, so that coverage does not change that
 };
 
 Color background_of(const BakedPlant& plant, const std::vector<glm::vec3>& card_albedo) {
@@ -46,7 +58,7 @@ Color background_of(const BakedPlant& plant, const std::vector<glm::vec3>& card_
     area_m2 += leaf_m2;
   }
   const glm::vec2 mean(area_m2 > 0.0 ? sum / area_m2 : sum);
-  return {kWhiteLuminance, mean.x, mean.y};
+  return {kMeanGround, kMeanGround, mean.x, mean.y, 0.0f};
 }
 
 Result<Renderer> make_renderer(const BakedPlant& plant) {
@@ -76,10 +88,22 @@ struct Canvas {
   std::vector<Fragment> translucent;
 };
 
-Color color_of(const Renderer& renderer, std::uint32_t node) {
+Color color_of(const Renderer& renderer, std::uint32_t node, const Projection& projection) {
   const Tree& tree = renderer.plant->tree;
-  Color color = shaded_color(renderer.card_albedo[tree.nodes[node].card], two_sided_cosine(node_quad(tree, node), error_light()));
-  for (float& channel : color) channel *= displayed_brightness(brightness_of(tree.nodes[node].fade));
+  const glm::vec3& albedo = renderer.card_albedo[tree.nodes[node].card];
+  const ShadingNormals normals = shading_normals(tree.nodes[node].normals, node_quad(tree, node));
+  const glm::vec3 to_viewer(projection.direction[0], projection.direction[1], projection.direction[2]);
+  Color color{};
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < suns().size(); ++i) {
+    const float cosine = leaf_cosine(normals, suns()[i].to_light, to_viewer, suns()[i].translucency);
+    color[kFirstSun + i] = lambert_luminance(luminance(albedo), cosine);
+    sum += cosine;
+  }
+  const glm::vec2 of_color = chroma(albedo, sum / static_cast<float>(suns().size()));
+  color[kRed] = of_color.x;
+  color[kBlue] = of_color.y;
+  color[kCovered] = kCoverage;
   return color;
 }
 
@@ -93,7 +117,7 @@ void for_each_fragment_of(const Renderer& renderer, std::uint32_t node, const Pr
 }
 
 void draw_opaque(const Renderer& renderer, std::uint32_t node, const Projection& projection, Canvas& canvas) {
-  const Color color = color_of(renderer, node);
+  const Color color = color_of(renderer, node, projection);
   for_each_fragment_of(renderer, node, projection, [&](std::uint32_t pixel, std::uint32_t depth) {
     if (depth >= canvas.depths[pixel]) return;
     canvas.depths[pixel] = depth;
@@ -131,12 +155,12 @@ ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes
   for (std::size_t channel = 0; channel < canvas.image.size(); ++channel)
     canvas.image[channel].assign(canvas.depths.size(), renderer.background[channel]);
   for (const std::uint32_t node : nodes)
-    if (opacity_of(tree.nodes[node].fade) == kOpaque) draw_opaque(renderer, node, projection, canvas);
+    if (tree.nodes[node].opacity == kOpaque) draw_opaque(renderer, node, projection, canvas);
   for (const std::uint32_t node : nodes) {
-    const std::uint8_t opacity = opacity_of(tree.nodes[node].fade);
+    const std::uint8_t opacity = tree.nodes[node].opacity;
     if (opacity == kOpaque) continue;
     const auto leaf = static_cast<std::uint32_t>(canvas.translucent_leaves.size());
-    canvas.translucent_leaves.push_back({color_of(renderer, node), static_cast<float>(opacity) / kOpaque});
+    canvas.translucent_leaves.push_back({color_of(renderer, node, projection), static_cast<float>(opacity) / kOpaque});
     for_each_fragment_of(renderer, node, projection, [&](std::uint32_t pixel, std::uint32_t depth) {
       if (depth < canvas.depths[pixel]) canvas.translucent.push_back({pixel, depth, leaf});
     });
@@ -145,12 +169,15 @@ ColorImage render(const Renderer& renderer, std::span<const std::uint32_t> nodes
   return std::move(canvas.image);
 }
 
-/// Squared errors of luminance plus a third of those of the colour differences: about the mean of red, green and blue.
+/// Squared errors of luminance, the mean over suns and grounds, plus a third of those of the colour differences: about the mean of red,
+/// green and blue. Scaled so that kGroundDifference counts as white for black.
 SquaredErrors squared_color_errors(const ColorImage& source, const ColorImage& other) {
-  SquaredErrors errors = squared_errors(source[0], other[0]);
-  for (const std::size_t channel : {std::size_t{1}, std::size_t{2}}) {
+  constexpr double kScale = double{kWhiteLuminance} * kWhiteLuminance / (double{kGroundDifference} * kGroundDifference);
+  constexpr std::array<double, 5> kWeights{0.5, 0.5, 1.0 / 3.0, 1.0 / 3.0, 1.0};
+  SquaredErrors errors{};
+  for (std::size_t channel = 0; channel < kWeights.size(); ++channel) {
     const SquaredErrors of_channel = squared_errors(source[channel], other[channel]);
-    for (std::size_t size = 0; size < errors.size(); ++size) errors[size] += of_channel[size] / 3.0;
+    for (std::size_t size = 0; size < errors.size(); ++size) errors[size] += kScale * kWeights[channel] * of_channel[size];
   }
   return errors;
 }

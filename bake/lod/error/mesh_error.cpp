@@ -50,13 +50,6 @@ std::size_t level_of(const Look& look, const std::array<ProjectedPoint, 3>& poin
   return std::min(static_cast<std::size_t>(std::lround(0.5 * std::log2(texels / pixels))), look.levels.size() - 1);
 }
 
-/// A leaf is lit by its face, from either side.
-float face_cosine(const std::array<glm::vec3, 3>& corners) {
-  const glm::vec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-  const float length = glm::length(normal);
-  return length > 0.0f ? std::abs(glm::dot(normal, error_light())) / length : 0.0f;
-}
-
 /// Wood is lit by the normals of its corners.
 float smooth_cosine(const std::array<glm::vec3, 3>& normals, const std::array<double, 3>& weight) {
   glm::vec3 normal(0.0f);
@@ -110,24 +103,32 @@ class TexturedCanvas {
 };
 
 void draw_leaf_triangle(const std::array<glm::vec3, 3>& corners, const std::array<glm::vec2, 3>& uvs, std::uint32_t material,
-                        TexturedCanvas& canvas) {
-  canvas.draw(corners, uvs, material, [cosine = face_cosine(corners)](const auto&) { return cosine; });
+                        const ShadingNormals& normals, TexturedCanvas& canvas) {
+  const float cosine = leaf_cosine(normals, error_light(), canvas.to_viewer(), kTranslucency);
+  canvas.draw(corners, uvs, material, [cosine](const auto&) { return cosine; });
 }
 
 void draw_quads(const BakedPlant& plant, std::span<const std::uint32_t> nodes, TexturedCanvas& canvas) {
   for (const std::uint32_t node : nodes) {
     const Quad quad = node_quad(plant.tree, node);
     const Card& card = plant.card_table[plant.tree.nodes[node].card];
+    const ShadingNormals normals = shading_normals(plant.tree.nodes[node].normals, quad);
     for (const std::size_t second : {std::size_t{1}, std::size_t{2}})
       draw_leaf_triangle({quad[0], quad[second], quad[second + 1]}, {card.uv[0], card.uv[second], card.uv[second + 1]}, card.material,
-                         canvas);
+                         normals, canvas);
   }
 }
 
-void draw_leaves(const Mesh& mesh, TexturedCanvas& canvas) {
-  for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t)
-    draw_leaf_triangle(at_corners(mesh.positions, mesh.indices, 3 * t), at_corners(mesh.uvs, mesh.indices, 3 * t),
-                       mesh.triangle_materials[t], canvas);
+void draw_leaves(const Mesh& mesh, const std::vector<Material>& materials, TexturedCanvas& canvas) {
+  for (std::size_t t = 0; t < mesh.triangle_materials.size(); ++t) {
+    const std::array<glm::vec3, 3> normals = at_corners(mesh.normals, mesh.indices, 3 * t);
+    const glm::vec3 sum = normals[0] + normals[1] + normals[2];
+    const float length = glm::length(sum);
+    const glm::vec3 axis = length > 0.0f ? sum / length : normals[0];
+    const std::uint32_t material = mesh.triangle_materials[t];
+    draw_leaf_triangle(at_corners(mesh.positions, mesh.indices, 3 * t), at_corners(mesh.uvs, mesh.indices, 3 * t), material,
+                       {{axis.x, axis.y, axis.z}, 1.0f, materials[material].sided_normals}, canvas);
+  }
 }
 
 /// Seen from behind, a triangle is lit by the opposites of its normals.
@@ -251,7 +252,7 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
     draw_quads(plant, scene.leaves, quads);
-    for (const Mesh* part : parts) draw_leaves(*part, meshes);
+    for (const Mesh* part : parts) draw_leaves(*part, plant.materials, meshes);
     errors[view] = squared_errors(meshes.image, quads.image);
   });
   std::vector<float> error_px;

@@ -78,9 +78,7 @@ coppice_file_material file_material(const Material& material, float coverage, bo
   if (leaf_mesh_only) result.flags |= COPPICE_MATERIAL_LEAF_MESH_ONLY;
   if (coverage < 1.0f)
     result.flags |= static_cast<std::uint32_t>(std::max(std::lround(255.0f * coverage), 1L)) << COPPICE_MATERIAL_COVERAGE_SHIFT;
-  if (material.crown_normals != kCrownNormals)
-    result.flags |= (1u + static_cast<std::uint32_t>(std::lround(254.0f * std::clamp(material.crown_normals, 0.0f, 1.0f))))
-                    << COPPICE_MATERIAL_CROWN_NORMALS_SHIFT;
+  if (material.sided_normals) result.flags |= COPPICE_MATERIAL_SIDED_NORMALS;
   return result;
 }
 
@@ -210,8 +208,9 @@ void fill_plant(const BakedPlant& plant, const QuantisedTree& tree, coppice_file
   store(target.sphere_center, plant.sphere.center);
   target.sphere_radius = plant.sphere.radius;
   for (std::size_t corner = 0; corner < 4; ++corner) std::ranges::copy(tree.nodes[0].corners[corner], target.root_quad[corner]);
-  target.root_card = static_cast<std::uint16_t>(plant.tree.nodes[0].card);
-  target.root_fade = plant.tree.nodes[0].fade;
+  target.root_card = tree.nodes[0].card;
+  target.root_opacity = tree.nodes[0].opacity;
+  target.root_normals = tree.nodes[0].normals;
   target.metric = plant.metric;
   target.fine_positions = tree.box.steps == COPPICE_FINE_QUANTISED_MAX ? 1 : 0;
   store_name(target.name, plant.name);

@@ -197,13 +197,24 @@ void code_corners(const std::array<std::uint8_t, 4>& slots, unsigned c, Codes& c
   codes.symbol(count == 3 ? Context::kCorners3 : Context::kCorners4, 6 * turn + 2 * (second - 1) + (third == lower_left ? 0 : 1));
 }
 
-/// Codes a child's fade relative to its parent's.
-void code_fade(std::uint8_t fade, std::uint8_t parent_fade, const PageHeader& header, Codes& codes) {
-  for (std::size_t half = 0; half < 2; ++half) {
-    const std::uint32_t from = header.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
-    const std::uint32_t symbol = page_model::fade_half(fade, half) + page_model::kFadeSteps - from;
-    codes.symbol(Context::kFades + half, symbol % page_model::kFadeSteps);
-  }
+/// Codes how a child shows, from its parent: opacity and normals.
+void code_look(const PageNode& child, const PageNode& parent, const PageHeader& header, Codes& codes) {
+  const bool is_source = child.split == kNeverReplaced;
+  if (!is_source) codes.symbol(Context::kOpacity, (child.opacity + kOpaque - (header.plain_opacity ? 1u : parent.opacity)) % kOpaque);
+  if (is_source && !header.leaf_normals) return;
+  const NormalSide side = side_of(child.normals);
+  codes.symbol(Context::kSide + page_model::side_class(is_source, side_of(parent.normals)), static_cast<std::uint32_t>(side));
+  if (side == NormalSide::own_quad) return;
+  const std::uint32_t along = along_step_of(child.normals);
+  const std::uint32_t from = is_source || header.plain_along ? 0 : along_step_of(parent.normals);
+  codes.symbol(is_source ? Context::kLeafAlong : Context::kAlong, (along - from) & kAlongSteps);
+  const std::size_t axis = page_model::axis_class(is_source, along);
+  const std::uint32_t bits = axis_bits(along), mask = (1u << bits) - 1;
+  std::array<Point, 4> corners;
+  std::ranges::transform(child.corners, corners.begin(), page_model::point_of);
+  const std::array<std::uint32_t, 2> guess = page_model::guess_axis(header, header.axis_rules[axis], bits, corners, parent.normals);
+  for (std::size_t i = 0; i < 2; ++i)
+    codes.symbol(Context::kAxis + axis, ((axis_step_of(child.normals, i) >> (kAxisBits - bits)) - guess[i]) & mask);
 }
 
 /// Codes residuals of three axes: their bit lengths in the given contexts, then their bits below the highest.
@@ -233,8 +244,6 @@ class Planner {
       codes.low_bits(lifetime);
     }
     const PageNode& parent_node = source_.nodes[split.parent];
-    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child)
-      if (source_.nodes[child].split != kNeverReplaced) code_fade(source_.nodes[child].fade, parent_node.fade, header_, codes);
     const std::array<Child, 2> children = children_of(split, parent_node.corners);
     std::uint32_t pattern = 0;
     for (unsigned i = 0; i < 4; ++i) pattern |= (split.parent_slots[i] / 4u) << i;
@@ -244,6 +253,7 @@ class Planner {
     const Parent parent = page_model::parent_of(parent_node.corners);
     const std::size_t fuller = std::popcount(pattern) > 2 ? 1 : 0;
     for (std::size_t c : {fuller, 1 - fuller}) code_child(children[c], parent_node.card, parent, tables, codes);
+    for (std::uint32_t child = 2 * index + 1; child <= 2 * index + 2; ++child) code_look(source_.nodes[child], parent_node, header_, codes);
   }
 
   void code_child(const Child& child, std::uint32_t parent_card, const Parent& parent, const Tables& tables, Codes& codes) {
@@ -337,8 +347,8 @@ double own_cost_of(const std::vector<std::uint32_t>& counts) {
 }
 
 /// Chooses tables for `codes`. Returns which of them the page stores, a bit a context.
-std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32_t kind_symbols, Tables& tables) {
-  std::uint32_t stored = 0;
+std::uint64_t choose_tables(const Codes& codes, const Tables& usual, std::uint32_t kind_symbols, Tables& tables) {
+  std::uint64_t stored = 0;
   const auto counts = count_symbols(codes);
   for (std::size_t context = 0; context < counts.size(); ++context) {
     const bool kinds = context >= Context::kKind && context < Context::kKind + 4;
@@ -348,19 +358,21 @@ std::uint32_t choose_tables(const Codes& codes, const Tables& usual, std::uint32
     if (counts[context].empty()) continue;
     if (own_cost_of(counts[context]) >= cost_of(counts[context], tables[context].costs)) continue;
     tables[context] = table_of(weight_digits(counts[context]));
-    stored |= 1u << context;
+    stored |= std::uint64_t{1} << context;
   }
   return stored;
 }
 
-void put(std::vector<std::uint8_t>& bytes, std::uint32_t value, std::size_t byte_count) {
+void put(std::vector<std::uint8_t>& bytes, std::uint64_t value, std::size_t byte_count) {
   for (std::size_t i = 0; i < byte_count; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
 void put_header(const PageHeader& header, std::vector<std::uint8_t>& bytes) {
   put(bytes, header.split_count, 2);
   put(bytes, header.shape_count - 1, 1);
-  put(bytes, (header.plain_fades[0] ? 1u : 0u) | (header.plain_fades[1] ? 2u : 0u), 1);
+  std::uint32_t rules = (header.plain_opacity ? 1u : 0u) | (header.plain_along ? 2u : 0u) | (header.leaf_normals ? 4u : 0u);
+  for (std::size_t i = 0; i < header.axis_rules.size(); ++i) rules |= static_cast<std::uint32_t>(header.axis_rules[i]) << (3 + 2 * i);
+  put(bytes, rules, 2);
   for (std::uint16_t weight : header.axis_weights) put(bytes, weight, 2);
   for (std::size_t i = 1; i < header.shape_count; ++i) {
     put(bytes, static_cast<std::uint16_t>(header.shapes[i].a), 2);
@@ -368,8 +380,8 @@ void put_header(const PageHeader& header, std::vector<std::uint8_t>& bytes) {
   }
 }
 
-void put_tables(const Tables& tables, std::uint32_t stored, std::vector<std::uint8_t>& bytes) {
-  put(bytes, stored, 4);
+void put_tables(const Tables& tables, std::uint64_t stored, std::vector<std::uint8_t>& bytes) {
+  put(bytes, stored, page_model::kStoredBytes);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     if ((stored >> context & 1) == 0) continue;
     const std::vector<std::uint8_t>& digits = tables[context].digits;
@@ -399,28 +411,39 @@ void put_codes(const Codes& codes, const Tables& tables, std::vector<std::uint8_
   bytes.insert(bytes.end(), rest.begin(), rest.end());
 }
 
-/// Whether the halves of the page's fades take fewer bits as they are than as differences from the parents'.
-std::array<bool, 2> choose_plain_fades(const PageSource& source) {
-  std::array<PageHeader, 2> headers;
-  headers[1].plain_fades = {true, true};
-  std::array<Codes, 2> codes;
-  for (std::uint32_t i = 0; i < source.splits.size(); ++i)
-    for (std::uint32_t child = 0; child < 2; ++child) {
-      const PageNode& node = source.nodes[2 * (source.first_split + i) + 1 + child];
-      if (node.split == kNeverReplaced) continue;
-      for (std::size_t rule = 0; rule < 2; ++rule)
-        code_fade(node.fade, source.nodes[source.splits[i].parent].fade, headers[rule], codes[rule]);
-    }
-  std::array<bool, 2> plain{};
-  for (std::size_t half = 0; half < 2 && !codes[0].symbols.empty(); ++half) {
-    const std::vector<std::uint32_t> differences = count_symbols(codes[0])[Context::kFades + half];
-    if (differences.size() == 1) continue;  // nothing changes: the usual table codes that in no bytes
-    plain[half] = own_cost_of(count_symbols(codes[1])[Context::kFades + half]) < own_cost_of(differences);
+/// Chooses how opacities and normals are guessed: whatever takes the fewest bits in this page.
+void choose_rules(const PageSource& source, const Tables& usual, PageHeader& header) {
+  using page_model::AxisRule;
+  const std::span<const PageNode> children = source.nodes.subspan(2 * std::size_t{source.first_split} + 1, 2 * source.splits.size());
+  header.leaf_normals =
+      std::ranges::any_of(children, [](const PageNode& node) { return node.split == kNeverReplaced && node.normals != kFlatNormals; });
+  // [rule] The contexts do not depend on each other, so four trials are enough for all of them; only axes have more than two rules.
+  std::array<std::array<std::vector<std::uint32_t>, Context::kContextCount>, page_model::kAxisRules> counts;
+  for (std::uint32_t rule = 0; rule < page_model::kAxisRules; ++rule) {
+    PageHeader trial = header;
+    trial.plain_opacity = trial.plain_along = rule > 0;
+    trial.axis_rules.fill(static_cast<AxisRule>(rule));
+    Codes codes;
+    for (std::size_t i = 0; i < children.size(); ++i) code_look(children[i], source.nodes[source.splits[i / 2].parent], trial, codes);
+    counts[rule] = count_symbols(codes);
   }
-  return plain;
+  const auto cost = [&](std::size_t context, std::uint32_t rule) {
+    const std::vector<std::uint32_t>& of = counts[rule][context];
+    return of.empty() ? 0.0 : std::min(own_cost_of(of), cost_of(of, usual[context].costs));
+  };
+  const auto best_of = [&](std::size_t context, std::uint32_t rule_count) {
+    std::uint32_t best = 0;
+    for (std::uint32_t rule = 1; rule < rule_count; ++rule)
+      if (cost(context, rule) < cost(context, best)) best = rule;
+    return best;
+  };
+  header.plain_opacity = best_of(Context::kOpacity, 2) == 1;
+  header.plain_along = best_of(Context::kAlong, 2) == 1;
+  for (std::size_t i = 0; i < header.axis_rules.size(); ++i)
+    header.axis_rules[i] = static_cast<AxisRule>(best_of(Context::kAxis + i, page_model::kAxisRules));
 }
 
-PageHeader header_of(const PageSource& source) {
+PageHeader header_of(const PageSource& source, const Tables& usual) {
   std::vector<QuantisedQuad> children;
   for (const Split& split : source.splits) {
     const ChildQuads quads = child_quads(source.nodes[split.parent].corners, split);
@@ -432,9 +455,9 @@ PageHeader header_of(const PageSource& source) {
   const std::vector<page_model::Shape> shapes = common_shapes(children);
   header.shape_count = static_cast<std::uint32_t>(shapes.size());
   std::ranges::copy(shapes, header.shapes.begin());
-  header.plain_fades = choose_plain_fades(source);
   header.axis_weights = axis_weights(source.box_extent);
   header.quantised_max = static_cast<std::int32_t>(source.quantised_max);
+  choose_rules(source, usual, header);
   return header;
 }
 
@@ -457,11 +480,11 @@ std::vector<Shape> common_shapes(std::span<const QuantisedQuad> quads) {
 Result<std::vector<std::uint8_t>> encode_page(const PageSource& source) {
   constexpr int kPlans = 4;  // a fifth gains nothing noticeable
   COPPICE_ASSERT(!source.splits.empty() && source.nodes.size() >= 2 * (source.first_split + source.splits.size()) + 1);
-  const PageHeader header = header_of(source);
   const Tables usual = default_tables();
+  const PageHeader header = header_of(source, usual);
   Tables tables = usual;
   Codes codes;
-  std::uint32_t stored = 0;
+  std::uint64_t stored = 0;
   Planner planner(source, header);
   for (int plan = 0; plan < kPlans; ++plan) {
     codes = planner.plan(tables);

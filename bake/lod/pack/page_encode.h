@@ -20,8 +20,8 @@ std::vector<page_model::Shape> common_shapes(std::span<const QuantisedQuad> quad
 struct PageSource {
   std::span<const Split> splits;    ///< the page's; parents are earlier nodes, slots four different ones (asserted)
   std::uint32_t first_split = 0;    ///< index of splits[0]
-  std::span<const PageNode> nodes;  ///< [>= 2 * (first_split + splits.size()) + 1] by id: the parents' corners, cards and fades, the
-                                    ///< children's fades and next splits
+  std::span<const PageNode> nodes;  ///< [>= 2 * (first_split + splits.size()) + 1] by id: all fields, but by_death, of the children and
+                                    ///< their parents
   glm::vec3 box_extent{1.0f};       ///< the leaf box's, m: it says what is square in the plant
   std::uint32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's
 };

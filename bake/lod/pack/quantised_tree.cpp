@@ -21,6 +21,9 @@ Result<void> check_shape(const Tree& tree) {
   if (tree.nodes.size() != 2 * leaf_count - 1) return Error{Status::invalid_argument, "tree: node count is not 2 leaves - 1"};
   for (const Tree::Node& node : tree.nodes) {
     if (node.card >= COPPICE_MAX_CARDS) return Error{Status::invalid_argument, "tree: card over COPPICE_MAX_CARDS"};
+    if (node.opacity < 1 || node.opacity > kOpaque) return Error{Status::invalid_argument, "tree: opacity outside 1..16"};
+    if (!are_normals(node.normals))
+      return Error{Status::invalid_argument, "tree: a quad's own normals with other bits, or an axis finer than its along allows"};
     for (std::uint32_t vertex : node.vertices)
       if (vertex >= tree.vertices.size()) return Error{Status::invalid_argument, "tree: vertex index out of range"};
   }
@@ -75,7 +78,7 @@ Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
   QuantisedTree result;
   result.box = leaf_box(tree, steps);
   for (const Tree::Node& node : tree.nodes) {
-    PageNode quantised{.card = static_cast<std::uint8_t>(node.card), .fade = node.fade};
+    PageNode quantised{.card = static_cast<std::uint8_t>(node.card), .opacity = node.opacity, .normals = node.normals};
     for (std::size_t corner = 0; corner < 4; ++corner)
       quantised.corners[corner] = quantise(result.box, tree.vertices[node.vertices[corner]]);
     result.nodes.push_back(quantised);
@@ -95,7 +98,7 @@ Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps) {
     result.splits.push_back(split);
   }
   for (const PageNode& node : result.nodes)
-    if (node.split == kNeverReplaced && node.fade != kNoFade) return Error{Status::invalid_argument, "tree: a source leaf has a fade"};
+    if (node.split == kNeverReplaced && node.opacity != kOpaque) return Error{Status::invalid_argument, "tree: a transparent source leaf"};
   return result;
 }
 

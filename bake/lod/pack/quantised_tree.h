@@ -33,7 +33,7 @@ struct QuantisedTree {
 };
 
 /// errors  invalid_argument: a parent's vertices are not four of its children's, arrays disagree, a split's parent is not alive, a
-///         vertex is not finite, a source leaf has a fade
+///         vertex is not finite, a node has an opacity or normals that the file cannot hold
 Result<QuantisedTree> quantise_tree(const Tree& tree, std::uint32_t steps = COPPICE_QUANTISED_MAX);
 
 }  // namespace coppice::bake

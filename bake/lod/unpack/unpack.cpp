@@ -92,7 +92,10 @@ Result<Tree> read_tree(const PlantFile& file, Bytes bytes) {
       if (auto applied = apply_split(tree, box, split); !applied) return in_chunk(applied.error(), chunk);
   }
   const std::vector<PageNode> nodes = pages.nodes();
-  for (std::size_t node = 0; node < nodes.size(); ++node) tree.nodes[node].fade = nodes[node].fade;
+  for (std::size_t node = 0; node < nodes.size(); ++node) {
+    tree.nodes[node].opacity = nodes[node].opacity;
+    tree.nodes[node].normals = nodes[node].normals;
+  }
   std::uint32_t next_source = 0;
   for (std::uint32_t split : tree.node_split) tree.node_source.push_back(split == kNone ? next_source++ : kNone);
   return tree;
@@ -163,7 +166,7 @@ void copy_tables(const PlantFile& file, BakedPlant& plant) {
     material.alpha_cutoff = source.alpha_cutoff;
     material.roughness = source.roughness;
     material.double_sided = (source.flags & COPPICE_MATERIAL_DOUBLE_SIDED) != 0;
-    material.crown_normals = material_crown_normals(source);
+    material.sided_normals = (source.flags & COPPICE_MATERIAL_SIDED_NORMALS) != 0;
     plant.materials.push_back(std::move(material));
   }
   for (const coppice_file_card& source : file.cards) {

@@ -3,11 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 #include "srgb.h"
 
 namespace coppice::bake {
+namespace shading {
+using glm::vec2, glm::vec3, glm::dot, glm::sqrt, glm::max, glm::clamp;
+#include "coppice/coppice_surface.glsl"
+}  // namespace shading
 namespace {
 
 glm::vec3 mean_texel_color(const Material& material, const std::vector<Image>& images, const AlphaMask& mask) {
@@ -46,10 +52,25 @@ glm::vec2 chroma(const glm::vec3& albedo, float cosine) {
   return {lambert_luminance(albedo.r, cosine) - gray, lambert_luminance(albedo.b, cosine) - gray};
 }
 
-float two_sided_cosine(const Quad& quad, const glm::vec3& to_light) {
-  const glm::vec3 normal = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
-  const float length = glm::length(normal);
-  return length > 0.0f ? std::abs(glm::dot(normal, to_light)) / length : 0.0f;
+glm::dvec3 quad_normal(const Quad& quad) {
+  const glm::dvec3 across = glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1]));
+  const double length = glm::length(across);
+  return length > 0.0 ? across / length : glm::dvec3(0.0);
+}
+
+ShadingNormals shading_normals(std::uint16_t bits, const Quad& quad) {
+  const glm::vec3 own(quad_normal(quad));
+  return unpack_normals(bits, {own.x, own.y, own.z});
+}
+
+glm::vec2 leaf_light(const ShadingNormals& normals, const glm::vec3& to_light, const glm::vec3& to_viewer) {
+  const auto& [x, y, z] = normals.axis;
+  return shading::coppice_leaf_light({x, y, z}, normals.along, to_light, to_viewer, normals.is_sided ? 1.0f : 0.0f);
+}
+
+float leaf_cosine(const ShadingNormals& normals, const glm::vec3& to_light, const glm::vec3& to_viewer, float translucency) {
+  const glm::vec2 light = leaf_light(normals, to_light, to_viewer);
+  return light.x + translucency * light.y;
 }
 
 float lambert_luminance(float albedo, float cosine) {

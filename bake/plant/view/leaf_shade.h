@@ -30,7 +30,20 @@ glm::vec2 chroma(const glm::vec3& albedo, float cosine = 0.5f);
 /// Lambert's luminance, 0..255 as a display would show it. cosine  of the angle to the light, at least 0
 float lambert_luminance(float albedo, float cosine);
 
-/// Cosine of the angle between a quad's normal, on either side, and a light. to_light  unit
-float two_sided_cosine(const Quad& quad, const glm::vec3& to_light);
+/// The share of the sun on a leaf's back that shines through it: the renderer's (shaders/light/shading.glsl).
+inline constexpr float kTranslucency = 0.45f;
+
+/// Unit, the mean for a bent quad; 0 for a quad without area.
+glm::dvec3 quad_normal(const Quad& quad);
+
+/// A node's normals for shading. bits  core/tree.h
+ShadingNormals shading_normals(std::uint16_t bits, const Quad& quad);
+
+/// Light on the visible side and on the other: coppice_leaf_light of coppice_surface.glsl, the same text. Directions  unit, towards the
+/// light and the viewer
+glm::vec2 leaf_light(const ShadingNormals& normals, const glm::vec3& to_light, const glm::vec3& to_viewer);
+
+/// The mean cosine of the light that leaves show: leaf_light's sides, the other one times `translucency`. 0..1
+float leaf_cosine(const ShadingNormals& normals, const glm::vec3& to_light, const glm::vec3& to_viewer, float translucency);
 
 }  // namespace coppice::bake

@@ -1007,11 +1007,17 @@ typedef struct coppice_leaf_node {
    * 1, 2) and (0, 2, 3). Corner i shows coppice_card.uv[i] */
   uint16_t corners[4][3];
   uint8_t card;
-  /* low four bits: (their number + 1) sixteenths of the quad's pixels are shown. High four: brightness b multiplies linear colour by
-   * ((8 + b) / 16)^2 */
-  uint8_t fade;
+  uint8_t opacity;   /* 1 to 16: so many sixteenths of the quad's pixels are shown */
   uint16_t reserved; /* any value */
   uint32_t split;    /* the split that replaces it; 0xffffffff: none */
+  /* How the normals of the leaves that it stands for lie about an axis: what coppice_leaf_light of coppice_surface.glsl takes. Bits 14 and
+   * 15 are a side s. With s = 3 it is one flat leaf: the axis is the quad's normal, (corner 2 - corner 0) x (corner 3 - corner 1), along is
+   * 1, and the side that the eye sees is the front. Else k, bits 10 to 13, is 15 times along; w is 3 for k = 1..9, 4 for k = 0, 10..12,
+   * else 5; h, the highest w of bits 0..4, gives u = max((h - H) / (H - 1), -1), H = 2^(w - 1), bits 5..9 give v. The axis is (x, 1 - |x| -
+   * |z|, z) normalised, x = (u + v) / 2, z = (u - v) / 2. s = 1: it points to the front, whoever looks; 2: away from it; 0: the eye's side
+   * is front */
+  uint16_t normals;
+  uint16_t reserved_end; /* 0 */
 } coppice_leaf_node;
 
 /* A vertex of wood or of a leaf mesh. */
@@ -1113,7 +1119,8 @@ typedef struct coppice_material {
   float base_color[4]; /* linear; multiplies the texture */
   float alpha_cutoff;  /* 0: opaque; otherwise texels of smaller alpha are holes */
   float roughness;     /* 0 to 1 */
-  float crown_normals; /* how far normals of its leaves turn to those of the crown, 0 to 1 */
+  /* COPPICE_TRUE: the normals of its leaf meshes' vertices say which side is lit, whoever looks; else the side that the eye sees is */
+  uint32_t sided_normals;
   /* base colour, sRGB; COPPICE_NONE if it has none. Both sides are shown, of wood too: do not cull */
   uint32_t texture;
   uint32_t normal_map; /* index of a texture, see coppice_change.bytes; COPPICE_NONE if it has none */
@@ -1183,14 +1190,20 @@ typedef struct coppice_leaf_layout {
   uint32_t struct_size;
   uint32_t vertex_bytes; /* distance between vertices */
   uint32_t position;     /* float3, object space, m */
-  uint32_t normal;       /* float3, the quad's, unit; 0 0 0 if the quad has no area */
-  uint32_t uv;           /* float2 */
-  /* as color_format: base_color times brightness, at most 2.07, without tint and texture, linear; alpha is the share of its pixels that are
-   * shown */
+  /* float3, unit: the axis of the node's normals. A flat leaf's is its quad's; 0 0 0 if that has no area. A node that is sided has it on
+   * its front, others on the side from which the triangles run counter-clockwise */
+  uint32_t normal;
+  uint32_t uv; /* float2 */
+  /* as color_format: base_color without tint and texture, linear; alpha is the share of its pixels that are shown */
   uint32_t color;
   uint32_t material; /* uint32_t */
   coppice_leaf_color color_format;
   uint32_t index_bytes; /* 4, the default, or 2 */
+  /* float, 0 to 1: how far the normals of the leaves that a node stands for lie along `normal`; 1 is flat, 1/3 all directions. A renderer
+   * lights with coppice_leaf_light(normal, along, light, eye, sided) of coppice_surface.glsl, all in one space, in place of the cosine of
+   * normal and light: its x is the light on the visible side, its y the light that shines through */
+  uint32_t along;
+  uint32_t sided; /* float, 0 or 1: 1 if `normal` says which side is lit, whoever looks */
 } coppice_leaf_layout;
 static inline void coppice_leaf_layout_init(coppice_leaf_layout* layout) {
   coppice_struct_init(COPPICE_STRUCT_LEAF_LAYOUT, layout, sizeof *layout);

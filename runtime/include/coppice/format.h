@@ -1,7 +1,7 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 7: disk structs and limits only. runtime/src/format/FORMAT.md describes it in prose.
+/* The .coppice file, version 8: disk structs and limits only. runtime/src/format/FORMAT.md describes it in prose.
  *
  * The file is little-endian. Every struct below is stored as is, without padding. Offsets count from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 7u
+#define COPPICE_FORMAT_VERSION 8u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -115,9 +115,9 @@ typedef struct coppice_file_plant {
   float sphere_center[3]; /* bounds leaves and wood */
   float sphere_radius;
   uint16_t root_quad[4][3]; /* node 0, quantised in the leaf box */
-  uint16_t root_card;
-  uint8_t root_fade; /* bits 0..3 opacity, 15 opaque; bits 4..7 brightness, 8 unchanged; 0x8f if leaf_count is 1 */
-  uint8_t reserved;  /* 0 */
+  uint8_t root_card;
+  uint8_t root_opacity;  /* sixteenths, 1..16; 16 if leaf_count is 1 */
+  uint16_t root_normals; /* FORMAT.md, section 8: bits 0..9 axis, 10..13 along, 14 and 15 side */
   /* The size of each wood LoD after decoding, so that a reader can reserve its memory; 0 from wood_lod_count on. */
   uint32_t wood_vertex_counts[COPPICE_MAX_WOOD_LODS];   /* <= 3 * triangles */
   uint32_t wood_triangle_counts[COPPICE_MAX_WOOD_LODS]; /* <= COPPICE_MAX_WOOD_TRIANGLES, non-increasing */
@@ -133,11 +133,8 @@ typedef struct coppice_file_plant {
 /* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: unknown, or no holes. */
 #define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
 #define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
-/* Bits 16..23: 1 + 254 times how far the shading normals of the material's leaves turn from the leaf's own (0) to those of the crown (1),
- * an ellipsoid in the leaf box; 0: COPPICE_CROWN_NORMALS_DEFAULT. */
-#define COPPICE_MATERIAL_CROWN_NORMALS_SHIFT 16u
-#define COPPICE_MATERIAL_CROWN_NORMALS_MASK 0xff0000u
-#define COPPICE_CROWN_NORMALS_DEFAULT 0.55f
+/* The normals of LEAF_MESH vertices of the material say which side is lit, whoever looks; otherwise the side that the eye sees is. */
+#define COPPICE_MATERIAL_SIDED_NORMALS 4u
 
 typedef struct coppice_file_material {
   float base_color[4];          /* linear RGBA factor, multiplies the texture */

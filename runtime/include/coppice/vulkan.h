@@ -191,8 +191,8 @@ typedef enum coppice_content {
   COPPICE_CONTENT_DEFAULT = 0,
   COPPICE_CONTENT_LIT = 1,    /* shaded by coppice_light, linear, with fog; alpha 1 */
   COPPICE_CONTENT_ALBEDO = 2, /* albedo, linear (an sRGB format encodes it); alpha: occlusion */
-  COPPICE_CONTENT_NORMAL = 3, /* octahedral normal in world space, roughness, roundness */
-  /* translucency; the share of the sun that arrives (through the plant's own crown, and past coppice_light.shadow_maps); octahedral face */
+  COPPICE_CONTENT_NORMAL = 3, /* octahedral normal in world space, roughness, along */
+  /* translucency; the share of the sun that arrives (through the plant's own crown, and past coppice_light.shadow_maps); sided; 0 */
   COPPICE_CONTENT_LIGHT = 4,
   COPPICE_CONTENT_USER = 5, /* coppice_placement.user_data, a byte each, lowest first: R8G8B8A8_UNORM is exact */
   /* x, y: how far the place has moved since the frame before, px, including shifts (jitter) of the cameras' projections. z is 0, but 1 in

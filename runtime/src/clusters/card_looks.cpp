@@ -153,7 +153,6 @@ Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& a
     *look++ = {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
                .coverage = material.coverage,
                .mask = {card.mask[0], card.mask[1]},
-               .crown_normals = material.crown_normals,
                .roughness = material.roughness};
   }
   for (std::size_t i = 0; i < file.small_textures.size(); ++i) {
@@ -164,11 +163,7 @@ Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& a
   }
   for (std::size_t i = 0; i < file.materials.size(); ++i) {
     const coppice_file_material& material = file.materials[i];
-    *look++ = {.albedo = color_of(material),
-               .coverage = 1.0f,
-               .mask = {0xffffffffu, 0xffffffffu},
-               .crown_normals = gpu_material(material).crown_normals,
-               .roughness = material.roughness};
+    *look++ = {.albedo = color_of(material), .coverage = 1.0f, .mask = {0xffffffffu, 0xffffffffu}, .roughness = material.roughness};
     const std::span<std::uint32_t> colors = plant.wood_colors.span().subspan(plant.first_wood_color[i], wood_color_count(material));
     if (colors.size() == 1)
       colors[0] = pack_albedo(color_of(material));

@@ -24,7 +24,7 @@ Material gpu_material(const coppice_file_material& material) {
           .alpha_cutoff = material.alpha_cutoff,
           .texture = texture == COPPICE_NO_TEXTURE ? kNoTexture : texture,
           .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f,
-          .crown_normals = material_crown_normals(material),
+          .sided_normals = (material.flags & COPPICE_MATERIAL_SIDED_NORMALS) != 0 ? 1.0f : 0.0f,
           .normal_map = normal_map == COPPICE_NO_TEXTURE ? kNoTexture : normal_map,
           .roughness = material.roughness};
 }

@@ -98,7 +98,7 @@ CrownLight measure_crown(const CrownSource& source) {
     if (!lod::coppice_node_alive(id, node.split, leaf_count)) continue;
     std::array<vec3, 4> corners;
     std::ranges::transform(node.corners, corners.begin(), [&](const QuantisedPoint& q) { return source.box.at({q[0], q[1], q[2]}); });
-    add_leaf(grid, corners, covered_area_m2(quad_area(corners), source.looks[node.card], node.fade));
+    add_leaf(grid, corners, covered_area_m2(quad_area(corners), source.looks[node.card], node.opacity));
   }
   CrownLight light;
   light.box = source.box;

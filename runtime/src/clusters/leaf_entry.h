@@ -33,14 +33,15 @@ struct LeafEntry {
   float area_m2 = 0;
   bool is_triangle = false;  ///< discs of a slender triangle lie on those of its neighbour: the count is for one point of it
   bool is_surface = false;   ///< true for a triangle without holes
-  // The normals of its splat.
-  vec3 normal{}, face{};
+  // What its splat shows.
+  LeafNormals normals{vec3(0.0f), 1.0f, 0.0f};
+  vec3 face{};  ///< of any length
   float roughness = 1;
-  std::uint32_t look = 0;          ///< Splat::look without its bulk
+  std::uint32_t look = 0;          ///< Splat::look without its upper byte
   std::uint32_t transparency = 0;  ///< in sixteenths of the leaf
   float covered_m2 = 0;            ///< area without holes, times opacity
   CrownSample light{};
-  float bulk = 0;  ///< the bulk of Splat::look, 0..1
+  float bulk = 0;  ///< 0..1
 
   [[nodiscard]] vec3 middle() const { return (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25f; }
 };
@@ -59,8 +60,9 @@ Cluster write_cluster(std::span<const LeafEntry> entries, const Births& births, 
                       std::span<Splat> splats);
 
 /// The area of a node that its leaves cover: without the holes of its card and the gaps between the leaves that it stands for.
-inline float covered_area_m2(float area_m2, const CardLook& look, std::uint8_t fade) {
-  return area_m2 * look.coverage * opacity_of(transparency_of(fade));
+/// opacity: core/tree.h
+inline float covered_area_m2(float area_m2, const CardLook& look, std::uint8_t opacity) {
+  return area_m2 * look.coverage * opacity_of(transparency_of(opacity));
 }
 
 }  // namespace coppice::gpu

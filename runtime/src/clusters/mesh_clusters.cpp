@@ -18,7 +18,7 @@ constexpr std::uint32_t kLargest = 65535;
 
 /// A triangle, and the keys by which it is clustered.
 struct Triangle {
-  LeafEntry entry;               ///< id: the triangle's number in its mesh; normal: the sum of its vertices'
+  LeafEntry entry;               ///< id: the triangle's number in its mesh; its normal is the sum of its vertices'
   std::uint32_t place = 0;       ///< Morton code of its middle
   std::uint32_t group = 0;       ///< the first id of its leaf, whose triangles have the same size class and place
   std::uint16_t size_class = 0;  ///< triangles of the same class are clustered together
@@ -65,7 +65,7 @@ void fill_triangles(const WoodSpan& mesh, const LeafBox& box, const MeshSource& 
     LeafEntry& entry = triangle.entry = make_entry(corners, box);
     entry.id = triangle.group = static_cast<std::uint32_t>(i);
     entry.leaf.card = source.appearance.looks.first_material() + mesh.vertices[mesh.indices[3 * i]].material;
-    entry.normal = normal;
+    entry.normals.axis = normal;
     entry.covered_m2 = entry.area_m2;
     entry.is_triangle = entry.is_surface = true;
     triangle.size_class = size_class_of(entry.length_m);
@@ -284,7 +284,7 @@ std::size_t light_wood(const WoodSpan& mesh, const MeshSource& source, std::span
   const auto shows = [&](Triangle& triangle) {
     LeafEntry& entry = triangle.entry;
     const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
-    entry.face = dot(face, face) > 0.0f ? face : entry.normal;
+    entry.face = dot(face, face) > 0.0f ? face : entry.normals.axis;
     const std::uint32_t material = vertex_of(mesh, triangle, 0).material;
     entry.look = wood_color_of(source.appearance.looks, material, uvs_of(mesh, triangle));
     entry.roughness = source.appearance.looks.materials[material].roughness;
@@ -303,11 +303,12 @@ std::size_t light_leaves(const WoodSpan& mesh, const MeshSource& source, std::sp
     constexpr std::uint32_t kSide = 2;
     const TriangleLook look = triangle_look(source.appearance.looks, first.material, uvs_of(mesh, triangle), kSide);
     const uvec3 stalk{first.stalk[0], first.stalk[1], first.stalk[2]};
-    const vec3 middle = (entry.corners[0] + entry.corners[1] + entry.corners[2]) * (1.0f / 3.0f);
-    const LeafNormals normals = leaf_normals(crown, middle, entry.normal, source.appearance.looks.looks[entry.leaf.card].crown_normals);
-    entry.normal = normals.lit;
-    entry.face = normals.face;
-    entry.roughness = source.appearance.looks.materials[first.material].roughness;
+    const coppice_file_material& material = source.appearance.looks.materials[first.material];
+    const vec3 face = cross(entry.corners[1] - entry.corners[0], entry.corners[2] - entry.corners[0]);
+    entry.face = dot(face, face) > 0.0f ? face : entry.normals.axis;
+    if (!(dot(entry.normals.axis, entry.normals.axis) > 1e-12f)) entry.normals.axis = entry.face;
+    entry.normals.sided = (material.flags & COPPICE_MATERIAL_SIDED_NORMALS) != 0 ? 1.0f : 0.0f;
+    entry.roughness = material.roughness;
     entry.look = pack_albedo(look.albedo * variation(crown, source.box.at(stalk), stalk));
     area_m2 += entry.area_m2;
     if (look.coverage > 0.0f && look.coverage < 1.0f) partial_m2 += entry.area_m2;

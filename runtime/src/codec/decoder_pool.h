@@ -21,7 +21,7 @@ class DecoderPool {
   DecoderPool& operator=(const DecoderPool&) = delete;
 
   /// Maximum memory of a set for any page: tables for any alphabet, a page's plain bits, and the objects that hold these.
-  static constexpr std::size_t kSetBytes = 152u << 10;
+  static constexpr std::size_t kSetBytes = 204u << 10;
 
   /// Reserves a set for one page.
   class Lease {

@@ -41,9 +41,11 @@ class HeaderReader {
   [[nodiscard]] bool has(std::size_t count) const { return bytes_.size() - at_ >= count; }
   [[nodiscard]] std::size_t at() const { return at_; }
   /// The caller has checked the length.
-  std::uint32_t number(std::size_t byte_count) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < byte_count; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
+  std::uint32_t number(std::size_t byte_count) { return static_cast<std::uint32_t>(long_number(byte_count)); }
+  /// The same, of up to eight bytes.
+  std::uint64_t long_number(std::size_t byte_count) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < byte_count; ++i) value |= std::uint64_t{bytes_[at_++]} << (8 * i);
     return value;
   }
   Bytes take(std::size_t byte_count) {
@@ -65,15 +67,19 @@ std::size_t alphabet(std::size_t context, const PageHeader& header, std::uint32_
 }
 
 Result<void> read_header(HeaderReader& reader, std::uint32_t split_count, PageHeader& header) {
-  constexpr std::size_t kFixedBytes = 10, kShapeBytes = 4;
+  constexpr std::size_t kFixedBytes = 11, kShapeBytes = 4;
   if (!reader.has(kFixedBytes)) return bad_page("page header", 0);
   header.split_count = reader.number(2);
   if (header.split_count != split_count) return bad_page("page split_count", 0);
   header.shape_count = 1 + reader.number(1);
   if (header.shape_count > page_model::kMaxShapes) return bad_page("page shape_count", 2);
-  const std::uint32_t plain_fades = reader.number(1);
-  if (plain_fades > 3) return bad_page("page plain_fades", 3);
-  header.plain_fades = {(plain_fades & 1) != 0, (plain_fades & 2) != 0};
+  const std::uint32_t rules = reader.number(2);
+  if (rules >= 1u << (3 + 2 * header.axis_rules.size())) return bad_page("page rules", 3);
+  header.plain_opacity = (rules & 1) != 0;
+  header.plain_along = (rules & 2) != 0;
+  header.leaf_normals = (rules & 4) != 0;
+  for (std::size_t i = 0; i < header.axis_rules.size(); ++i)
+    header.axis_rules[i] = static_cast<page_model::AxisRule>(rules >> (3 + 2 * i) & 3);
   for (std::uint16_t& weight : header.axis_weights) weight = static_cast<std::uint16_t>(reader.number(2));
   if (!reader.has(kShapeBytes * (header.shape_count - 1))) return bad_page("page shapes", reader.at());
   for (std::size_t i = 1; i < header.shape_count; ++i) {
@@ -113,9 +119,9 @@ Result<std::size_t> read_digits(HeaderReader& reader, std::size_t maximum, std::
 }
 
 Result<void> read_tables(HeaderReader& reader, const PageHeader& header, std::uint32_t card_count, DecoderPool::Set& decoders) {
-  if (!reader.has(4)) return bad_page("page tables", reader.at());
+  if (!reader.has(page_model::kStoredBytes)) return bad_page("page tables", reader.at());
   const std::size_t at = reader.at();
-  const std::uint32_t stored = reader.number(4);
+  const std::uint64_t stored = reader.long_number(page_model::kStoredBytes);
   if (stored >> Context::kContextCount != 0) return bad_page("page tables", at);
   for (std::size_t context = 0; context < Context::kContextCount; ++context) {
     std::array<std::uint8_t, 256> digits;
@@ -248,7 +254,6 @@ class PageDecoder {
     for (std::uint32_t c = 0; c < 2; ++c)
       if (!read_death(split, 2 * split + 1 + c, children[c])) return "page death";
     const PageNode& parent = out_.nodes[parent_node];
-    for (std::uint32_t c = 0; c < 2; ++c) children[c].fade = children[c].split == kNeverReplaced ? kNoFade : read_fade(parent.fade);
     const Parent around = page_model::parent_of(parent.corners);
     std::array<Child, 2> child;
     std::array<std::uint8_t, 4> slots{};
@@ -258,7 +263,12 @@ class PageDecoder {
     // The child with more known corners comes first.
     const std::size_t fuller = page_model::kBitCount[pattern] > 2 ? 1 : 0;
     if (!read_child(parent.card, around, child[fuller]) || !read_child(parent.card, around, child[1 - fuller])) return "page vertex";
-    for (std::size_t c = 0; c < 2; ++c) store(child[c], children[c]);
+    for (std::size_t c = 0; c < 2; ++c) {
+      store(child[c], children[c]);
+      children[c].opacity = children[c].split == kNeverReplaced ? kOpaque : read_opacity(parent.opacity);
+      children[c].normals = read_normals(children[c], child[c].corners, parent.normals);
+      children[c].reserved = 0;
+    }
     if (!out_.splits.empty()) store_split(parent_node, slots, child, out_.splits[i]);
     return nullptr;
   }
@@ -274,13 +284,25 @@ class PageDecoder {
     return std::exchange(scratch_.parents[place], id) == kNoParent;
   }
 
-  std::uint8_t read_fade(std::uint8_t parent_fade) {
-    std::uint32_t fade = 0;
-    for (std::size_t half = 0; half < 2; ++half) {
-      const std::uint32_t from = header_.plain_fades[half] ? 0 : page_model::fade_half(parent_fade, half);
-      fade |= (from + symbol(Context::kFades + half)) % page_model::kFadeSteps << (4 * half);
-    }
-    return static_cast<std::uint8_t>(fade);
+  std::uint8_t read_opacity(std::uint8_t parent_opacity) {
+    const std::uint32_t from = header_.plain_opacity ? 0 : parent_opacity - 1u;
+    return static_cast<std::uint8_t>(1 + (from + symbol(Context::kOpacity)) % kOpaque);
+  }
+
+  /// `node` is filled in, but for its normals.
+  std::uint16_t read_normals(const PageNode& node, const std::array<Point, 4>& corners, std::uint16_t parent_normals) {
+    const bool is_source = node.split == kNeverReplaced;
+    if (is_source && !header_.leaf_normals) return kFlatNormals;
+    const auto side = static_cast<NormalSide>(symbol(Context::kSide + page_model::side_class(is_source, side_of(parent_normals))));
+    if (side == NormalSide::own_quad) return kFlatNormals;
+    const std::uint32_t from = is_source || header_.plain_along ? 0 : along_step_of(parent_normals);
+    const std::uint32_t along = (from + symbol(is_source ? Context::kLeafAlong : Context::kAlong)) & kAlongSteps;
+    const std::size_t axis = page_model::axis_class(is_source, along);
+    const std::uint32_t bits = axis_bits(along), mask = (1u << bits) - 1;
+    auto [u, v] = page_model::guess_axis(header_, header_.axis_rules[axis], bits, corners, parent_normals);
+    u = (u + symbol(Context::kAxis + axis)) & mask;
+    v = (v + symbol(Context::kAxis + axis)) & mask;
+    return pack_normals(axis_step_from(u, bits), axis_step_from(v, bits), along, side);
   }
 
   /// Copies the corners of child `c` that are the parent's.
@@ -415,8 +437,10 @@ class PageDecoder {
 }  // namespace
 
 PageNode root_node(const coppice_file_plant& plant) {
-  PageNode root{
-      .card = static_cast<std::uint8_t>(plant.root_card), .fade = plant.root_fade, .split = plant.leaf_count > 1 ? 0 : kNeverReplaced};
+  PageNode root{.card = plant.root_card,
+                .opacity = plant.root_opacity,
+                .split = plant.leaf_count > 1 ? 0 : kNeverReplaced,
+                .normals = plant.root_normals};
   for (std::size_t corner = 0; corner < 4; ++corner) std::copy_n(plant.root_quad[corner], 3, root.corners[corner].begin());
   return root;
 }

@@ -1,6 +1,7 @@
 #include "page_model.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace coppice::page_model {
 
@@ -25,6 +26,14 @@ std::int64_t rounded_quotient(std::int64_t n, std::int64_t d) {
   return n >= 0 ? n / d : -((-n + d - 1) / d);
 }
 
+/// The largest integer whose square is at most `square`.
+std::int64_t integer_root(std::uint32_t square) {
+  std::uint32_t root = 0;
+  for (std::uint32_t bit = 1u << 15; bit != 0; bit >>= 1)
+    if (std::uint64_t{root | bit} * (root | bit) <= square) root |= bit;
+  return root;
+}
+
 Point fourth_of_shape(const PageHeader& header, std::uint32_t kind, const std::array<Point, 4>& quad, std::size_t corner) {
   const Shape& shape = header.shapes[shape_of(kind)];
   const std::array<std::int64_t, 4> factors = {std::int64_t{shape.a} + shape.b - kShapeOne, -shape.a, -shape.b, kShapeOne};
@@ -43,6 +52,40 @@ Point parallelogram(const PageHeader& header, const Point& one, const Point& oth
   Point guess{};
   for (std::size_t axis = 0; axis < 3; ++axis) guess[axis] = clamp_coordinate(header, one[axis] + other[axis] - across[axis]);
   return guess;
+}
+
+using Direction = std::array<std::int64_t, 3>;
+
+/// A step along an axis is the root of its weight long, so that each coordinate of the cross product of the diagonals has the roots of two
+/// weights as a factor: below 2^31 times 2^16.
+Direction normal_of(const PageHeader& header, const std::array<Point, 4>& quad) {
+  const Point d = difference(quad[2], quad[0]), e = difference(quad[3], quad[1]);
+  Direction normal{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t next = (axis + 1) % 3, last = (axis + 2) % 3;
+    const std::int64_t factor = integer_root(std::uint32_t{header.axis_weights[next]} * header.axis_weights[last]);
+    normal[axis] = factor * (std::int64_t{d[next]} * e[last] - std::int64_t{d[last]} * e[next]);
+  }
+  return normal;
+}
+
+/// From the middle of corners 0 and 3 to that of 1 and 2.
+Direction spine_of(const PageHeader& header, const std::array<Point, 4>& quad) {
+  Direction spine{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    spine[axis] = integer_root(65535u * header.axis_weights[axis]) * (quad[1][axis] + quad[2][axis] - quad[0][axis] - quad[3][axis]);
+  return spine;
+}
+
+/// u and v, of so many bits, of a direction or its opposite.
+std::array<std::uint32_t, 2> axis_along(const Direction& direction, std::uint32_t bits) {
+  const auto& [x, y, z] = direction;
+  const std::int64_t length = std::max<std::int64_t>(1, std::abs(x) + std::abs(y) + std::abs(z));  // no direction: straight up
+  const std::int64_t sign = y < 0 || (y == 0 && x < 0) ? -1 : 1, half = 1 << (bits - 1);
+  const auto step = [&](std::int64_t share) {
+    return static_cast<std::uint32_t>(half + rounded_quotient(sign * share * (half - 1), length));
+  };
+  return {step(x + z), step(x - z)};
 }
 
 }  // namespace
@@ -67,6 +110,26 @@ Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, co
     guess[axis] = clamp_coordinate(header, base[axis] + ((sum + 32) >> 6));
   }
   return guess;
+}
+
+std::array<std::uint32_t, 2> guess_axis(const PageHeader& header, AxisRule rule, std::uint32_t bits, const std::array<Point, 4>& quad,
+                                        std::uint16_t parent_normals) {
+  switch (rule) {
+    case AxisRule::parent: {
+      const std::uint32_t steps = (1u << bits) - 1;
+      const auto step = [&](std::size_t which) {
+        return (2 * axis_step_of(parent_normals, which) * steps + kAxisSteps) / (2 * kAxisSteps);
+      };
+      return {step(0), step(1)};
+    }
+    case AxisRule::quad:
+      return axis_along(normal_of(header, quad), bits);
+    case AxisRule::spine:
+      return axis_along(spine_of(header, quad), bits);
+    case AxisRule::plain:
+      break;
+  }
+  return {0, 0};
 }
 
 std::size_t square_axis(const PageHeader& header, const Point& along) {
@@ -121,6 +184,19 @@ const std::array<const char*, kContextCount> kDefaultWeights = {
     "fcd8763111111111",
     "1",
     "1",
+    "01",
+    "001",
+    "0001",
+    "1",
+    "01",
+    "001",
+    "0001",
+    "fdba98767776657b",
+    "0000000000000001",
+    "fc9aba9c",
+    "fda87788887768ad",
+    "fc97432111111111111111111123569c",
+    "f741111213121137",
 };
 
 }  // namespace coppice::page_model

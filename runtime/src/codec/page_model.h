@@ -38,20 +38,27 @@ enum Context : std::uint8_t {
   kNearFourth,  ///< 9 (x + 1) + 3 (y + 1) + z + 1 of a residual within -1..1, or kFar
   kTurned,      ///< three contexts, by Side
   kParallel = kTurned + 3,
-  kFades = kParallel + 3,  ///< for a child that is replaced, two contexts: opacity and brightness, as PageHeader::plain_fades says
-  kContextCount = kFades + 2
+  kOpacity = kParallel + 3,  ///< for a child that is replaced: its opacity less 1, as PageHeader::plain_opacity says
+  kSide,                     ///< NormalSide; eight contexts, by side_class. Sides, alongs and axes are a node's normals
+  kAlong = kSide + 8,        ///< for a child that is replaced: as PageHeader::plain_along says
+  kLeafAlong,                ///< for a source leaf
+  kAxis,                     ///< u, then v, less the guess of PageHeader::axis_rules; four contexts, by axis_class
+  kContextCount = kAxis + 4
 };
 enum Side : std::uint8_t { kFirstSide, kSecondSide, kSquareAxis };
 inline constexpr std::uint32_t kFar = 27;
 
 /// Number of symbols of each context; kCard's are the plant's cards.
-inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17, 17,
-                                                                       17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17, 16,  16};
+inline constexpr std::array<std::uint16_t, kContextCount> kAlphabet = {28, 16, 4,  12, 12, 12, 24, 24, 18, 18, 18, 18, 2,  256, 17,
+                                                                       17, 17, 17, 17, 17, 17, 17, 28, 17, 17, 17, 17, 17, 17,  16,
+                                                                       4,  4,  4,  4,  4,  4,  4,  4,  16, 16, 8,  16, 32, 32};
 inline constexpr std::size_t kSymbolCount = [] {
   std::size_t sum = 0;
   for (std::uint16_t symbols : kAlphabet) sum += symbols;
   return sum;
 }();
+/// Bytes of the mask that says which contexts' tables a page stores.
+inline constexpr std::size_t kStoredBytes = (kContextCount + 7) / 8;
 /// Maximum of plain bits of a split: two numbers of at most 27 bits, and three residuals of 16 bits for each of four corners. The symbol
 /// holds the highest bit of each.
 inline constexpr std::uint32_t kMaxPlainBits = 2 * 26 + 4 * 3 * 15;
@@ -79,13 +86,24 @@ struct Shape {
 inline constexpr std::int32_t kShapeOne = 4096;
 inline constexpr Shape kParallelogram{-kShapeOne, kShapeOne};
 
+/// From what the axis of a child's normals is guessed.
+enum class AxisRule : std::uint8_t {
+  parent,  ///< the parent's axis
+  quad,    ///< the normal of the child's quad
+  spine,   ///< the direction of the child's quad from stalk to tip
+  plain,   ///< nothing
+};
+inline constexpr std::uint32_t kAxisRules = 4, kAxisClasses = 4;
+
 /// Values that a page states once.
 struct PageHeader {
   std::uint32_t split_count = 0;
   std::uint32_t shape_count = 1;
   std::array<Shape, kMaxShapes> shapes{kParallelogram};
-  std::array<bool, 2> plain_fades{};            ///< opacity, brightness: true if coded directly, else as a difference to the parent's
-  std::array<std::uint16_t, 3> axis_weights{};  ///< squared length of a step along each axis, to a common scale
+  bool plain_opacity = false, plain_along = false;     ///< true if coded directly, else as a difference to the parent's
+  std::array<AxisRule, kAxisClasses> axis_rules{};     ///< by axis_class
+  bool leaf_normals = false;                           ///< source leaves have normals, too, else they are kFlatNormals
+  std::array<std::uint16_t, 3> axis_weights{};         ///< squared length of a step along each axis, to a common scale
   std::int32_t quantised_max = COPPICE_QUANTISED_MAX;  ///< the plant's; not in the page
 };
 
@@ -133,10 +151,14 @@ inline constexpr std::array<Steps, 16> kSteps = [] {
   return all;
 }();
 
-// The two parts of a fade: opacity and brightness.
-inline constexpr std::uint32_t kFadeSteps = 16;
-constexpr std::uint32_t fade_half(std::uint8_t fade, std::size_t half) {
-  return std::uint32_t{fade} >> (4 * half) & (kFadeSteps - 1);
+/// Which context codes a side.
+constexpr std::size_t side_class(bool is_source, NormalSide parent) {
+  return (is_source ? 4 : 0) + static_cast<std::size_t>(parent);
+}
+
+/// Which context codes an axis: one for each number of bits, and one for source leaves.
+constexpr std::size_t axis_class(bool is_source, std::uint32_t along_step) {
+  return is_source ? kAxisClasses - 1 : axis_bits(along_step) - 3;
 }
 
 /// Number of set bits in each number of four bits; not every target processor has an instruction for it.
@@ -172,6 +194,10 @@ inline std::int32_t clamp_coordinate(const PageHeader& header, std::int64_t valu
 /// Predicts the corner of `step`.
 /// quad  the corners known so far
 Point predict(const PageHeader& header, std::uint32_t kind, const Step& step, const std::array<Point, 4>& quad, const Parent& parent);
+
+/// Guesses u and v of a child's axis, of so many bits.
+std::array<std::uint32_t, 2> guess_axis(const PageHeader& header, AxisRule rule, std::uint32_t bits, const std::array<Point, 4>& quad,
+                                        std::uint16_t parent_normals);
 
 /// The axis along which a right angle to the first side gives a child's second side, or 3 if there is none.
 /// along  the known side

@@ -9,6 +9,7 @@
 // slots the parent's vertices fill. Slots 0..3 are the corners of child 2s+1, slots 4..7 those of child 2s+2.
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -28,49 +29,100 @@ inline constexpr std::uint16_t kNoPlace = 0xffff;
 
 /// Opacities are in sixteenths, 1 to 16. A node that stands for several leaves is as transparent as the gaps between them.
 inline constexpr std::uint8_t kOpaque = 16;
-
-/// Brightnesses are steps of a sixteenth, 0 to 15, of a display's value: step b shows (8 + b) / 16 of the leaf's own.
-inline constexpr std::uint8_t kUnchangedBrightness = 8;
-inline constexpr std::uint8_t kBrightest = 15;
-[[nodiscard]] constexpr float displayed_brightness(std::uint8_t step) {
-  return static_cast<float>(step + 8u) / 16.0f;
+/// Transparency in sixteenths, 0 to 15: the share of the gaps.
+[[nodiscard]] constexpr std::uint32_t transparency_of(std::uint8_t opacity) {
+  return static_cast<std::uint32_t>(kOpaque - opacity);
 }
 
-/// A node's *fade* packs its opacity and brightness into one byte: the low four bits are the opacity minus one, the high four the
-/// brightness. Source leaves, which nothing replaces, have none.
-[[nodiscard]] constexpr std::uint8_t fade_of(std::uint8_t opacity, std::uint8_t brightness = kUnchangedBrightness) {
-  return static_cast<std::uint8_t>((static_cast<unsigned>(brightness) << 4) | (opacity - 1u));
+// A node's *normals* say how the normals n of the leaves that it stands for lie: the second moment M = mean of n n^T by area, which decides
+// what light does to them (coppice_surface.glsl). M is taken to be rotationally symmetric about an axis a: M = l a a^T + (1 - l) / 2 (I - a
+// a^T), where l, 0 to 1, is how far normals lie along the axis: 1 for one flat leaf, 1/3 for leaves of all directions, 0 for leaves about a
+// twig. They have 16 bits:
+//   bits 0..4, 5..9   axis: u and v of the octahedron's upper half (axis_share). As many high bits count as axis_bits says; those below
+//                     repeat them
+//   bits 10..13       along: 15 l
+//   bits 14, 15       side: NormalSide
+
+enum class NormalSide : std::uint8_t {
+  either = 0,    ///< the side that the eye sees counts as the front
+  along = 1,     ///< the front is where the axis points, whoever looks: normals that an artist gave
+  against = 2,   ///< the front is where the axis points away from
+  own_quad = 3,  ///< one flat leaf: the axis is the quad's own normal, l is 1, either side; all other bits are 0
+};
+inline constexpr std::uint32_t kAxisBits = 5, kAxisSteps = 31, kAlongSteps = 15;
+inline constexpr std::uint16_t kFlatNormals = 0xc000;
+
+[[nodiscard]] constexpr NormalSide side_of(std::uint16_t normals) {
+  return static_cast<NormalSide>(normals >> 14);
 }
-[[nodiscard]] constexpr std::uint8_t opacity_of(std::uint8_t fade) {
-  return static_cast<std::uint8_t>((fade & 15u) + 1u);
+[[nodiscard]] constexpr std::uint32_t along_step_of(std::uint16_t normals) {
+  return std::uint32_t{normals} >> 10 & kAlongSteps;
 }
-[[nodiscard]] constexpr std::uint8_t brightness_of(std::uint8_t fade) {
-  return static_cast<std::uint8_t>(fade >> 4);
+/// u (0) or v (1) of the axis, 0..kAxisSteps.
+[[nodiscard]] constexpr std::uint32_t axis_step_of(std::uint16_t normals, std::size_t which) {
+  return std::uint32_t{normals} >> (5 * which) & kAxisSteps;
 }
-/// Converts brightness to a factor of linear light. Displays show about its square root.
-[[nodiscard]] constexpr float linear_brightness(std::uint8_t fade) {
-  const float displayed = displayed_brightness(brightness_of(fade));
-  return displayed * displayed;
+[[nodiscard]] constexpr std::uint16_t pack_normals(std::uint32_t u, std::uint32_t v, std::uint32_t along, NormalSide side) {
+  return static_cast<std::uint16_t>(u | v << 5 | along << 10 | static_cast<std::uint32_t>(side) << 14);
 }
-inline constexpr std::uint8_t kNoFade = fade_of(kOpaque);
-/// Transparency of a node in sixteenths, 0 to 15: the share of the gaps between the leaves that it stands for.
-[[nodiscard]] constexpr std::uint32_t transparency_of(std::uint8_t fade) {
-  return static_cast<std::uint32_t>(kOpaque - opacity_of(fade));
+
+/// How many high bits of u and v count, 3 to kAxisBits: an axis matters by how far l is from 1/3, where normals have all directions alike.
+[[nodiscard]] constexpr std::uint32_t axis_bits(std::uint32_t along_step) {
+  constexpr std::uint32_t kEvenStep = kAlongSteps / 3;
+  const std::uint32_t off = along_step > kEvenStep ? along_step - kEvenStep : kEvenStep - along_step;
+  return off <= 4 ? 3 : off <= 7 ? 4 : kAxisBits;
 }
-static_assert(kNoFade == 0x8f && transparency_of(kNoFade) == 0 && displayed_brightness(kUnchangedBrightness) == 1.0f);
+/// u or v, -1..1, of its high bits: half of their number is 0, so that straight up is exact; 0 and 1 are -1.
+[[nodiscard]] constexpr float axis_share(std::uint32_t high, std::uint32_t bits) {
+  const std::int32_t half = 1 << (bits - 1), steps = static_cast<std::int32_t>(high) - half;
+  return static_cast<float>(steps > -half ? steps : 1 - half) / static_cast<float>(half - 1);
+}
+/// All bits of u or v from its high ones.
+[[nodiscard]] constexpr std::uint32_t axis_step_from(std::uint32_t high, std::uint32_t bits) {
+  return high << (kAxisBits - bits) | high >> (2 * bits - kAxisBits);
+}
+
+/// Whether the bits are normals that the file may hold.
+[[nodiscard]] constexpr bool are_normals(std::uint16_t normals) {
+  if (side_of(normals) == NormalSide::own_quad) return normals == kFlatNormals;
+  const std::uint32_t bits = axis_bits(along_step_of(normals));
+  const auto holds = [&](std::uint32_t step) { return step == axis_step_from(step >> (kAxisBits - bits), bits); };
+  return holds(axis_step_of(normals, 0)) && holds(axis_step_of(normals, 1));
+}
+
+/// Normals as shading takes them.
+struct ShadingNormals {
+  std::array<float, 3> axis{};  ///< unit, on the front if there is one
+  float along = 1.0f;           ///< l
+  bool is_sided = false;        ///< whether the axis says which side is the front
+};
+/// quad_normal  the quad's own, unit
+[[nodiscard]] inline ShadingNormals unpack_normals(std::uint16_t normals, const std::array<float, 3>& quad_normal) {
+  const NormalSide side = side_of(normals);
+  if (side == NormalSide::own_quad) return {quad_normal, 1.0f, false};
+  const std::uint32_t bits = axis_bits(along_step_of(normals));
+  const auto share = [&](std::size_t which) { return axis_share(axis_step_of(normals, which) >> (kAxisBits - bits), bits); };
+  // u = x + z, v = x - z, where |x| + y + |z| = 1.
+  const float u = share(0), v = share(1), x = 0.5f * (u + v), z = 0.5f * (u - v), y = 1.0f - std::abs(x) - std::abs(z);
+  const float scale = (side == NormalSide::against ? -1.0f : 1.0f) / std::sqrt(x * x + y * y + z * z);
+  const float along = static_cast<float>(along_step_of(normals)) / static_cast<float>(kAlongSteps);
+  return {{x * scale, y * scale, z * scale}, along, side != NormalSide::either};
+}
 
 /// A node in the layout that pages are decoded into.
 struct PageNode {
   QuantisedQuad corners{};
-  std::uint8_t card = 0;  ///< < COPPICE_MAX_CARDS
-  std::uint8_t fade = kNoFade;
+  std::uint8_t card = 0;           ///< < COPPICE_MAX_CARDS
+  std::uint8_t opacity = kOpaque;  ///< 1..kOpaque
   /// An index of the page, not a property of this node: node k has the place in the page of the k-th node to be replaced, kNoPlace after
   /// the last.
   std::uint16_t by_death = 0;
   std::uint32_t split = kNeverReplaced;  ///< the split that replaces this node, in whichever page it is
+  std::uint16_t normals = kFlatNormals;
+  std::uint16_t reserved = 0;
 };
-static_assert(sizeof(PageNode) == 32 && offsetof(PageNode, card) == 24 && offsetof(PageNode, fade) == 25 &&
-              offsetof(PageNode, by_death) == 26 && offsetof(PageNode, split) == 28);
+static_assert(sizeof(PageNode) == 36 && offsetof(PageNode, card) == 24 && offsetof(PageNode, opacity) == 25 &&
+              offsetof(PageNode, by_death) == 26 && offsetof(PageNode, split) == 28 && offsetof(PageNode, normals) == 32);
 
 /// A split as decoded from a page.
 struct Split {

@@ -111,9 +111,13 @@ Result<void> check_plant_values(const coppice_file_plant& plant, std::uint64_t a
         return bad_field("plant root_quad", at + offsetof(coppice_file_plant, root_quad), "outside the leaf box");
   if (plant.root_card >= plant.card_count)
     return bad_field("plant root_card", at + offsetof(coppice_file_plant, root_card), "no such card");
-  if (plant.leaf_count == 1 && plant.root_fade != kNoFade)
-    return bad_field("plant root_fade", at + offsetof(coppice_file_plant, root_fade), "of a source leaf");
-  if (plant.reserved != 0) return bad_field("plant reserved", at + offsetof(coppice_file_plant, reserved), "not 0");
+  if (plant.root_opacity < 1 || plant.root_opacity > kOpaque)
+    return bad_field("plant root_opacity", at + offsetof(coppice_file_plant, root_opacity), "not in 1..16");
+  if (plant.leaf_count == 1 && plant.root_opacity != kOpaque)
+    return bad_field("plant root_opacity", at + offsetof(coppice_file_plant, root_opacity), "of a source leaf");
+  if (!are_normals(plant.root_normals))
+    return bad_field("plant root_normals", at + offsetof(coppice_file_plant, root_normals),
+                     "the quad's own, with other bits, or an axis finer than its along allows");
   COPPICE_CHECK(check_wood_counts(plant, at));
   if (plant.fine_positions > (plant.leaf_mesh_count > 0 ? 0 : 1))
     return bad_field("plant fine_positions", at + offsetof(coppice_file_plant, fine_positions), std::to_string(plant.fine_positions));
@@ -210,8 +214,8 @@ Result<void> read_materials(PlantFile& file, Bytes bytes, const coppice_allocato
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
         return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such texture");
-    constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK |
-                                     COPPICE_MATERIAL_CROWN_NORMALS_MASK;
+    constexpr std::uint32_t kKnown =
+        COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK | COPPICE_MATERIAL_SIDED_NORMALS;
     if ((material.flags & ~kKnown) != 0)
       return bad_field("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
     if ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0 && file.plant.leaf_mesh_count == 0)
@@ -458,11 +462,6 @@ std::uint32_t material_normal_map(const coppice_file_material& material) {
 void set_material_textures(coppice_file_material& material, std::uint32_t texture, std::uint32_t normal_map) {
   material.texture_or_none = static_cast<std::uint16_t>(texture);
   material.normal_map_plus_one = static_cast<std::uint16_t>(normal_map + 1);
-}
-
-float material_crown_normals(const coppice_file_material& material) {
-  const std::uint32_t stored = (material.flags & COPPICE_MATERIAL_CROWN_NORMALS_MASK) >> COPPICE_MATERIAL_CROWN_NORMALS_SHIFT;
-  return stored > 0 ? static_cast<float>(stored - 1) / 254.0f : COPPICE_CROWN_NORMALS_DEFAULT;
 }
 
 Result<void> check_chunk(const coppice_file_chunk& chunk, Bytes bytes) {

@@ -61,9 +61,6 @@ std::uint32_t material_normal_map(const coppice_file_material& material);
 /// Each texture: COPPICE_NO_TEXTURE, or < 256.
 void set_material_textures(coppice_file_material& material, std::uint32_t texture, std::uint32_t normal_map);
 
-/// Returns how far the normals of a material's leaves turn to those of the crown, 0..1.
-float material_crown_normals(const coppice_file_material& material);
-
 /// Checks that `bytes` are the chunk's: length and XXH3-64.
 /// errors  bad_file, with the chunk's kind, index and offset
 Result<void> check_chunk(const coppice_file_chunk& chunk, std::span<const std::uint8_t> bytes);

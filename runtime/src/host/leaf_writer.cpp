@@ -36,7 +36,8 @@ std::string layout_problem(const coppice_leaf_layout& layout) {
   };
   for (const auto& [name, offset, bytes] :
        {Attribute{"position", layout.position, 12}, Attribute{"normal", layout.normal, 12}, Attribute{"uv", layout.uv, 8},
-        Attribute{"color", layout.color, color_bytes}, Attribute{"material", layout.material, 4}}) {
+        Attribute{"color", layout.color, color_bytes}, Attribute{"material", layout.material, 4}, Attribute{"along", layout.along, 4},
+        Attribute{"sided", layout.sided, 4}}) {
     if (offset == COPPICE_NONE) continue;
     if (offset % 4 != 0) return std::string(name) + " is " + std::to_string(offset) + ": not a multiple of 4";
     if (bytes > layout.vertex_bytes || offset > layout.vertex_bytes - bytes)
@@ -47,10 +48,9 @@ std::string layout_problem(const coppice_leaf_layout& layout) {
 
 void LeafWriter::write_color(unsigned char* vertex, const PageNode& node, const coppice_file_material& material) const {
   if (layout_.color == COPPICE_NONE) return;
-  const float brightness = linear_brightness(node.fade);
   std::array<float, 4> color{};
-  for (std::size_t i = 0; i < 3; ++i) color[i] = brightness * material.base_color[i];
-  color[3] = static_cast<float>(opacity_of(node.fade)) / static_cast<float>(kOpaque);
+  std::copy_n(material.base_color, 3, color.begin());
+  color[3] = static_cast<float>(node.opacity) / static_cast<float>(kOpaque);
   if (layout_.color_format == COPPICE_LEAF_COLOR_FLOAT4) return put(vertex, layout_.color, color);
   std::array<std::uint8_t, 4> bytes{};
   std::ranges::transform(color, bytes.begin(),
@@ -76,11 +76,16 @@ void LeafWriter::write(const PageNode& node) {
   const coppice_file_material& material = file_.materials[card.material];
   std::array<vec3, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = box_.at({node.corners[i][0], node.corners[i][1], node.corners[i][2]});
-  const vec3 normal = face_normal(corners);
+  const vec3 face = face_normal(corners);
+  const ShadingNormals normals = unpack_normals(node.normals, {face.x, face.y, face.z});
+  const vec3 axis(normals.axis[0], normals.axis[1], normals.axis[2]);
+  const vec3 normal = !normals.is_sided && dot(axis, face) < 0.0f ? axis * -1.0f : axis;
   auto* vertex = static_cast<unsigned char*>(output_.vertices) + std::size_t{leaf_count_} * 4 * layout_.vertex_bytes;
   for (std::size_t i = 0; i < 4; ++i) {
     put(vertex, layout_.position, corners[i]);
     put(vertex, layout_.normal, normal);
+    put(vertex, layout_.along, normals.along);
+    put(vertex, layout_.sided, normals.is_sided ? 1.0f : 0.0f);
     put(vertex, layout_.uv, card.uv[i]);
     put(vertex, layout_.material, card.material);
     write_color(vertex, node, material);

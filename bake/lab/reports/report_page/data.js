@@ -18,12 +18,17 @@ const measures = [
   {key: 'soft_iou', title: 'Overlap of silhouettes', digits: 3, better: 'high', note: `Soft intersection over union of coverage at ${sizes[1]}. Higher is better.`},
   {key: 'area_ratio', title: 'Leaf area', digits: 3, better: 'one', note: 'Area of all leaves, over the source\'s.'},
 ];
+// Errors under two kinds of light before three grounds.
+const lightingTitles = ['Any light and ground, close up', 'Any light and ground, in the distance', 'Worst light and ground, close up', 'Worst light and ground, in the distance'];
+data.lightings.forEach((key, i) => measures.push({key, title: lightingTitles[i], digits: 2, better: 'low',
+  note: `${key}: the ${i < 2 ? 'mean' : 'largest'} of six errors, two kinds of light before three grounds, ${sizes[i % 2 * 2]}. Lower is better.`}));
+measures.push({key: 'luminance', title: 'Luminance of leaves', digits: 3, better: 'one', note: 'Mean luminance of foliage, over the source\'s; of two kinds of light the worse.'});
 // Errors of other pictures, where they were measured.
 const litTitles = ['Under eight suns, close up', 'Under eight suns, in the distance', 'Mean of 16 frames, close up', 'Mean of 16 frames, in the distance'];
 const litNotes = [sizes[0], sizes[2], sizes[0], sizes[2]];
 data.lit.forEach((key, i) => measures.push({key, title: litTitles[i], digits: 2, better: 'low',
   note: `${key}: ${i < 2 ? 'difference of pictures lit from eight directions' : 'difference of what temporal antialiasing shows'}, ${litNotes[i]}. Lower is better.`}));
-const chartKeys = [...rmse, 'hausdorff', 'coverage', 'mean_distance', ...data.lit];
+const chartKeys = [...rmse, 'hausdorff', 'coverage', 'mean_distance', ...data.lightings.slice(2), 'luminance', ...data.lit];
 const measureOf = key => measures.find(measure => measure.key === key);
 
 const about = {

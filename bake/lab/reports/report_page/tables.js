@@ -27,7 +27,7 @@ function sizeTable() {
 }
 
 function winnersTable() {
-  const keys = [...rmse, 'hausdorff', 'coverage', ...data.lit];
+  const keys = [...rmse, ...data.lightings, 'luminance', 'hausdorff', 'coverage', ...data.lit];
   const rows = keys.map(key => {
     const measure = measureOf(key);
     return element('tr', {}, element('th', {scope: 'row'}, measure.title, element('small', {}, key)), ...levels.map(level => {

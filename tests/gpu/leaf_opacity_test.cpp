@@ -1,5 +1,4 @@
-// Merged leaves with a fade on both paths, in every size: over frames and over pixels gaps let through what lies behind; brightness is a
-// factor of the colour.
+// Merged leaves on both paths, in every size: over frames and over pixels gaps let through what lies behind; normals decide the light.
 
 #include <gtest/gtest.h>
 
@@ -10,14 +9,15 @@
 
 #include "convert.h"
 #include "golden.h"
+#include "leaf_shade.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
 
 namespace coppice::test {
-namespace leaf_fade_test {
+namespace leaf_opacity_test {
 
 constexpr std::uint32_t kSidePx = 192, kRow = 20;
-constexpr std::uint8_t kHalf = 0x87;
+constexpr std::uint8_t kHalf = kOpaque / 2;
 
 struct Path {
   const char* name;
@@ -29,7 +29,7 @@ void PrintTo(const Path& each, std::ostream* out) {
 }
 
 /// Squares that do not overlap, in a plane before the eye, all of them in the finest cut.
-DecodedPlant sheet(std::uint8_t fade, std::uint32_t texture_side = 0) {
+DecodedPlant sheet(std::uint8_t opacity, std::uint32_t texture_side = 0, std::uint16_t normals = kFlatNormals) {
   DecodedPlant plant =
       decoded_plant(random_plant({.leaf_count = kRow * kRow, .seed = 3, .wood_lod_count = 0, .texture_side = texture_side}));
   const std::uint32_t cell = COPPICE_QUANTISED_MAX / kRow;
@@ -41,7 +41,8 @@ DecodedPlant sheet(std::uint8_t fade, std::uint32_t texture_side = 0) {
       return QuantisedPoint{static_cast<std::uint16_t>(x + right), static_cast<std::uint16_t>(y + up), static_cast<std::uint16_t>(z)};
     };
     node.corners = {corner(0, 0), corner(wide, 0), corner(wide, wide), corner(0, wide)};
-    node.fade = fade;
+    node.opacity = opacity;
+    node.normals = normals;
     ++at;
   }
   return plant;
@@ -65,13 +66,13 @@ double linear(std::uint8_t srgb) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-class LeafFadeTest : public VulkanTest, public testing::WithParamInterface<Path> {
+class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Path> {
  protected:
   static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
 
   /// Leaves of the sheet at z = 0 are this wide.
   static Shot view_for(float leaf_px) {
-    const gpu::Plant plant = gpu::gpu_plant(sheet(kNoFade).file.plant);
+    const gpu::Plant plant = gpu::gpu_plant(sheet(kOpaque).file.plant);
     const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
     const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
     Shot view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
@@ -140,15 +141,14 @@ Light mixed(const Light& front, double share, const Light& behind) {
 constexpr float kHardware_px = 24, kLeaf_px = 8, kSplat_px = 1.5f;
 
 // Black leaves of opacity c before grey ones before white: in the mean c * black + (1 - c) * what is seen without them.
-TEST_P(LeafFadeTest, FramesAverageToTheComposite) {
-  const Placed behind{sheet(kNoFade), at(-0.7f, 0.2f)};
+TEST_P(LeafOpacityTest, FramesAverageToTheComposite) {
+  const Placed behind{sheet(kOpaque), at(-0.7f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     const Shot view = view_for(leaf_px);
-    const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kNoFade), at(0.0f, 0.0f)}, behind}, view);
+    const Light without = over_frames({behind}, view), opaque = over_frames({{sheet(kOpaque), at(0.0f, 0.0f)}, behind}, view);
     ASSERT_GT(difference(without, opaque, 8), 0.03) << leaf_px << ": something stands before it";
     for (const std::uint32_t opacity : {2u, 8u, 13u}) {
-      const auto fade = static_cast<std::uint8_t>(0x80 + opacity - 1);
-      const Light actual = over_frames({{sheet(fade), at(0.0f, 0.0f)}, behind}, view);
+      const Light actual = over_frames({{sheet(static_cast<std::uint8_t>(opacity)), at(0.0f, 0.0f)}, behind}, view);
       const Light expected = mixed(opaque, opacity / 16.0, without);
       EXPECT_LT(difference(actual, expected, 8), 0.02) << leaf_px << " px, " << opacity;
       if (leaf_px == kSplat_px) continue;
@@ -158,9 +158,9 @@ TEST_P(LeafFadeTest, FramesAverageToTheComposite) {
 }
 
 // Two sheets of half opacity: behind both a quarter is seen, not a half or nothing.
-TEST_P(LeafFadeTest, LeavesBehindEachOtherLetThroughTheProduct) {
+TEST_P(LeafOpacityTest, LeavesBehindEachOtherLetThroughTheProduct) {
   const Placed front{sheet(kHalf), at(0.0f, 0.0f)}, back{sheet(kHalf), at(-0.02f, 0.2f)};
-  const Placed whole_front{sheet(kNoFade), at(0.0f, 0.0f)}, whole_back{sheet(kNoFade), at(-0.02f, 0.2f)};
+  const Placed whole_front{sheet(kOpaque), at(0.0f, 0.0f)}, whole_back{sheet(kOpaque), at(-0.02f, 0.2f)};
   for (const float leaf_px : {kHardware_px, kLeaf_px}) {
     const Shot view = view_for(leaf_px);
     const Light white(std::size_t{kSidePx} * kSidePx, 1.0), both = over_frames({whole_front, whole_back}, view);
@@ -172,12 +172,12 @@ TEST_P(LeafFadeTest, LeavesBehindEachOtherLetThroughTheProduct) {
   }
 }
 
-TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
+TEST_P(LeafOpacityTest, WithoutFramesThePatternIsFixed) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
     for (const std::uint32_t texture_side : {0u, 8u}) {
       Shot view = view_for(leaf_px);
       const std::vector<Placed> half{{sheet(kHalf, texture_side), at(0.0f, 0.0f)}};
-      const std::vector<Placed> opaque{{sheet(kNoFade, texture_side), at(0.0f, 0.0f)}};
+      const std::vector<Placed> opaque{{sheet(kOpaque, texture_side), at(0.0f, 0.0f)}};
       const auto scene = drawn_scene(half, view, options());
       const Picture first = scene->draw(view).picture, second = scene->draw(view).picture;
       EXPECT_TRUE(first.rgba == second.rgba) << leaf_px << ": a still picture stands still";
@@ -190,7 +190,7 @@ TEST_P(LeafFadeTest, WithoutFramesThePatternIsFixed) {
     }
 }
 
-TEST_P(LeafFadeTest, FramesChangeNothingOfOpaqueLeaves) {
+TEST_P(LeafOpacityTest, FramesChangeNothingOfOpaqueLeaves) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     Shot view = view_for(leaf_px);
     const std::vector<Placed> plants{{decoded_plant(random_plant({.leaf_count = 400, .seed = 3})), at(0.0f, 0.4f)}};
@@ -201,7 +201,7 @@ TEST_P(LeafFadeTest, FramesChangeNothingOfOpaqueLeaves) {
 }
 
 // One text: leaves that the compute shaders draw lack the pixels that the hardware would have left out.
-TEST_P(LeafFadeTest, BothPathsLeaveOutTheSamePixels) {
+TEST_P(LeafOpacityTest, BothPathsLeaveOutTheSamePixels) {
   if (!GetParam().compute_raster) return;
   Shot view = view_for(kLeaf_px);
   const std::vector<Placed> half{{sheet(kHalf), at(0.0f, 0.0f)}};
@@ -215,23 +215,47 @@ TEST_P(LeafFadeTest, BothPathsLeaveOutTheSamePixels) {
   }
 }
 
-TEST_P(LeafFadeTest, BrightnessIsAFactorOfTheColour) {
-  for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px})
-    for (const std::uint8_t step : {std::uint8_t{2}, kUnchangedBrightness, std::uint8_t{12}}) {
-      const Shot view = view_for(leaf_px);
-      const std::uint8_t fade = fade_of(kOpaque, step);
-      const Picture actual = one_frame({{sheet(fade), at(0.0f, 0.2f)}}, view, options());
-      const Picture tinted = one_frame({{sheet(kNoFade), at(0.0f, 0.2f * linear_brightness(fade))}}, view, options());
-      EXPECT_GT(covered(actual), 0.005);
-      // Albedos of discs have 8 bits, up to kMaxSplatAlbedo: these leaves are white.
-      EXPECT_EQ(compare_pictures(tinted, actual, 4).differing_share, 0.0) << leaf_px << " px, " << int{step};
-    }
+/// Mean linear green of the pixels that are drawn on, under a sun without a sky.
+double sunlight(const Picture& picture) {
+  double sum = 0.0, pixels = 0.0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
+    if (picture.rgba[i] >= 250 && picture.rgba[i + 2] >= 250) continue;  // the ground
+    sum += linear(picture.rgba[i + 1]);
+    ++pixels;
+  }
+  return sum / pixels;
 }
 
-TEST_P(LeafFadeTest, ShadowMapsAreTransparentToo) {
-  const auto depth_of = [&](std::uint8_t fade, float leaf_px) {
+// Each path shows the light that the baker computes by the same text, relative to that of a flat leaf.
+TEST_P(LeafOpacityTest, NormalsDecideTheLight) {
+  const std::array<float, 3> own{0.0f, 0.0f, 1.0f};
+  const glm::vec3 eye(0.0f, 0.0f, 1.0f), sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.7f));
+  const auto expected = [&](std::uint16_t bits) {
+    const glm::vec2 light = bake::leaf_light(unpack_normals(bits, own), sun, eye);
+    return static_cast<double>(light.x + bake::kTranslucency * 1.15f * light.y);
+  };
+  const auto sizes_px = GetParam().compute_raster ? std::vector{kLeaf_px, kSplat_px} : std::vector{kHardware_px};
+  for (const float leaf_px : sizes_px) {
+    Shot view = view_for(leaf_px);
+    std::copy_n(&sun.x, 3, view.light.sun_direction);
+    std::ranges::fill(view.light.sky_color, 0.0f);
+    std::ranges::fill(view.light.ground_color, 0.0f);
+    const auto shown = [&](std::uint16_t bits) {
+      return sunlight(one_frame({{sheet(kOpaque, 0, bits), at(0.0f, 0.4f)}}, view, options()));
+    };
+    const double flat = shown(kFlatNormals);
+    ASSERT_GT(flat, 0.02);
+    // Leaves of all directions, leaves about a twig, an artist's normals that turn away. The eye looks from up to 20 degrees off.
+    for (const std::uint16_t bits : {pack_normals(13, 18, 5, NormalSide::either), pack_normals(31, 31, 0, NormalSide::either),
+                                     pack_normals(31, 4, 15, NormalSide::against)})
+      EXPECT_NEAR(shown(bits) / flat, expected(bits) / expected(kFlatNormals), 0.06) << leaf_px << " px, " << bits;
+  }
+}
+
+TEST_P(LeafOpacityTest, ShadowMapsAreTransparentToo) {
+  const auto depth_of = [&](std::uint8_t opacity, float leaf_px) {
     const Shot view = view_for(leaf_px);
-    const auto scene = drawn_scene({{sheet(fade), at(0.0f, 0.0f)}}, view, options());
+    const auto scene = drawn_scene({{sheet(opacity), at(0.0f, 0.0f)}}, view, options());
     scene->draw_depth(view);
     return scene->draw_depth(view);
   };
@@ -241,14 +265,14 @@ TEST_P(LeafFadeTest, ShadowMapsAreTransparentToo) {
   for (const float leaf_px : {kHardware_px, kLeaf_px, kSplat_px}) {
     const std::vector<float> half = depth_of(kHalf, leaf_px);
     EXPECT_GT(share(half), 0.005) << leaf_px;
-    EXPECT_NEAR(share(half) / share(depth_of(kNoFade, leaf_px)), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
+    EXPECT_NEAR(share(half) / share(depth_of(kOpaque, leaf_px)), 0.5, leaf_px == kSplat_px ? 0.08 : 0.02) << leaf_px;
     EXPECT_TRUE(half == depth_of(kHalf, leaf_px)) << leaf_px;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Paths, LeafFadeTest,
+INSTANTIATE_TEST_SUITE_P(Paths, LeafOpacityTest,
                          testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
                          [](const auto& path) { return path.param.name; });
 
-}  // namespace leaf_fade_test
+}  // namespace leaf_opacity_test
 }  // namespace coppice::test

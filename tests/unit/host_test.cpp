@@ -243,16 +243,27 @@ struct Vertex {
   std::uint32_t own;
 };
 
+/// The tree of file 0, whose pages are all there.
+struct HostTree {
+  coppice_file_info info = struct_defaults<coppice_file_info>();
+  std::vector<coppice_leaf_node> nodes;
+  std::vector<std::uint32_t> splits;  ///< [nodes]
+};
+
+HostTree tree_of(Host& host) {
+  HostTree tree;
+  EXPECT_EQ(coppice_file_get_info(host.context(), 0, &tree.info), COPPICE_OK);
+  tree.nodes = {tree.info.root};
+  tree.nodes.insert(tree.nodes.end(), host.nodes.begin(), host.nodes.end());
+  for (const coppice_leaf_node& node : tree.nodes) tree.splits.push_back(node.split);
+  return tree;
+}
+
 TEST(WriteLeaves, AreTheCutInAnyLayout) {
   Host host;
   host.add(host.open("two_pages.coppice"), 0, -3);
   host.settle();
-  auto info = struct_defaults<coppice_file_info>();
-  ASSERT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
-  std::vector<coppice_leaf_node> nodes{info.root};
-  nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
-  std::vector<std::uint32_t> splits;
-  for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
+  const auto [info, nodes, splits] = tree_of(host);
 
   auto layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = sizeof(Vertex);
@@ -320,12 +331,7 @@ TEST(WriteLeaves, AreLitAsTheirNodesSay) {
   Host host;
   host.add(host.open("noisy_looks.coppice"), 0, -3);
   host.settle();
-  auto info = struct_defaults<coppice_file_info>();
-  ASSERT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
-  std::vector<coppice_leaf_node> nodes{info.root};
-  nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
-  std::vector<std::uint32_t> splits;
-  for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
+  const auto [info, nodes, splits] = tree_of(host);
 
   struct Lit {
     std::array<float, 3> normal;

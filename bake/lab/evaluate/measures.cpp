@@ -73,21 +73,28 @@ void add_foliage(const UnlitImage& unlit, std::span<const float> luminances, Lig
   }
 }
 
-/// Compares under each light before each ground.
+void set_ground(const UnlitImage& unlit, float ground, std::vector<float>& luminances) {
+  for (std::size_t pixel = 0; pixel < luminances.size(); ++pixel)
+    if (unlit.pixel_surfaces[pixel] == kNone) luminances[pixel] = ground;
+}
+
+/// Compares under each light before each ground. Light on leaves does not depend on the ground.
 void add_lightings(const UnlitImage& image, const UnlitImage& source, double mean_tone, LightSums& sums) {
   for (std::size_t light = 0; light < kEvaluationLights.size(); ++light)
-    for (const glm::dvec3& sun : evaluation_light_suns())
+    for (const glm::dvec3& sun : evaluation_light_suns()) {
+      const auto lit = [&](const UnlitImage& unlit) {
+        return leaf_luminances(unlit, sun, kEvaluationLights[light].translucency, mean_tone, 0.0f);
+      };
+      std::vector<float> shown = lit(image), expected = lit(source);
+      add_foliage(image, shown, sums.foliage[light]);
+      add_foliage(source, expected, sums.reference[light]);
       for (std::size_t ground = 0; ground < kEvaluationGrounds.size(); ++ground) {
-        const auto lit = [&](const UnlitImage& unlit) {
-          const float behind = kEvaluationWhite * static_cast<float>(kEvaluationGrounds[ground]);
-          return leaf_luminances(unlit, sun, kEvaluationLights[light].translucency, mean_tone, behind);
-        };
-        const std::vector<float> shown = lit(image), expected = lit(source);
+        const float behind = kEvaluationWhite * static_cast<float>(kEvaluationGrounds[ground]);
+        set_ground(image, behind, shown);
+        set_ground(source, behind, expected);
         sums.lightings[light * kEvaluationGrounds.size() + ground].add(compare_luminance(shown, expected, image.size_px));
-        if (ground > 0) continue;
-        add_foliage(image, shown, sums.foliage[light]);
-        add_foliage(source, expected, sums.reference[light]);
       }
+    }
 }
 
 /// Draws both once a camera, and lights them in all ways.

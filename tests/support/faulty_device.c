@@ -25,7 +25,7 @@ static void choose_fault(void) {
   FILE* file = fopen("/proc/self/cmdline", "rb");
   const size_t bytes = file ? fread(arguments, 1, sizeof arguments - 1, file) : 0;
   const char* entry = getenv("COPPICE_FAULTS");
-  if (file) fclose(file);
+  if (file) (void)fclose(file);
   for (; entry && sscanf(entry, "%15s %63[^;]", kind, word) == 2; entry = strchr(entry, ';') ? strchr(entry, ';') + 1 : NULL)
     for (size_t at = 0; at < bytes; at += strlen(arguments + at) + 1)
       if (strcmp(arguments + at, word) == 0) strcpy(fault, kind);

@@ -35,17 +35,11 @@ void main() {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  vec3 world_middle;
-  float loss = outline_loss(corners, instance, world_middle);
-  // Far away the quad's covered area must stay the same whatever the cutoff lets through: in a small mip level that is soon all of its soft
-  // texels.
-  float let_through = mix(material.coverage, 1.0, min(1.5 * loss, 1.0));
   uint name = name_of(leaf, slot);
   bool single = is_single(leaf, paged, leaf_count == plant.leaf_count);
   float share = shared_side(name, single, leaf_share_of(instance));
   if (share == 0.0) return;
-  float scale = share * sqrt(material.coverage / let_through);
-  vec3 rest = middle + (corners[corner] - middle) * scale;
+  vec3 rest = middle + (corners[corner] - middle) * share;
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
 
   // A single leaf moves with its stalk, a merged one with its middle. A merged leaf does not flutter; a single one does once the cut is
@@ -60,17 +54,15 @@ void main() {
   vec3 swing = strength * flutter_swing_m(instance, distance(rest, corners[0])) * normal;
   vec3 world = world_from_object(instance, rest + moves.now + flutter(moves.load, view.wind.time_s, stalk, swing));
   vec3 before = rest + moves.before + flutter(moves.load_before, view.wind_before.time_s, stalk, swing);
-  world_middle += oriented(instance.rotation, instance.scale * moves.now);
-  vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_middle, 1.0);
+  vec4 clip_middle = view.eyes[push.eye].clip_from_world * vec4(world_from_object(instance, middle + moves.now), 1.0);
   uint dither = dither_of(leaf, name, view.half_size_px * (clip_middle.xy / clip_middle.w + 1.0));
   put_place(instance, world, before, material, card.uv[corner], uvec3(slot, card.material, dither));
-  out_albedo_cutoff.w = material.alpha_cutoff * (1.0 - loss);
+  vec2 uv_along = card.uv[1] - card.uv[0], uv_across = card.uv[3] - card.uv[0];
+  out_ids.w |= packHalf2x16(vec2(0.0, log2(abs(uv_along.x * uv_across.y - uv_along.y * uv_across.x))));
   if (kContents == 0) return;
 
   Crown crown = crown_of(plant);
-  float size_m = max(distance(corners[0], corners[2]), distance(corners[1], corners[3]));
-  float bulk = merged_share(plant, leaf_count) * full_bulk(crown, size_m);
-  LeafLight light = LeafLight(unpack_crown(splat.crown), bulk, sun_past_others(instance, plant, world));
+  LeafLight light = LeafLight(unpack_crown(splat.crown), sun_past_others(instance, plant, world));
   CoppiceSurface surface = leaf_surface(instance, light, in_world(instance, normals_of(splat)), world);
   surface.albedo *= material.base_color.rgb * variation(crown, corners[0], uvec3(quantised(leaf.corners, 0)));
   put_surface(surface);

@@ -44,7 +44,7 @@ void main() {
 #else
   LeafNormals normals = in_world(instance, LeafNormals(normal, 1.0, material.sided_normals));
   CrownSample crown_light = crown_light_at(plant.crown_light, crown, vertex.position);
-  LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
+  LeafLight light = LeafLight(crown_light, sun_past_others(instance, plant, world));
   CoppiceSurface surface = leaf_surface(instance, light, normals, world);
   surface.albedo = albedo;
   surface.normal = normals.axis;  // surface_here turns it to the eye

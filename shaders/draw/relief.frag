@@ -40,7 +40,7 @@ void main() {
   Instance instance = instance_at(in_ids.x);
   Plant plant = plants[instance.plant];
   Crown crown = crown_of(plant);
-  LeafLight light = LeafLight(crown_light_at(plant.crown_light, crown, in_position), 0.0, sun_past_others(instance, plant, world));
+  LeafLight light = LeafLight(crown_light_at(plant.crown_light, crown, in_position), sun_past_others(instance, plant, world));
   CoppiceSurface surface;
   if (kLeaf != 0) {
     Material material = MaterialArray(plant.materials).at[in_ids.y];

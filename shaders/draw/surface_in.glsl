@@ -30,14 +30,21 @@ bool is_front() { return gl_FrontFacing == ((view.is_mirrored != 0) == ((in_ids.
 // pixel's footprint in the texture
 //
 // There the mask of a leaf that is seen nearly edge-on would be one blur, all leaf or all hole. So where the footprint is more than four
-// times as long as wide, alpha comes from the level that fits four times its width: a sample, which covers the right share of pixels.
+// times as long as wide, alpha comes from the level that fits four times its width; and it never comes from a level where a quad's
+// card has less than 64 texels, or the image of a mesh less than 64 a side. Such alpha is a sample, which covers the right share of pixels.
 float mask_alpha(vec2 uv, vec2 uv_x, vec2 uv_y, float alpha) {
   vec2 size = vec2(textureSize(base_color, 0));
   vec2 x = uv_x * size, y = uv_y * size;
   float mean = 0.5 * (dot(x, x) + dot(y, y)), half_difference = 0.5 * (dot(x, x) - dot(y, y));
   float spread = sqrt(half_difference * half_difference + dot(x, y) * dot(x, y));
-  float long2 = mean + spread, narrow2 = max(mean - spread, 0.0625);
-  return long2 > 16.0 * narrow2 ? textureLod(base_color, uv, 2.0 + 0.5 * log2(narrow2)).a : alpha;
+  float long_level = 0.5 * log2(mean + spread), level = min(long_level, 2.0 + 0.5 * log2(max(mean - spread, 0.0625)));
+#ifdef COPPICE_QUADS
+  float texels = 0.5 * (unpackHalf2x16(in_ids.w).y + log2(size.x * size.y)) - 3.0;
+#else
+  float texels = log2(min(size.x, size.y)) - 6.0;
+#endif
+  level = min(level, max(texels, 0.0));
+  return level < long_level ? textureLod(base_color, uv, level).a : alpha;
 }
 
 // Discards holes. Call it before other discards: they end derivatives.

@@ -30,7 +30,7 @@ void main() {
   out_normal_along.xyz = normal;  // object space, for relief.frag
 #else
   CrownSample crown_light = crown_light_at(plant.crown_light, crown_of(plant), vertex.position);
-  LeafLight light = LeafLight(crown_light, 0.0, sun_past_others(instance, plant, world));
+  LeafLight light = LeafLight(crown_light, sun_past_others(instance, plant, world));
   CoppiceSurface surface = wood_surface(instance, light, oriented(instance.rotation, normal));
   surface.albedo = material.base_color.rgb;
   put_surface(surface);

@@ -162,13 +162,6 @@ COPPICE_FN CrownSample crown_light_at(CrownWords words, Crown crown, vec3 place)
   return sum;
 }
 
-/// The share of the crown that a leaf stands for if all others have been merged into equally large ones: about 1 for the last leaf of a
-/// plant. size_m: its longer diagonal
-COPPICE_FN float full_bulk(Crown crown, float size_m) {
-  float share = min(0.5f * size_m / ((crown.radii.x + crown.radii.y + crown.radii.z) / 3.0f), 1.0f);
-  return share * share;
-}
-
 /// Varies leaves between light and dark, warm and cool. It depends on the leaf's stalk, so that it survives a change of cut. stalk_m: its
 /// place, object space; stalk: the same, quantised
 COPPICE_FN vec3 variation(Crown crown, vec3 stalk_m, uvec3 stalk) {

@@ -12,20 +12,12 @@ float transmittance(vec3 world) {
 
 Crown crown_of(Plant plant) { return crown_of(plant.box_min, plant.box_step, plant.quantised_max); }
 
-// The share of a plant's leaves that a cut has merged.
-float merged_share(Plant plant, uint leaf_count) { return 1.0 - float(min(leaf_count, plant.leaf_count)) / float(plant.leaf_count); }
-
-// leaves: as below
+// Share of the sky that reaches a leaf or wood. leaves: the share of the crown's leaves that is drawn
 float crown_sky(float sky, float leaves) { return mix(1.0, sky, leaves); }
-float leaf_sky(float sky, float bulk, float leaves) { return mix(crown_sky(sky, leaves), 1.0, kBulkSky * bulk); }
 
-// Share of the sun that reaches a leaf or wood. The eye sees the part of the crown that a leaf of some bulk stands for from outside. So the
-// leaf is lit like the crown's near side: the way of light is short with the sun behind the eye, and goes through the whole crown against
-// it.
-// sun: object space; eye_sun: cosine of the angle between eye and sun; leaves: the share of the crown's leaves that is drawn
-float sun_through_crown(CrownSample light, vec3 sun, float eye_sun, float bulk, float leaves) {
-  float depth = mix(max(light.depth + dot(light.slope, sun), 0.0), 2.0 * light.depth * max(0.0, -eye_sun), bulk);
-  return mix(0.05, 1.0, exp(-leaves * depth));
+// The same of the sun. sun: object space
+float sun_through_crown(CrownSample light, vec3 sun, float leaves) {
+  return mix(0.05, 1.0, exp(-leaves * max(light.depth + dot(light.slope, sun), 0.0)));
 }
 
 // Share of the sun that a map lets through to a place in it; bilinear over the comparisons of four texels.
@@ -78,7 +70,6 @@ LeafNormals in_world(Instance instance, LeafNormals normals) {
 // The light at a leaf, or at a place of it.
 struct LeafLight {
   CrownSample crown;  // object space
-  float bulk;         // share of the crown that it stands for
   float past_others;  // sun_past_others
 };
 
@@ -89,14 +80,13 @@ CoppiceSurface leaf_surface(Instance instance, LeafLight light, LeafNormals norm
   float leaves = leaf_share_of(instance);
   CoppiceSurface surface;
   surface.albedo = tint_of(instance);
-  surface.occlusion = leaf_sky(light.crown.sky, light.bulk, leaves);
+  surface.occlusion = crown_sky(light.crown.sky, leaves);
   surface.normal = normals.sided == 0.0 && dot(normals.axis, eye) < 0.0 ? -normals.axis : normals.axis;
   surface.roughness = 1.0;
   surface.along = normals.along;
   surface.sided = normals.sided;
   surface.translucency = kLeafTranslucency;
-  surface.sun = light.past_others * sun_through_crown(light.crown, oriented(to_object, view.sun_direction),
-                                                      dot(eye, view.sun_direction), light.bulk, leaves);
+  surface.sun = light.past_others * sun_through_crown(light.crown, oriented(to_object, view.sun_direction), leaves);
   return surface;
 }
 
@@ -110,6 +100,6 @@ CoppiceSurface wood_surface(Instance instance, LeafLight light, vec3 normal) {
   surface.normal = normal;
   surface.roughness = surface.along = surface.sided = 1.0;  // a smooth normal may turn away from the eye, and stays
   surface.translucency = 0.0;
-  surface.sun = light.past_others * sun_through_crown(light.crown, sun, 1.0, 0.0, leaves);
+  surface.sun = light.past_others * sun_through_crown(light.crown, sun, leaves);
   return surface;
 }

@@ -9,8 +9,6 @@
 struct Shared {
   uint eye;
   Placed placed;
-  vec3 box_step;
-  float px_per_m;  // size on the screen of a metre in object space
   uint slot;
   bool paged, finest;  // for is_single
 };
@@ -21,12 +19,9 @@ Shared share(uint eye, uint place_of_work, WorkItem work, ClusterList list, Clus
   Shared group;
   group.eye = eye;
   group.placed = place(eye, place_of_work, work, instance, list.box_min, list.box_step, cluster);
-  group.box_step = list.box_step;
   group.slot = slot_of(item);
   group.paged = list_of(item) == kPageList;
   group.finest = list_of(item) < kPageList && leaf_count == plants[instance.plant].leaf_count;
-  float distance_m = max(size_distance_m(world_from_object(instance, cluster.center)), view.near_m);
-  group.px_per_m = instance.scale * view.focal_px / distance_m;
   return group;
 }
 
@@ -67,21 +62,16 @@ bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  // Wood has no holes, and its triangles do not shrink at a distance.
   CardLook card = CardLookArray(group.placed.cards).at[card_of_leaf(leaf.card)];
-  float along_m = length(group.box_step * (0.5 * (corners[1] + corners[2] - corners[0] - corners[3])));
-  float across_m = length(group.box_step * (0.5 * (corners[2] + corners[3] - corners[0] - corners[1])));
-  bool outlined = group.placed.wood || outline_loss(group.px_per_m * min(along_m, across_m)) < 0.5;
   uint name = name_of(leaf, group.slot);
   bool single = is_single(leaf, group.paged, group.finest);
   float side = group.placed.wood ? 1.0 : shared_side(name, single, group.placed.leaves);
-  float scale = side * (outlined ? 1.0 : sqrt(card.coverage));
-  drawn.mask = outlined ? uvec2(card.mask[0], card.mask[1]) : uvec2(0xffffffffu);
+  drawn.mask = uvec2(card.mask[0], card.mask[1]);
 
   vec3 at[4];
   bool between = true;
   for (uint i = 0; i < 4; ++i) {
-    vec4 corner = projected(group.placed, middle + (corners[i] - middle) * scale);
+    vec4 corner = projected(group.placed, middle + (corners[i] - middle) * side);
     float inverse_w = 1.0 / corner.z;
     at[i] = vec3(corner.xy, corner.w) * inverse_w;
     between = between && corner.z > 0.0 && is_between_planes(at[i].z);

@@ -40,7 +40,7 @@ void resolve(uint name, float key, vec2 pixel) {
   vec3 world = key_place.xyz / key_place.w;
   vec3 look = unpackUnorm4x8(splat.look).rgb;
   LeafNormals normals = in_world(instance, normals_of(splat));
-  LeafLight light = LeafLight(unpack_crown(splat.crown), bulk_of(splat) * merged_of_work(work.work), sun_of_work(work));
+  LeafLight light = LeafLight(unpack_crown(splat.crown), sun_of_work(work));
   CoppiceSurface surface;
   if (wood) {
     vec3 face = oriented(instance.rotation, unfold(unpackSnorm4x8(splat.normals).zw));

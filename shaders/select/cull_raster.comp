@@ -72,7 +72,7 @@ uint append_quads(Candidate candidate, uint leaf_count, inout Appended appended,
   if (list.grain_m * candidate.instance.scale * view.focal_px < push.splat_px * max(candidate.distance_m, view.near_m)) {
     Cluster cluster = cluster_at(list, 0);
     float sun = sun_past_others(candidate.instance, plant, world_from_object(candidate.instance, cluster.center));
-    uint work = work_of(0, ShownLeaves(list.leaf_count, false), merged_share(plant, list.leaf_count));
+    uint work = work_of(0, ShownLeaves(list.leaf_count, false));
     appended.splats = item;
     appended.splat_work = work_item(item, work, cluster, sun);
     tally.leaves += list.leaf_count;

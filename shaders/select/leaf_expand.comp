@@ -56,7 +56,7 @@ struct Expanded {
   Plant plant;
   ClusterList list;
   uint leaf_count;
-  float split_px, merged, reach_m;
+  float split_px, reach_m;
   float object_px;  // divided by the distance in m: the size of a metre in object space
 };
 
@@ -79,7 +79,7 @@ Found find(Expanded from, uint i) {
   bool rasterised = seen && !large;
   float sun = rasterised ? sun_past_others(from.instance, from.plant, center) : 0.0;
   uint leaves = paged ? drawn_count(shown, cluster, born_splits(from.leaf_count, i)) : shown.count;
-  return Found(rasterised && small, rasterised && !small, work_item(from.item, work_of(i, shown, from.merged), cluster, sun),
+  return Found(rasterised && small, rasterised && !small, work_item(from.item, work_of(i, shown), cluster, sun),
                seen ? uvec2(leaves, large ? leaves : 0) : uvec2(0));
 }
 
@@ -97,7 +97,6 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
     from.list = list_at(from.plant, list_of(item));
     from.leaf_count = item_leaf_count(item, from.plant, from.list);
     from.split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
-    from.merged = list_of(item) < kWoodLists ? merged_share(from.plant, from.leaf_count) : 0.0;
     from.reach_m = wind_reach_m(instance);
     from.object_px = instance.scale * view.focal_px;
     count = min(cluster_count(item, from.plant, from.list), kMaxListClusters);

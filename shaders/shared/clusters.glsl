@@ -18,7 +18,6 @@ Cluster cluster_at(ClusterList list, uint cluster) {
 
 // Fields of a splat. The normals are in object space.
 float roughness_of(Splat splat) { return float(splat.axis >> 28u) * (1.0 / 15.0); }
-float bulk_of(Splat splat) { return float(splat.look >> 24u & 127u) * (1.0 / 127.0); }
 LeafNormals normals_of(Splat splat) {
   return LeafNormals(unfold(unpackSnorm4x8(splat.normals).xy), float(splat.axis >> 24u & 15u) * (1.0 / 15.0), float(splat.look >> 31u));
 }

@@ -50,8 +50,6 @@ const uint kCullGroupSize = 32;
 const uint kCrownCells = 8;
 const float kMaxCrownDepth = 8.0f;
 const float kMaxCrownSlope = 2.0f;
-// The share of the sky that a leaf standing for a whole crown sees.
-const float kBulkSky = 0.8f;
 // Maximum of levels and sizes in an error table.
 const uint kMaxErrorLevels = 32, kMaxErrorSizes = 16;
 // Number of words of one plant in the buffer of packed tables: those of coppice_lod.h, of leaf meshes and wood LoDs too, then those of
@@ -110,8 +108,7 @@ struct Splat {
   // roughness
   uint axis;
   uint normals;  // LeafNormals::axis and the face's normal, octahedral, two snorm8 each
-  // its albedo, packed by pack_albedo; from bit 24 on, 7 bits: the share of the crown that it stands for, if all others are merged into
-  // equally large ones, 127 for all of it; bit 31: LeafNormals::sided
+  // its albedo, packed by pack_albedo; bit 31: LeafNormals::sided
   uint look;
   uint crown;  // for unpack_crown: the light at its middle
 };
@@ -203,12 +200,11 @@ struct Material {
   vec4 base_color;  // linear
   float alpha_cutoff;
   uint texture;         // index in the plant, or kNoTexture
-  float coverage;       // share of its cards that is no hole
   float sided_normals;  // LeafNormals::sided of its leaf meshes
   uint normal_map;      // index in the plant, or kNoTexture
   float roughness;
 };
-COPPICE_GPU_LAYOUT(Material, 40);
+COPPICE_GPU_LAYOUT(Material, 36);
 
 struct WoodVertex {
   vec3 position;  // object space, m

@@ -1,16 +1,11 @@
 // Names in the rasteriser's lists and pixels. After clusters.glsl.
 
 // A word that names a cluster of an item's list, and how many of its leaves are shown, at least one.
-const uint kWorkMergedBits = 4, kMergedSteps = 15;
-const uint kWorkCountShift = kClusterBits + kWorkMergedBits;
-// merged: merged_share of its cut
-uint work_of(uint cluster, ShownLeaves shown, float merged) {
-  return cluster | uint(float(kMergedSteps) * merged + 0.5) << kClusterBits | (shown.count - 1) << kWorkCountShift |
-         (shown.partly_born ? 1u << 31 : 0u);
+uint work_of(uint cluster, ShownLeaves shown) {
+  return cluster | (shown.count - 1) << kClusterBits | (shown.partly_born ? 1u << 31 : 0u);
 }
 uint cluster_of_work(uint work) { return work & ((1u << kClusterBits) - 1u); }
-float merged_of_work(uint work) { return float(work >> kClusterBits & kMergedSteps) / float(kMergedSteps); }
-ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kWorkCountShift & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
+ShownLeaves shown_of_work(uint work) { return ShownLeaves((work >> kClusterBits & (kClusterLeaves - 1u)) + 1, work >> 31 != 0); }
 
 // Includes the share of the sun that gets past other plants.
 WorkItem work_item(uint item, uint work, Cluster cluster, float sun) {

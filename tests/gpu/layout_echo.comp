@@ -96,7 +96,7 @@ void main() {
   put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant); put(instance.layer_mask); put(instance.user_data); put(instance.before);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
-  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.coverage); put(material.sided_normals); put(material.normal_map); put(material.roughness);
+  put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.sided_normals); put(material.normal_map); put(material.roughness);
   put(wood_vertex.position); put(wood_vertex.normal); put(wood_vertex.uv); put(wood_vertex.material);
   put(leaf_mesh_vertex.position); put(leaf_mesh_vertex.normal); put(leaf_mesh_vertex.uv);
   put(leaf_mesh_vertex.stalk_xy); put(leaf_mesh_vertex.stalk_z_material);

@@ -6,7 +6,10 @@
 #include <stdexcept>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+
+#include "srgb.h"
 
 namespace coppice::test {
 namespace {
@@ -18,6 +21,18 @@ constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.06, kPieceOff = 0.05;
 constexpr double kFewBlocks = 2.0;  ///< that a small picture may have, where one block is more than the share above
 // A pixel that shows the plant in fewer frames than two of sixteen connects nothing.
 constexpr float kPlantPixel = 0.125f;
+
+glm::vec3 light_of(const glm::vec4& texel) {
+  glm::vec3 light;
+  for (int channel = 0; channel < 3; ++channel) light[channel] = linear_from_srgb(texel[channel] / 255.0f);
+  return light;
+}
+
+glm::vec3 displayed(const glm::vec3& light) {
+  glm::vec3 color;
+  for (int channel = 0; channel < 3; ++channel) color[channel] = 255.0f * srgb_from_linear(std::max(light[channel], 0.0f));
+  return color;
+}
 
 glm::vec4 block_mean(const MeanPicture& picture, std::uint32_t left, std::uint32_t top) {
   glm::vec4 sum(0.0f);
@@ -75,6 +90,32 @@ double largest_piece(const MeanPicture& picture) {
 }
 
 }  // namespace
+
+glm::vec3 mean_color(const MeanPicture& picture) {
+  glm::vec3 sum(0.0f);
+  float covered = 0;
+  const glm::vec3 background = light_of(picture.texels.front());
+  for (const glm::vec4& texel : picture.texels) {
+    sum += light_of(texel) - (1.0f - texel.a) * background;
+    covered += texel.a;
+  }
+  const glm::vec3 mean = covered > 0 ? sum / covered : sum;
+  return displayed(mean);
+}
+
+double rmse_on(const MeanPicture& reference, const MeanPicture& picture, const glm::vec3& background) {
+  const glm::vec3 weights(0.2126f, 0.7152f, 0.0722f);
+  const glm::vec3 other = light_of(glm::vec4(background, 1)) - light_of(reference.texels.front());
+  const auto shown = [&](const glm::vec4& texel) { return displayed(light_of(texel) + (1.0f - texel.a) * other); };
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < reference.texels.size(); ++i) {
+    if (reference.texels[i].a == 0 && picture.texels[i].a == 0) continue;
+    const double off = static_cast<double>(glm::dot(weights, shown(picture.texels[i]) - shown(reference.texels[i])));
+    sum += off * off;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
 
 LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture) {
   if (reference.width_px != picture.width_px || reference.height_px != picture.height_px)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include "picture.h"
@@ -16,8 +17,7 @@ namespace coppice::test {
 /// The mean of pictures of one view, each moved by part of a pixel.
 struct MeanPicture {
   std::uint32_t width_px = 0, height_px = 0;
-  std::vector<glm::vec4>
-      texels;  ///< rows top to bottom; colour as displayed, 0..255, on the background; alpha: how much of it is plant, 0..1
+  std::vector<glm::vec4> texels;  ///< rows top to bottom; as displayed, 0..255, on the background; alpha: how much of it is plant, 0..1
 };
 
 struct LooksDifference {
@@ -33,6 +33,12 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 
 /// At most 5 % of the blocks, or two, are wrong, coverage is off by at most 6 %, and the largest piece by 5 %.
 bool looks_alike(const LooksDifference& difference);
+
+/// The mean light of the plant's pixels, as displayed, 0..255. The first pixel must be background.
+glm::vec3 mean_color(const MeanPicture& picture);
+
+/// Root mean squared difference of displayed luminance on another background, over pixels that show the plant in either picture.
+double rmse_on(const MeanPicture& reference, const MeanPicture& picture, const glm::vec3& background);
 
 /// One line.
 std::string describe(const LooksDifference& difference);

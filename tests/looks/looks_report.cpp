@@ -22,7 +22,7 @@ using namespace coppice::test;
 bool report(const fs::path& folder, float error_px, const fs::path& plant) {
   LooksStage hardware(vulkan_device(), plant, LooksPath::hardware), compute(vulkan_device(), plant, LooksPath::compute);
   bool passed = true;
-  for (const float size_px : {480.0f, 240.0f, 120.0f, 60.0f, 30.0f}) {
+  for (const float size_px : {240.0f, 72.0f, 24.0f, 12.0f}) {
     const MeanPicture reference = hardware.draw({.sphere = hardware.sphere(), .size_px = size_px, .lod = COPPICE_LOD_FULL});
     const auto compare = [&](const char* path, LooksStage& stage) {
       const MeanPicture picture = stage.draw({.sphere = hardware.sphere(), .size_px = size_px, .error_px = error_px});

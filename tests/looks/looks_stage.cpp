@@ -11,6 +11,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "context_desc.h"
+#include "srgb.h"
 
 namespace coppice::test {
 namespace {
@@ -50,11 +51,18 @@ float halton(std::uint32_t index, std::uint32_t base) {
   return value;
 }
 
-void add_to_mean(const Picture& frame, MeanPicture& mean) {
+void add_to_mean(const Picture& frame, bool of_light, MeanPicture& mean) {
   for (std::size_t i = 0; i < mean.texels.size(); ++i) {
     const std::uint8_t* texel = &frame.rgba[4 * i];
-    mean.texels[i] += glm::vec4(texel[0], texel[1], texel[2], static_cast<float>(texel[3]) / 255.0f) / static_cast<float>(kFrames);
+    glm::vec4 value(texel[0], texel[1], texel[2], static_cast<float>(texel[3]) / 255.0f);
+    if (of_light) value = {linear_from_srgb8(texel[0]), linear_from_srgb8(texel[1]), linear_from_srgb8(texel[2]), value.a};
+    mean.texels[i] += value / static_cast<float>(kFrames);
   }
+}
+
+void display(MeanPicture& mean) {
+  for (glm::vec4& texel : mean.texels)
+    for (int channel = 0; channel < 3; ++channel) texel[channel] = 255.0f * srgb_from_linear(texel[channel]);
 }
 
 Shot make_view(const LooksView& wanted) {
@@ -72,7 +80,7 @@ Shot make_view(const LooksView& wanted) {
   view.width_px = view.height_px = side_px;
   view.lod = wanted.lod;
   view.error_px = wanted.error_px;
-  const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.8f, 0.4f));
+  const glm::vec3 sun = glm::normalize(wanted.sun);
   std::copy_n(&sun[0], 3, view.light.sun_direction);
   return view;
 }
@@ -168,8 +176,9 @@ MeanPicture LooksStage::draw(const LooksView& wanted) {
     moved.clip_from_view[8] -= 2.0f * (halton(frame + 1, 2) - 0.5f) / side_px;
     moved.clip_from_view[9] -= 2.0f * (halton(frame + 1, 3) - 0.5f) / side_px;
     moved.temporal_frame = frame + 1;
-    add_to_mean(draw_frame(moved, attachments), mean);
+    add_to_mean(draw_frame(moved, attachments), wanted.mean_of_light, mean);
   }
+  if (wanted.mean_of_light) display(mean);
   return mean;
 }
 

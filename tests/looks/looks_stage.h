@@ -28,8 +28,10 @@ struct LooksView {
   float size_px = 240;  ///< the sphere's width
   glm::vec3 from{0.6f, 0.25f, 1.0f};
   coppice_lod_mode lod = COPPICE_LOD_CUT;
-  float error_px = 2;  ///< as in coppice_camera
-  bool y_up = false;   ///< upside down: the picture's y points up, against Vulkan's
+  float error_px = 2;               ///< as in coppice_camera
+  glm::vec3 sun{0.5f, 0.8f, 0.4f};  ///< towards it
+  bool mean_of_light = false;  ///< as temporal antialiasing has it; else the mean of what is displayed, in which bright details count less
+  bool y_up = false;           ///< upside down: the picture's y points up, against Vulkan's
 };
 
 class LooksStage {

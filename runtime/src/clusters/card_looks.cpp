@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -149,11 +150,11 @@ Result<PlantLooks> plant_looks(const PlantFile& file, const coppice_allocator& a
   COPPICE_TRY(parts, HookArray<Sums>::allocate(allocator, kWoodColors));
   CardLook* look = plant.looks.data();
   for (const coppice_file_card& card : file.cards) {
-    const Material material = gpu_material(file.materials[card.material]);
+    const int covered = std::popcount(card.mask[0]) + std::popcount(card.mask[1]);
     *look++ = {.albedo = {linear_from_srgb8(card.albedo[0]), linear_from_srgb8(card.albedo[1]), linear_from_srgb8(card.albedo[2])},
-               .coverage = material.coverage,
+               .coverage = static_cast<float>(covered) / 64.0f,
                .mask = {card.mask[0], card.mask[1]},
-               .roughness = material.roughness};
+               .roughness = file.materials[card.material].roughness};
   }
   for (std::size_t i = 0; i < file.small_textures.size(); ++i) {
     const HookBuffer& chunk = file.small_textures[i];

@@ -19,11 +19,9 @@ Card gpu_card(const coppice_file_card& card) {
 
 Material gpu_material(const coppice_file_material& material) {
   const std::uint32_t texture = material_texture(material), normal_map = material_normal_map(material);
-  const std::uint32_t coverage = material.flags >> COPPICE_MATERIAL_COVERAGE_SHIFT & 0xffu;
   return {.base_color = {material.base_color[0], material.base_color[1], material.base_color[2], material.base_color[3]},
           .alpha_cutoff = material.alpha_cutoff,
           .texture = texture == COPPICE_NO_TEXTURE ? kNoTexture : texture,
-          .coverage = coverage > 0 ? static_cast<float>(coverage) / 255.0f : 1.0f,
           .sided_normals = (material.flags & COPPICE_MATERIAL_SIDED_NORMALS) != 0 ? 1.0f : 0.0f,
           .normal_map = normal_map == COPPICE_NO_TEXTURE ? kNoTexture : normal_map,
           .roughness = material.roughness};

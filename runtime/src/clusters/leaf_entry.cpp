@@ -58,13 +58,13 @@ Splat splat_of(const LeafEntry& entry, const LeafBox& box, std::uint32_t grains,
   const float side = cluster.splat_size_m > 0.0f ? round(65535.0f * side_m / cluster.splat_size_m) : 0.0f;
   const vec2 normal = octahedral(entry.normals.axis), face = octahedral(entry.face);
   const uint axis_byte = packed_steps({entry.normals.along, entry.roughness, 0, 0, 0, 0, 0, 0}, 0.0f, 15.0f);
-  const uint look_byte = static_cast<uint>(round(127.0f * clamp(entry.bulk, 0.0f, 1.0f))) | (entry.normals.sided > 0.0f ? 128u : 0u);
+  const uint sided_bit = entry.normals.sided > 0.0f ? 1u << 31 : 0u;
   const vec3 along = cluster.axis_steps > 0.0f ? axis_steps(entry, step) / vec3(cluster.axis_steps) : vec3(0.0f);
   return {.xy = place.x | place.y << 16,
           .z_size = place.z | static_cast<uint>(side) << 16,
           .axis = packSnorm4x8(vec4(along, 0.0f)) | axis_byte << 24,
           .normals = packSnorm4x8(vec4(normal.x, normal.y, face.x, face.y)),
-          .look = entry.look | look_byte << 24,
+          .look = entry.look | sided_bit,
           .crown = pack_crown(entry.light)};
 }
 

@@ -41,7 +41,6 @@ struct LeafEntry {
   std::uint32_t transparency = 0;  ///< in sixteenths of the leaf
   float covered_m2 = 0;            ///< area without holes, times opacity
   CrownSample light{};
-  float bulk = 0;  ///< 0..1
 
   [[nodiscard]] vec3 middle() const { return (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25f; }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -24,6 +25,33 @@ uvec3 words_of(const QuantisedPoint& corner) {
   return {corner[0], corner[1], corner[2]};
 }
 
+/// The mean over directions d of exp(-(depth + dot(slope, d))).
+float openness(float depth, const vec3& slope) {
+  const float steepness = std::min(length(slope), depth);
+  return std::exp(-depth) * (steepness > 1e-3f ? std::sinh(steepness) / steepness : 1.0f);
+}
+
+/// The mean light of three places on the leaf, from end to end. The eye sees as much of each as light reaches it.
+CrownSample light_of(const CrownLight& light, const LeafEntry& entry) {
+  CrownSample mean{};
+  float seen = 0, lit = 0;
+  for (const float along : {-0.8f, 0.0f, 0.8f}) {
+    const CrownSample sample = light.at(entry.middle() + 0.5f * along * (entry.axis[1] - entry.axis[0]));
+    const float open = openness(sample.depth, sample.slope);
+    mean.slope += open * open * sample.slope;
+    mean.sky += open * sample.sky;
+    seen += open;
+    lit += open * open;
+  }
+  mean.slope = mean.slope / vec3(lit);
+  mean.sky /= seen;
+  // As much of the sun, in the mean over its directions, as the places have.
+  mean.depth = -std::log(lit / seen);
+  const float steepness = std::min(length(mean.slope), mean.depth);
+  if (steepness > 1e-3f) mean.depth += std::log(std::sinh(steepness) / steepness);
+  return mean;
+}
+
 /// Fills all words of a node but `life`.
 LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t id) {
   const Crown crown = crown_of(source.box);
@@ -42,8 +70,7 @@ LeafEntry entry_of(const LeafSource& source, const PageNode& node, std::uint32_t
   entry.roughness = look.roughness;
   entry.look = pack_albedo(look.albedo * variation(crown, c[0], corners[0]));
   entry.covered_m2 = covered_area_m2(entry.area_m2, look, node.opacity);
-  entry.light = source.light->at(entry.middle());
-  entry.bulk = full_bulk(crown, entry.size_m);
+  entry.light = light_of(*source.light, entry);
   return entry;
 }
 

@@ -32,6 +32,7 @@ void PrintTo(const Path& each, std::ostream* out) {
 DecodedPlant sheet(std::uint8_t opacity, std::uint32_t texture_side = 0, std::uint16_t normals = kFlatNormals) {
   DecodedPlant plant =
       decoded_plant(random_plant({.leaf_count = kRow * kRow, .seed = 3, .wood_lod_count = 0, .texture_side = texture_side}));
+  for (coppice_file_card& card : plant.file.cards) card.mask[0] = card.mask[1] = 0xffffffffu;
   const std::uint32_t cell = COPPICE_QUANTISED_MAX / kRow;
   std::uint32_t at = 0;
   for (PageNode& node : plant.nodes) {

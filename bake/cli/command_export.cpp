@@ -81,12 +81,11 @@ void add_export_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write one cut of a plant as plain glTF, for any engine");
   command->footer(
-      "A leaf of a cut stands for many, and one quad cannot have the normals of all. NORMAL is the axis of their normals, and the float\n"
-      "attribute _SPREAD says how far they lie along it: 1 for one flat leaf, 1/3 for leaves of all directions, 0 for leaves about a\n"
-      "twig. It is negative where NORMAL is on the front of the leaves, which is lit whoever looks. A cut of flat leaves has none. A "
-      "shader\n"
-      "gives coppice_leaf_light (coppice/coppice_surface.glsl) NORMAL, abs(_SPREAD), and 1 for a negative one, else 0, as `sided`; one\n"
-      "that knows no _SPREAD lights the axis as it lights any normal.");
+      "A leaf of a cut stands for many, and one quad cannot have the normals of all. NORMAL is the axis of their normals, and the float "
+      "attribute _SPREAD says how far they lie along it: 1 for one flat leaf, 1/3 for leaves of all directions, 0 for leaves about a "
+      "twig. It is negative where NORMAL is on the front of the leaves, which is lit whoever looks. A cut of flat leaves has none. "
+      "A shader gives coppice_leaf_light (coppice/coppice_surface.glsl) NORMAL, abs(_SPREAD), and 1 for a negative one, else 0, as "
+      "`sided`; one that knows no _SPREAD lights the axis as it lights any normal.");
   command->add_option("input", arguments->input, "A .coppice file")->required()->type_name("IN.coppice");
   const CLI::Range counts(1u, COPPICE_MAX_LEAVES);
   command

@@ -14,8 +14,7 @@
 #include <filesystem>
 #include <vector>
 
-#include <glm/geometric.hpp>
-
+#include "leaf_shade.h"
 #include "looks_stage.h"
 
 namespace {
@@ -23,11 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace coppice::test;
 
-constexpr float kMeadow[3] = {96, 122, 58}, kTrees[3] = {38, 48, 28};
-
-glm::vec3 vec(const float (&values)[3]) {
-  return {values[0], values[1], values[2]};
-}
+constexpr glm::vec3 kMeadow(96, 122, 58), kTrees(38, 48, 28);
 
 std::vector<glm::vec3> eight_suns() {
   std::vector<glm::vec3> suns;
@@ -49,18 +44,17 @@ void add_off(double off, double& mean, double& worst) {
 
 void add(const MeanPicture& reference, const MeanPicture& picture, Sums& sums) {
   const glm::vec3 expected = mean_color(reference), found = mean_color(picture);
-  const glm::vec3 weights(0.2126f, 0.7152f, 0.0722f);
-  add_off(100.0 * (glm::dot(weights, found) / glm::dot(weights, expected) - 1.0f), sums.luminance, sums.worst_luminance);
+  const float luminance = coppice::bake::luminance(expected);
+  add_off(100.0 * (coppice::bake::luminance(found) / luminance - 1.0f), sums.luminance, sums.worst_luminance);
   double channel = 0;
   for (int i = 0; i < 3; ++i) {
-    const double off =
-        100.0 * static_cast<double>(found[i] - expected[i]) / static_cast<double>(std::max(glm::dot(weights, expected), 1.0f));
+    const double off = 100.0 * static_cast<double>(found[i] - expected[i]) / static_cast<double>(std::max(luminance, 1.0f));
     channel = std::abs(off) > std::abs(channel) ? off : channel;
   }
   add_off(channel, sums.channel, sums.worst_channel);
   sums.coverage += compare_looks(reference, picture).coverage / 8;
-  sums.meadow += rmse_on(reference, picture, vec(kMeadow)) / 8;
-  sums.trees += rmse_on(reference, picture, vec(kTrees)) / 8;
+  sums.meadow += rmse_on(reference, picture, kMeadow) / 8;
+  sums.trees += rmse_on(reference, picture, kTrees) / 8;
 }
 
 void report(float error_px, const fs::path& plant) {

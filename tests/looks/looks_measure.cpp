@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include "leaf_shade.h"
 #include "srgb.h"
 
 namespace coppice::test {
@@ -26,12 +26,6 @@ glm::vec3 light_of(const glm::vec4& texel) {
   glm::vec3 light;
   for (int channel = 0; channel < 3; ++channel) light[channel] = linear_from_srgb(texel[channel] / 255.0f);
   return light;
-}
-
-glm::vec3 displayed(const glm::vec3& light) {
-  glm::vec3 color;
-  for (int channel = 0; channel < 3; ++channel) color[channel] = 255.0f * srgb_from_linear(std::max(light[channel], 0.0f));
-  return color;
 }
 
 glm::vec4 block_mean(const MeanPicture& picture, std::uint32_t left, std::uint32_t top) {
@@ -91,6 +85,12 @@ double largest_piece(const MeanPicture& picture) {
 
 }  // namespace
 
+glm::vec3 displayed(const glm::vec3& light) {
+  glm::vec3 color;
+  for (int channel = 0; channel < 3; ++channel) color[channel] = 255.0f * srgb_from_linear(std::max(light[channel], 0.0f));
+  return color;
+}
+
 glm::vec3 mean_color(const MeanPicture& picture) {
   glm::vec3 sum(0.0f);
   float covered = 0;
@@ -99,18 +99,16 @@ glm::vec3 mean_color(const MeanPicture& picture) {
     sum += light_of(texel) - (1.0f - texel.a) * background;
     covered += texel.a;
   }
-  const glm::vec3 mean = covered > 0 ? sum / covered : sum;
-  return displayed(mean);
+  return displayed(covered > 0 ? sum / covered : sum);
 }
 
 double rmse_on(const MeanPicture& reference, const MeanPicture& picture, const glm::vec3& background) {
-  const glm::vec3 weights(0.2126f, 0.7152f, 0.0722f);
   const glm::vec3 other = light_of(glm::vec4(background, 1)) - light_of(reference.texels.front());
   const auto shown = [&](const glm::vec4& texel) { return displayed(light_of(texel) + (1.0f - texel.a) * other); };
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < reference.texels.size(); ++i) {
     if (reference.texels[i].a == 0 && picture.texels[i].a == 0) continue;
-    const double off = static_cast<double>(glm::dot(weights, shown(picture.texels[i]) - shown(reference.texels[i])));
+    const double off = static_cast<double>(bake::luminance(shown(picture.texels[i]) - shown(reference.texels[i])));
     sum += off * off;
     ++count;
   }

@@ -34,6 +34,9 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 /// At most 5 % of the blocks, or two, are wrong, coverage is off by at most 6 %, and the largest piece by 5 %.
 bool looks_alike(const LooksDifference& difference);
 
+/// Linear light as displayed, 0..255.
+glm::vec3 displayed(const glm::vec3& light);
+
 /// The mean light of the plant's pixels, as displayed, 0..255. The first pixel must be background.
 glm::vec3 mean_color(const MeanPicture& picture);
 

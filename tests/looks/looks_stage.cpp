@@ -61,8 +61,7 @@ void add_to_mean(const Picture& frame, bool of_light, MeanPicture& mean) {
 }
 
 void display(MeanPicture& mean) {
-  for (glm::vec4& texel : mean.texels)
-    for (int channel = 0; channel < 3; ++channel) texel[channel] = 255.0f * srgb_from_linear(texel[channel]);
+  for (glm::vec4& texel : mean.texels) texel = glm::vec4(displayed(texel), texel.a);
 }
 
 Shot make_view(const LooksView& wanted) {

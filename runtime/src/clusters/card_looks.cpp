@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "convert.h"
 #include "srgb.h"
 
 namespace coppice::gpu {

@@ -25,10 +25,10 @@ uvec3 words_of(const QuantisedPoint& corner) {
   return {corner[0], corner[1], corner[2]};
 }
 
-/// The mean over directions d of exp(-(depth + dot(slope, d))).
-float openness(float depth, const vec3& slope) {
+/// The mean over directions d of exp(-dot(slope, d)). Depth is nowhere below 0, so it cannot be steeper than its mean.
+float slope_gain(float depth, const vec3& slope) {
   const float steepness = std::min(length(slope), depth);
-  return std::exp(-depth) * (steepness > 1e-3f ? std::sinh(steepness) / steepness : 1.0f);
+  return steepness > 1e-3f ? std::sinh(steepness) / steepness : 1.0f;
 }
 
 /// The mean light of three places on the leaf, from end to end. The eye sees as much of each as light reaches it.
@@ -37,7 +37,7 @@ CrownSample light_of(const CrownLight& light, const LeafEntry& entry) {
   float seen = 0, lit = 0;
   for (const float along : {-0.8f, 0.0f, 0.8f}) {
     const CrownSample sample = light.at(entry.middle() + 0.5f * along * (entry.axis[1] - entry.axis[0]));
-    const float open = openness(sample.depth, sample.slope);
+    const float open = std::exp(-sample.depth) * slope_gain(sample.depth, sample.slope);
     mean.slope += open * open * sample.slope;
     mean.sky += open * sample.sky;
     seen += open;
@@ -47,8 +47,7 @@ CrownSample light_of(const CrownLight& light, const LeafEntry& entry) {
   mean.sky /= seen;
   // As much of the sun, in the mean over its directions, as the places have.
   mean.depth = -std::log(lit / seen);
-  const float steepness = std::min(length(mean.slope), mean.depth);
-  if (steepness > 1e-3f) mean.depth += std::log(std::sinh(steepness) / steepness);
+  mean.depth += std::log(slope_gain(mean.depth, mean.slope));
   return mean;
 }
 

@@ -217,6 +217,15 @@ TEST_P(OccluderTest, InAWideViewTheOutermostLeavesAreSeen) {
     for (Wall& wall : walls) wall.distance_m = 1.5f;
     expect_same(shot, kDepths[0], walls, "walls " + std::to_string(seed));
   }
+  // Walls that end where a tile does: a plant behind one reaches out by its outermost leaves alone.
+  for (std::uint32_t end = 16; end < kSidePx; end += 16) {
+    const auto at = static_cast<std::int32_t>(end);
+    for (const VkRect2D& px : {VkRect2D{{0, 0}, {end, kSidePx}}, VkRect2D{{at, 0}, {kSidePx - end, kSidePx}},
+                               VkRect2D{{0, 0}, {kSidePx, end}}, VkRect2D{{0, at}, {kSidePx, kSidePx - end}}}) {
+      const Wall wall{px, 1.5f};
+      expect_same(shot, kDepths[0], {&wall, 1}, "a wall to " + std::to_string(end));
+    }
+  }
 }
 
 TEST_P(OccluderTest, TheImageMayBeOfTheViewAlone) {

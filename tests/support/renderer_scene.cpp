@@ -147,7 +147,8 @@ DecodedPlant decoded_plant(const bake::BakedPlant& baked) {
   plant.file.textures = hook_array(headers);
   plant.file.small_textures = hook_arrays(plant.textures);
   plant.file.plant.texture_count = static_cast<std::uint32_t>(plant.textures.size());
-  for (coppice_file_card& card : plant.file.cards) bake::set_card_look(plant.file.materials[card.material], plant.textures, card);
+  for (coppice_file_card& card : plant.file.cards)
+    bake::set_card_look(plant.file.materials[card.material], plant.textures, bake::kAllShown, card);
   for (const bake::LeafMeshPart& part : baked.leaf_meshes.parts) {
     plant.leaf_meshes.push_back(wood_mesh(part.mesh));
     for (std::size_t i = 0; i < part.stalks.size(); ++i) plant.leaf_meshes.back().vertices[i].stalk = quantise(part.stalks[i], box);

@@ -44,7 +44,7 @@ TEST(CardLook, HolesHaveNoColourAndNoCells) {
   const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kGreen, kGreen, kGreen, kGreen}),
                                                         texture_chunk({kGreen, kHole, kHole, kHole})};
   coppice_file_card card = whole_card();
-  set_card_look(material_of(1), textures, card);
+  set_card_look(material_of(1), textures, kAllShown, card);
   // Texels between green and a hole have some of its red.
   EXPECT_LT(card.albedo[0], 110);
   EXPECT_NEAR(card.albedo[1], 188, 14);
@@ -58,16 +58,45 @@ TEST(CardLook, BaseColourMultipliesAndACardShowsItsPart) {
   coppice_file_material material = material_of(0);
   material.base_color[1] = 0.5f;
   coppice_file_card card{.material = 0, .uv = {{0.1f, 0.1f}, {0.4f, 0.1f}, {0.4f, 0.4f}, {0.1f, 0.4f}}};
-  set_card_look(material, textures, card);
+  set_card_look(material, textures, kAllShown, card);
   EXPECT_NEAR(card.albedo[1], 137, 2) << "sRGB of half of linear 0.503";
   EXPECT_EQ(card.mask[0] & card.mask[1], 0xffffffffu);
+}
+
+TEST(CardLook, WhatIsHiddenDoesNotColourIt) {
+  constexpr Rgba kDark{0, 60, 0, 255};
+  const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kDark, kGreen, kDark, kGreen})};
+  coppice_file_card open = whole_card(), hidden = whole_card();
+  set_card_look(material_of(0), textures, kAllShown, open);
+  set_card_look(material_of(0), textures, {0, 0, 0, 0, 1, 1, 1, 1}, hidden);
+  EXPECT_LT(open.albedo[1], 150);
+  EXPECT_GT(hidden.albedo[1], 180);
+  EXPECT_EQ(open.mask[0], hidden.mask[0]);
+}
+
+TEST(CardLook, PartsThinnerThanACellKeepTheirShare) {
+  // A crown on a stem: half of the card, and a sixteenth of the other half.
+  coppice_file_texture header{64, 64, 1, COPPICE_TEXTURE_RGBA8};
+  std::vector<std::uint8_t> chunk(sizeof header);
+  std::memcpy(chunk.data(), &header, sizeof header);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const Rgba texel = y < 32 || (x >= 30 && x < 34) ? kGreen : kHole;
+      chunk.insert(chunk.end(), texel.begin(), texel.end());
+    }
+  const std::vector<std::vector<std::uint8_t>> textures{chunk};
+  coppice_file_card card = whole_card();
+  set_card_look(material_of(0), textures, kAllShown, card);
+  EXPECT_EQ(card.mask[0], 0xffffffffu);
+  EXPECT_NEAR(std::popcount(card.mask[1]), 2, 1);
+  EXPECT_EQ(card.mask[1] & ~0x18181818u, 0u) << "the columns of the stem";
 }
 
 TEST(CardLook, WithoutATextureItIsAllBaseColour) {
   coppice_file_material material = material_of(COPPICE_NO_TEXTURE);
   material.base_color[2] = 0.0f;
   coppice_file_card card = whole_card();
-  set_card_look(material, {}, card);
+  set_card_look(material, {}, kAllShown, card);
   EXPECT_EQ(card.albedo[0], 255);
   EXPECT_EQ(card.albedo[2], 0);
   EXPECT_EQ(card.mask[0] & card.mask[1], 0xffffffffu);
@@ -76,7 +105,7 @@ TEST(CardLook, WithoutATextureItIsAllBaseColour) {
 TEST(CardLook, WhatIsAllHoleKeepsACell) {
   const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kHole, kHole, kHole, kHole})};
   coppice_file_card card = whole_card();
-  set_card_look(material_of(0), textures, card);
+  set_card_look(material_of(0), textures, kAllShown, card);
   EXPECT_EQ(std::popcount(card.mask[0]) + std::popcount(card.mask[1]), 1);
 }
 

@@ -134,6 +134,23 @@ TEST(Fullness, OfAFoldedLeafIsThatOfItsSides) {
   EXPECT_LT(fullness_of(folded(0.5f)), fold);
 }
 
+// Equation (1) sees a frond that rises and droops from its side.
+TEST(LeafCards, ShowAnArchedFrondFromAbove) {
+  LeafMesh frond;
+  constexpr std::uint32_t kSegments = 8;
+  for (std::uint32_t i = 0; i <= kSegments; ++i) {
+    const float angle = 1.2f - 2.4f * static_cast<float>(i) / kSegments;
+    for (const float across : {-0.15f, 0.15f}) frond.positions.emplace_back(0.932f - std::sin(angle), across, std::cos(angle) - 0.362f);
+    if (i > 0)
+      for (const std::uint32_t corner : {0u, 2u, 1u, 1u, 2u, 3u}) frond.indices.push_back(2 * (i - 1) + corner);
+  }
+  Plant plant = plant_of({frond});
+  const Quad quad = carded(plant).quads[0];
+  const glm::vec3 normal = glm::normalize(glm::cross(quad[1] - quad[0], quad[3] - quad[0]));
+  EXPECT_GT(std::abs(normal.z), 0.9f);
+  EXPECT_GT(area_m2(quad), 0.9 * 0.3 * 1.86) << "as wide as the frond, and about as long as its chord";
+}
+
 // A quad shows nothing from the side, a folded leaf does: the quad is as much larger as makes up for it on the whole.
 TEST(LeafCards, QuadOfABentLeafIsLarger) {
   Plant flat = plant_of({blunt()});

@@ -471,7 +471,7 @@ double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
 
 Result<Foliage> card_foliage(Plant& plant) {
   find_sided_normals(plant);
-  COPPICE_TRY(fitted, fit_leaves(plant));
+  COPPICE_TRY(fitted, fit_leaves(plant, LeafPlane::shown));
   draw_leaf_cards(plant, fitted);
   Foliage foliage = share_leaf_cards(fitted, plant.materials);
   add_leaf_normals(plant, foliage);

@@ -237,8 +237,40 @@ glm::dvec3 any_perpendicular(const glm::dvec3& v) {
   return glm::normalize(glm::cross(v, axis));
 }
 
-Frame leaf_frame(const LeafShape& shape, const StalkAndTip& ends, const glm::dvec3& front) {
-  const Plane plane = best_plane(shape.points, ends.stalk);
+/// Twice the area of the leaf as seen along a unit normal, whatever hides what.
+double shown_area(const LeafShape& shape, const glm::dvec3& normal) {
+  double sum = 0.0;
+  for (std::size_t t = 0; t < shape.materials.size(); ++t) sum += std::abs(glm::dot(area_vector(shape, t), normal));
+  return sum;
+}
+
+/// The normal of the triangle on whose plane most of the leaf shows; the first wins a tie.
+glm::dvec3 most_shown_normal(const LeafShape& shape) {
+  glm::dvec3 best(0.0);
+  double most = 0.0;
+  for (std::size_t t = 0; t < shape.materials.size(); ++t) {
+    const glm::dvec3 area = area_vector(shape, t);
+    const double length = glm::length(area);
+    const double shown = length > 0.0 ? shown_area(shape, area / length) : 0.0;
+    if (shown <= most) continue;
+    most = shown;
+    best = area / length;
+  }
+  return best;
+}
+
+Plane leaf_plane(const LeafShape& shape, std::size_t stalk, LeafPlane rule) {
+  // The plane nearest to the points of a frond that droops to both sides is the one that sees it edge-on.
+  constexpr double kMinShown = 0.5;
+  Plane plane = best_plane(shape.points, stalk);
+  double area = 0.0;
+  for (std::size_t t = 0; t < shape.materials.size(); ++t) area += glm::length(area_vector(shape, t));
+  if (rule == LeafPlane::shown && shown_area(shape, plane.normal) < kMinShown * area) plane.normal = most_shown_normal(shape);
+  return plane;
+}
+
+Frame leaf_frame(const LeafShape& shape, const StalkAndTip& ends, LeafPlane rule, const glm::dvec3& front) {
+  const Plane plane = leaf_plane(shape, ends.stalk, rule);
   glm::dvec3 tip = shape.points[ends.tip];
   glm::dvec3 normal = plane.normal;
   if (normal == glm::dvec3(0.0)) normal = any_perpendicular(tip - plane.point);
@@ -322,13 +354,13 @@ Rectangle measure(const LeafShape& shape, const Frame& frame, const glm::dvec3& 
 }
 
 /// Fits a quad to one leaf of the plant, as fit_leaves does. The leaf has at least three distinct points.
-FittedLeaf fit_leaf(const Plant& plant, const LeafRange& leaf, const BranchDistance& branch) {
+FittedLeaf fit_leaf(const Plant& plant, const LeafRange& leaf, const BranchDistance& branch, LeafPlane plane) {
   const Mesh& mesh = plant.foliage;
   const LeafShape shape = leaf_shape(plant, leaf);
   if (const std::optional<Ring> ring = quad_ring(shape)) return keep_quad(mesh, shape, stalk_first(shape, *ring, branch));
 
   const StalkAndTip ends = find_stalk_and_tip(shape, branch);
-  const Frame frame = leaf_frame(shape, ends, front_direction(mesh, shape));
+  const Frame frame = leaf_frame(shape, ends, plane, front_direction(mesh, shape));
   const Rectangle rectangle = measure(shape, frame, shape.points[ends.tip]);
   const double length_m = rectangle.length_m;
   FittedLeaf fitted;
@@ -443,7 +475,7 @@ Plane best_plane(std::span<const glm::dvec3> points, std::size_t stalk) {
   return best;
 }
 
-Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant) {
+Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant, LeafPlane plane) {
   for (std::size_t i = 0; i < plant.leaves.size(); ++i)
     if (!has_area(plant.foliage, plant.leaves[i]))
       return Error{Status::invalid_argument, "leaf without area", Error::kNoOffset, "leaf " + std::to_string(i)};
@@ -452,7 +484,7 @@ Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant) {
   // Each leaf writes its own slot, so the result does not depend on the threads.
   constexpr std::size_t kGrain = 64;
   parallel_for(
-      plant.leaves.size(), [&](std::size_t i) { leaves[i] = fit_leaf(plant, plant.leaves[i], branch); }, kGrain);
+      plant.leaves.size(), [&](std::size_t i) { leaves[i] = fit_leaf(plant, plant.leaves[i], branch, plane); }, kGrain);
   return leaves;
 }
 

@@ -17,14 +17,21 @@ struct FittedLeaf {
   Card card{};  ///< uv as fitted: neither shifted nor shared
 };
 
+/// How the plane of a leaf's quad is chosen.
+enum class LeafPlane {
+  nearest,  ///< equation (1) alone
+  shown,    ///< that plane, unless less than half of the leaf's area shows on it; then the triangle's plane on which the most shows
+};
+
 /// Fits one quad to each leaf of the plant: the paper's section III, equation (1). The stalk is the leaf vertex nearest the wood,
 /// the tip the leaf vertex farthest from where the wood bears it; if several are equally far, or the farthest is the stalk, the one
 /// farthest from the stalk. The plane goes through the stalk and two other vertices and minimises the summed distance of all vertices. The
 /// quad is the rectangle in it along stalk and tip, as wide on either side as the leaf; its front faces as the leaf's does. A leaf that is
 /// a quad already (two triangles, four vertices) keeps its corners and winding, turned so that the edge from corner 3 to 0 is nearest to
-/// the wood. returns  one quad per leaf, in leaf order, with the part of the leaf's texture that lies on it; does not depend on the number
-/// of threads errors  invalid_argument: a leaf without area
-Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant);
+/// the wood.
+/// returns  one quad per leaf, in leaf order, with the part of the leaf's texture that lies on it; does not depend on the number of threads
+/// errors   invalid_argument: a leaf without area
+Result<std::vector<FittedLeaf>> fit_leaves(const Plant& plant, LeafPlane plane = LeafPlane::nearest);
 
 /// A plane by a point and a unit normal.
 struct Plane {

@@ -82,4 +82,10 @@ float error_px_of(const std::array<SquaredErrors, kErrorViewCount>& errors, std:
   return static_cast<float>(kErrorSizesPx[size] * std::sqrt(sum / kErrorViewCount) / kWhiteLuminance);
 }
 
+float coverage_error_px(double share, std::uint32_t size_px) {
+  constexpr double kErrorPerShare_px = 40.0, kSmall_px = 16.0;
+  const double small = std::min(size_px / kSmall_px, 1.0);
+  return static_cast<float>(kErrorPerShare_px * small * small * share);
+}
+
 }  // namespace coppice::bake

@@ -17,6 +17,9 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::uint32_t kLevelCount = 24;
+/// Cuts of up to so many leaves are judged by their coverage too. In larger ones squares tell, and a draft's coverage does not call for all
+/// of its leaves.
+constexpr std::size_t kFewLeaves = 64;
 
 /// A sun of the error table, and the share of its light that shines through leaves.
 struct Sun {
@@ -182,6 +185,12 @@ SquaredErrors squared_color_errors(const ColorImage& source, const ColorImage& o
   return errors;
 }
 
+/// Mean of the image's covered channel, 0..1.
+double coverage_of(const ColorImage& image) {
+  const LuminanceImage& covered = image[kCovered];
+  return std::accumulate(covered.begin(), covered.end(), 0.0) / (double{kCoverage} * static_cast<double>(covered.size()));
+}
+
 std::vector<std::uint32_t> measured_leaf_counts(std::uint32_t leaf_count) {
   std::vector<std::uint32_t> counts;
   for (std::uint32_t level = 0; level < kLevelCount; ++level) {
@@ -198,8 +207,12 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
   COPPICE_TRY(renderer, make_renderer(plant));
   const std::vector<std::uint32_t> source_nodes = cut_nodes(plant.tree, plant.tree.leaf_count());
   std::vector<ColorImage> source(kErrorViewCount);
-  parallel_for(std::size_t{kErrorViewCount},
-               [&](std::size_t view) { source[view] = render(renderer, source_nodes, renderer.projections[view]); });
+  std::array<double, kErrorViewCount> source_coverage{};
+  parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
+    source[view] = render(renderer, source_nodes, renderer.projections[view]);
+    source_coverage[view] = coverage_of(source[view]);
+  });
+  const double covered = std::accumulate(source_coverage.begin(), source_coverage.end(), 0.0);
 
   ErrorTable table;
   table.leaf_counts = measured_leaf_counts(plant.tree.leaf_count());
@@ -208,10 +221,16 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
     progress(static_cast<double>(level) / static_cast<double>(table.leaf_counts.size()));
     const std::vector<std::uint32_t> nodes = cut_nodes(plant.tree, table.leaf_counts[level]);
     std::array<SquaredErrors, kErrorViewCount> errors{};
+    std::array<double, kErrorViewCount> changes{};
     parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
-      errors[view] = squared_color_errors(source[view], render(renderer, nodes, renderer.projections[view]));
+      const ColorImage image = render(renderer, nodes, renderer.projections[view]);
+      errors[view] = squared_color_errors(source[view], image);
+      changes[view] = std::abs(coverage_of(image) - source_coverage[view]);
     });
-    for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size) table.error_px.push_back(error_px_of(errors, size));
+    const bool judges_coverage = nodes.size() <= kFewLeaves && covered > 0.0;
+    const double change = judges_coverage ? std::accumulate(changes.begin(), changes.end(), 0.0) / covered : 0.0;
+    for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
+      table.error_px.push_back(std::max(error_px_of(errors, size), coverage_error_px(change, kErrorSizesPx[size])));
   }
   for (std::size_t i = table.error_px.size() - kErrorSizesPx.size(); i-- > 0;)
     table.error_px[i] = std::max(table.error_px[i], table.error_px[i + kErrorSizesPx.size()]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 #include <glm/geometric.hpp>
@@ -59,9 +60,11 @@ float smooth_cosine(const std::array<glm::vec3, 3>& normals, const std::array<do
 }
 
 class TexturedCanvas {
+  static constexpr std::uint32_t kNoDepth = 0xffffffff;
+
  public:
   TexturedCanvas(const Projection& projection, const std::vector<Look>& looks, const std::vector<AlphaMask>& masks)
-      : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), 0xffffffffu) {}
+      : projection_(projection), looks_(looks), masks_(masks), depths_(image.size(), kNoDepth) {}
 
   [[nodiscard]] glm::vec3 to_viewer() const { return {projection_.direction[0], projection_.direction[1], projection_.direction[2]}; }
 
@@ -90,6 +93,9 @@ class TexturedCanvas {
   }
 
   LuminanceImage image = LuminanceImage(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
+  [[nodiscard]] double covered() const {
+    return static_cast<double>(image.size()) - static_cast<double>(std::ranges::count(depths_, kNoDepth));
+  }
 
  private:
   static float luminance_at(const LuminanceLevel& level, const glm::dvec2& uv) {
@@ -249,15 +255,22 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
   for (const LeafMeshPart& part : plant.leaf_meshes.parts) parts.push_back(&part.mesh);
   COPPICE_TRY(scene, make_scene(plant, parts));
   std::array<SquaredErrors, kErrorViewCount> errors{};
+  std::array<double, kErrorViewCount> covered{}, changes{};
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
     draw_quads(plant, scene.leaves, quads);
     for (const Mesh* part : parts) draw_leaves(*part, plant.materials, meshes);
     errors[view] = squared_errors(meshes.image, quads.image);
+    covered[view] = meshes.covered();
+    changes[view] = std::abs(quads.covered() - covered[view]);
   });
+  const double all = std::accumulate(covered.begin(), covered.end(), 0.0);
+  const double change = all > 0.0 ? std::accumulate(changes.begin(), changes.end(), 0.0) / all : 0.0;
   std::vector<float> error_px;
-  for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
-    error_px.push_back(std::max(error_px_of(errors, size), error_px.empty() ? 0.0f : error_px.back()));
+  for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size) {
+    const float own_px = std::max(error_px_of(errors, size), coverage_error_px(change, kErrorSizesPx[size]));
+    error_px.push_back(std::max(own_px, error_px.empty() ? 0.0f : error_px.back()));
+  }
   return error_px;
 }
 

@@ -10,9 +10,9 @@
 namespace coppice::bake {
 
 /// Error of all quads against the leaf meshes, px, at the table's sizes, with the same views, light and unit. Both are drawn in the colours
-/// of their images, from the mip level whose texels are about a pixel. A running maximum from the smallest size up makes it non-decreasing.
-/// plant   tree, card_table, materials, images, leaf_meshes (with parts) and sphere are read
-/// errors  invalid_argument: a material names an image that is not there
+/// of their images, from the mip level whose texels are about a pixel. Where coverage_error_px of the share by which coverage differs is
+/// larger, that. A running maximum from the smallest size up makes it non-decreasing. plant   tree, card_table, materials, images,
+/// leaf_meshes (with parts) and sphere are read errors  invalid_argument: a material names an image that is not there
 Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
 /// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the larger of two errors:

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "alpha_mask.h"
 #include "bounds.h"
 #include "card_look.h"
+#include "card_shown.h"
 #include "mesh_error.h"
 #include "page_encode.h"
 #include "quantised_tree.h"
@@ -36,23 +36,6 @@ void store_name(char (&target)[64], const std::string& name) {
   }
 }
 
-/// Share of a material's cards that is no hole; all cards count alike. 1 without cards or holes.
-float card_coverage(const std::vector<Card>& cards, std::uint32_t material, const AlphaMask& mask) {
-  constexpr std::uint32_t kPointsPerSide = 32;
-  std::uint64_t solid = 0, all = 0;
-  for (const Card& card : cards) {
-    if (card.material != material || mask.hole.empty()) continue;
-    for (std::uint32_t row = 0; row < kPointsPerSide; ++row)
-      for (std::uint32_t column = 0; column < kPointsPerSide; ++column) {
-        const float x = (static_cast<float>(column) + 0.5f) / kPointsPerSide, y = (static_cast<float>(row) + 0.5f) / kPointsPerSide;
-        const glm::vec2 uv = (1 - y) * ((1 - x) * card.uv[0] + x * card.uv[1]) + y * ((1 - x) * card.uv[3] + x * card.uv[2]);
-        if (!mask.is_hole(uv)) ++solid;
-      }
-    all += kPointsPerSide * kPointsPerSide;
-  }
-  return all == 0 ? 1.0f : static_cast<float>(solid) / static_cast<float>(all);
-}
-
 /// [material] Whether only leaf meshes show it.
 std::vector<bool> leaf_mesh_materials(const BakedPlant& plant) {
   std::vector<bool> of_meshes(plant.materials.size(), false);
@@ -67,7 +50,7 @@ std::vector<bool> leaf_mesh_materials(const BakedPlant& plant) {
   return of_meshes;
 }
 
-coppice_file_material file_material(const Material& material, float coverage, bool leaf_mesh_only) {
+coppice_file_material file_material(const Material& material, bool leaf_mesh_only) {
   coppice_file_material result{};
   for (int channel = 0; channel < 4; ++channel) result.base_color[channel] = std::clamp(material.base_color[channel], 0.0f, 1.0f);
   result.alpha_cutoff = std::clamp(material.alpha_cutoff, 0.0f, 1.0f);
@@ -76,20 +59,18 @@ coppice_file_material file_material(const Material& material, float coverage, bo
                         material.normal_map == kNone ? COPPICE_NO_TEXTURE : material.normal_map);
   result.flags = material.double_sided ? COPPICE_MATERIAL_DOUBLE_SIDED : 0u;
   if (leaf_mesh_only) result.flags |= COPPICE_MATERIAL_LEAF_MESH_ONLY;
-  if (coverage < 1.0f)
-    result.flags |= static_cast<std::uint32_t>(std::max(std::lround(255.0f * coverage), 1L)) << COPPICE_MATERIAL_COVERAGE_SHIFT;
   if (material.sided_normals) result.flags |= COPPICE_MATERIAL_SIDED_NORMALS;
   return result;
 }
 
-coppice_file_card file_card(const Card& card, const FileContents& contents) {
+coppice_file_card file_card(const Card& card, const ShownShares& shown, const FileContents& contents) {
   coppice_file_card result{};
   result.material = card.material;
   for (std::size_t corner = 0; corner < 4; ++corner) {
     result.uv[corner][0] = card.uv[corner].x;
     result.uv[corner][1] = card.uv[corner].y;
   }
-  set_card_look(contents.materials[card.material], contents.textures, result);
+  set_card_look(contents.materials[card.material], contents.textures, shown, result);
   return result;
 }
 
@@ -228,18 +209,16 @@ Result<std::vector<std::uint8_t>> pack(const BakedPlant& plant, PackSizes& sizes
   COPPICE_TRY(tree, quantise_tree(plant.tree, has_fine_positions(plant) ? COPPICE_FINE_QUANTISED_MAX : COPPICE_QUANTISED_MAX));
   FileContents contents;
   fill_plant(plant, tree, contents.plant);
-  COPPICE_TRY(masks, alpha_masks(plant.materials, plant.images));
   const std::vector<bool> of_meshes = leaf_mesh_materials(plant);
-  for (std::uint32_t m = 0; m < plant.materials.size(); ++m)
-    contents.materials.push_back(file_material(plant.materials[m], card_coverage(plant.card_table, m, masks[m]), of_meshes[m]));
+  for (std::uint32_t m = 0; m < plant.materials.size(); ++m) contents.materials.push_back(file_material(plant.materials[m], of_meshes[m]));
   for (std::size_t i = 0; i < plant.images.size(); ++i)
     COPPICE_CHECK(move_into(contents.textures.emplace_back(), encode_texture(plant.images[i], cutoff_of_image(plant, i), textures)));
-  for (const Card& card : plant.card_table) {
+  for (const Card& card : plant.card_table)
     if (card.material >= contents.materials.size()) return Error{Status::invalid_argument, "pack: a card's material is not there"};
-    contents.cards.push_back(file_card(card, contents));
-  }
   for (const Tree::Node& node : plant.tree.nodes)
     if (node.card >= plant.card_table.size()) return Error{Status::invalid_argument, "pack: a node's card is not in the table"};
+  COPPICE_TRY(shown, shown_shares(plant));
+  for (std::size_t i = 0; i < plant.card_table.size(); ++i) contents.cards.push_back(file_card(plant.card_table[i], shown[i], contents));
   contents.error_leaf_counts = plant.errors.leaf_counts;
   contents.error_sizes_px = plant.errors.sizes_px;
   contents.error_px = plant.errors.error_px;

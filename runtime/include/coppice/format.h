@@ -1,7 +1,7 @@
 #ifndef COPPICE_FORMAT_H
 #define COPPICE_FORMAT_H
 
-/* The .coppice file, version 8: disk structs and limits only. runtime/src/format/FORMAT.md describes it in prose.
+/* The .coppice file, version 9: disk structs and limits only. runtime/src/format/FORMAT.md describes it in prose.
  *
  * The file is little-endian. Every struct below is stored as is, without padding. Offsets count from the start of the file. Lengths are in
  * metres, axes are glTF's (right-handed, +Y up).
@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #define COPPICE_FORMAT_MAGIC "COPPICE\x1a" /* 8 bytes, no terminating zero in the file */
-#define COPPICE_FORMAT_VERSION 8u
+#define COPPICE_FORMAT_VERSION 9u
 
 /* Splits per foliage page. Page k holds splits [k * this, min((k + 1) * this, leaf_count - 1)). */
 #define COPPICE_PAGE_SPLITS 512u
@@ -130,9 +130,6 @@ typedef struct coppice_file_plant {
 #define COPPICE_MATERIAL_DOUBLE_SIDED 1u
 /* Only LEAF_MESH chunks use the material. */
 #define COPPICE_MATERIAL_LEAF_MESH_ONLY 2u
-/* Bits 8..15 of the flags: 255 times the share of the material's cards that is no hole; 0: unknown, or no holes. */
-#define COPPICE_MATERIAL_COVERAGE_SHIFT 8u
-#define COPPICE_MATERIAL_COVERAGE_MASK 0xff00u
 /* The normals of LEAF_MESH vertices of the material say which side is lit, whoever looks; otherwise the side that the eye sees is. */
 #define COPPICE_MATERIAL_SIDED_NORMALS 4u
 

@@ -214,8 +214,7 @@ Result<void> read_materials(PlantFile& file, Bytes bytes, const coppice_allocato
     for (const std::uint32_t texture : {material_texture(material), material_normal_map(material)})
       if (texture != COPPICE_NO_TEXTURE && texture >= file.plant.texture_count)
         return bad_field("material texture", at + offsetof(coppice_file_material, texture_or_none), "no such texture");
-    constexpr std::uint32_t kKnown =
-        COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_COVERAGE_MASK | COPPICE_MATERIAL_SIDED_NORMALS;
+    constexpr std::uint32_t kKnown = COPPICE_MATERIAL_DOUBLE_SIDED | COPPICE_MATERIAL_LEAF_MESH_ONLY | COPPICE_MATERIAL_SIDED_NORMALS;
     if ((material.flags & ~kKnown) != 0)
       return bad_field("material flags", at + offsetof(coppice_file_material, flags), "an unknown flag is set");
     if ((material.flags & COPPICE_MATERIAL_LEAF_MESH_ONLY) != 0 && file.plant.leaf_mesh_count == 0)

@@ -372,6 +372,14 @@ TEST(FindLeaves, FlatWoodStaysWoodByItsName) {
   EXPECT_TRUE(find(planks, {"Wood"}).leaves.empty());
 }
 
+TEST(FindLeaves, TwigsOfStripsBesideNeedlesStayWoodByTheirName) {
+  SoupBuilder builder = with_trunk();
+  for (std::uint32_t i = 0; i < 60; ++i) add_blade(builder, place(i), 0.5f);
+  builder.material = 2;
+  for (std::uint32_t i = 0; i < 400; ++i) add_leaf(builder, place(i), false, 0.05f);
+  expect_leaves(find(builder, {"bark", "bark_twigs", "needles"}), 400, 4);
+}
+
 TEST(FindLeaves, MarksAndSplintersBesideACrownThatIsWoodAreNoLeaves) {
   for (const std::uint32_t count : {5u, 40u}) {
     SoupBuilder builder;

@@ -333,6 +333,7 @@ GltfBuilder varied_plant() {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::png(2, 2, {10, 200, 30, 128}));
   builder.json["nodes"][0]["rotation"] = {0, 0, 0, 1};
+  builder.json["meshes"][1]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"material", 0}, {"mode", 3}});
   const int indices = builder.add_view(std::vector<std::uint8_t>{1});
   const int values = builder.add_view(std::vector<glm::vec3>{{2.0f, 0.0f, 0.0f}});
   builder.json["accessors"][2]["sparse"] = {

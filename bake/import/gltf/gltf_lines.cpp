@@ -22,8 +22,9 @@
 namespace coppice::bake {
 namespace {
 
-// A spruce's needle is about this many times as long as wide; those of pines are narrower, but a model has fewer of them than a tree.
-constexpr double kLengthsPerWidth = 20.0, kMinLengthsPerWidth = 4.0;
+// A spruce's needle is about this many times as long as wide; those of pines are narrower, but a model has fewer of them than a tree. Lines
+// of several segments are blades of grass or twigs.
+constexpr double kNeedleLengths = 20.0, kBladeLengths = 40.0, kMinLengths = 4.0;
 // Cosine of the angle by which a line may turn from one segment to the next.
 constexpr double kMinTurnCosine = 0.5;
 // Limits what a small file can ask for: primitives may share their accessors.
@@ -162,12 +163,14 @@ Result<WidenedLines> widen(tinygltf::Model& model, tinygltf::Primitive& primitiv
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
   WidenedLines widened;
   widened.count = static_cast<std::uint32_t>(lines.size());
-  widened.width = sorted[sorted.size() / 2] / kLengthsPerWidth;
+  const auto is_needle = [](const Line& line) { return line.size() == 2; };
+  const bool are_needles = 2 * static_cast<std::size_t>(std::ranges::count_if(lines, is_needle)) >= lines.size();
+  widened.width = sorted[sorted.size() / 2] / (are_needles ? kNeedleLengths : kBladeLengths);
   Strips strips;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     // Steps of the golden ratio are spread evenly, however many there are.
     const double turn = std::fmod(static_cast<double>(i) * (std::numbers::phi - 1.0), 1.0);
-    append_strip(positions, lines[i], std::min(widened.width, lengths[i] / kMinLengthsPerWidth), std::numbers::pi * turn, strips);
+    append_strip(positions, lines[i], std::min(widened.width, lengths[i] / kMinLengths), std::numbers::pi * turn, strips);
   }
 
   std::map<std::string, int> attributes{
@@ -220,7 +223,7 @@ std::string lines_text(const std::vector<WidenedLines>& lines, const std::vector
   if (count == 0) return {};
   std::string widths = formatted("%.2g", 1e3 * narrowest_m);
   if (const std::string widest = formatted("%.2g", 1e3 * widest_m); widest != widths) widths += " to " + widest;
-  return std::to_string(count) + " lines became strips " + widths + " mm wide, a twentieth of their median length";
+  return std::to_string(count) + " lines became strips " + widths + " mm wide";
 }
 
 }  // namespace coppice::bake

@@ -18,10 +18,11 @@ struct WidenedLines {
 
 /// Some plants have needles and blades of grass that are line primitives. This makes thin strips of triangles of them, one strip a line, so
 /// that the importer finds leaves in them as in any other triangles. Segments that meet end to end, without others, and turn by less than
-/// 60 degrees are one line. All lines of a primitive have one width, a twentieth of their median length, but at most a quarter of their
-/// own. Strips next to each other are turned about their lines by different angles, so that a plant is as dense from any side. New
-/// vertices have the attributes of those that they stand beside, without normals, tangents and morph targets.
-/// errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length; unsupported: more than 2^21 ends of lines
+/// 60 degrees are one line. All lines of a primitive have one width: of their median length a twentieth if most have one segment, as
+/// needles, else a fortieth, as blades; but at most a quarter of their own length. Strips next to each other are turned about their lines
+/// by different angles, so that a plant is as dense from any side. New vertices have the attributes of those that they stand beside,
+/// without normals, tangents and morph targets. errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length;
+/// unsupported: more than 2^21 ends of lines
 Result<std::vector<WidenedLines>> widen_lines(tinygltf::Model& model);
 
 /// A line for a person about those that the instances show; empty: none.

@@ -219,18 +219,23 @@ bool is_only_form(const PieceClass& of) {
   return of.evidence.sum() != 0.0 && of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
 }
 
+/// Of the classes that are leaves the one of most pieces; null without any.
+const PieceClass* most_leaves(const std::vector<PieceClass>& classes) {
+  const PieceClass* most = nullptr;
+  for (const PieceClass& each : classes)
+    if (each.part == PlantPart::leaf && (!most || each.piece_count > most->piece_count)) most = &each;
+  return most;
+}
+
 /// Makes wood of pieces below all leaves for which only their form speaks: plates and gravel of a pot.
 void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
   constexpr double kBelow = -2.5;
   constexpr std::uint64_t kFewer = 10;
-  std::map<std::uint32_t, std::uint64_t> leaf_counts;
-  const PieceClass* leaves = nullptr;
-  for (const PieceClass& each : classes) {
-    if (each.part != PlantPart::leaf) continue;
-    leaf_counts[each.material] += each.piece_count;
-    if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
-  }
+  const PieceClass* const leaves = most_leaves(classes);
   if (!leaves) return;
+  std::map<std::uint32_t, std::uint64_t> leaf_counts;
+  for (const PieceClass& each : classes)
+    if (each.part == PlantPart::leaf) leaf_counts[each.material] += each.piece_count;
   for (PieceClass& of : classes) {
     if (of.part != PlantPart::leaf || of.material == leaves->material || !is_only_form(of)) continue;
     if (kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
@@ -274,8 +279,10 @@ bool has_crown(const ClassedPieces& classed) {
 
 /// Makes leaves of what would be leaves if the name did not speak for wood (find_leaves.h).
 void judge_against_names(ClassedPieces& classed, double extent_m) {
+  const PieceClass* const leaves = most_leaves(classed.classes);
   const auto contradicts = [&](std::size_t i) {
     const PieceClass& of = classed.classes[i];
+    if (leaves && company_evidence(of, *leaves) < 0.0) return false;  // twigs of strips, say
     return of.part == PlantPart::wood && of.evidence.name < 0.0 && of.evidence.flatness > 0.0 && classed.bulks[i] == 0.0 &&
            of.evidence.sum() - of.evidence.name >= kLeafScore;
   };

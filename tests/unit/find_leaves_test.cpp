@@ -381,10 +381,10 @@ TEST(FindLeaves, TwigsOfStripsBesideNeedlesStayWoodByTheirName) {
 }
 
 TEST(FindLeaves, MarksAndSplintersBesideACrownThatIsWoodAreNoLeaves) {
-  for (const std::uint32_t count : {5u, 40u}) {
+  for (const std::uint32_t count : {5u, 40u, 150u}) {
     SoupBuilder builder;
     add_trunk(builder);
-    add_shell(builder, {0.0f, 4.0f, 0.0f}, 1.5f);
+    add_shell(builder, {0.0f, 6.0f, 0.0f}, 2.5f);
     builder.material = 1;
     for (std::uint32_t i = 0; i < count; ++i) add_leaf(builder, place(i), false, 0.06f);
     const FoundParts marks = find(builder, {"", "marks"});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -264,17 +265,22 @@ double whole_area_m2(const ClassedPieces& classed) {
   });
 }
 
-/// Whether there are leaves that are no mere marks, splinters or a weed at the foot, or that a person named.
+/// Whether there are leaves that are no mere marks, splinters or weeds at the foot, or that a person named.
 bool has_crown(const ClassedPieces& classed) {
   constexpr std::uint64_t kMany = 100;
-  constexpr double kShare = 0.02, kShareOfFew = 0.1;
+  constexpr double kShare = 0.02, kShareOfFew = 0.1, kHigh = 0.75;
   std::uint64_t count = 0;
+  double foot_m = std::numeric_limits<double>::max(), top_m = -foot_m, leaf_top_m = -foot_m;
   for (const PieceClass& each : classed.classes) {
+    foot_m = std::min(foot_m, each.low_m);
+    top_m = std::max(top_m, each.high_m);
     if (each.part != PlantPart::leaf) continue;
     if (each.evidence.sum() == 0.0) return true;  // a rule decided
     count += each.piece_count;
+    leaf_top_m = std::max(leaf_top_m, each.high_m);
   }
-  return count >= kMany || (count > 0 && leaf_area_m2(classed) >= (count < kMinCompany ? kShareOfFew : kShare) * whole_area_m2(classed));
+  if (count >= kMany && leaf_top_m >= foot_m + kHigh * (top_m - foot_m)) return true;  // spines of a cactus, say
+  return count > 0 && leaf_area_m2(classed) >= (count < kMinCompany ? kShareOfFew : kShare) * whole_area_m2(classed);
 }
 
 /// Makes leaves of what would be leaves if the name did not speak for wood (find_leaves.h).

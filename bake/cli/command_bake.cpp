@@ -84,7 +84,7 @@ int look(const BakeCommand& arguments, const ImportOptions& options) {
   if (arguments.dry_run && !arguments.quiet) {
     const auto contents = read_contents(arguments.input, options);
     if (!contents) return report_failure(arguments.input, contents.error());
-    table = contents_table(*contents) + parts_table(*plant);
+    table = contents_table(*contents) + parts_table(*plant) + (contents->scenery.empty() ? "" : contents->scenery + "\n");
   }
   std::vector<std::uint8_t> png;
   if (!arguments.preview.empty()) {

@@ -14,8 +14,11 @@
 #include "find_leaves.h"
 #include "gltf_document.h"
 #include "gltf_instances.h"
+#include "gltf_lines.h"
 #include "gltf_materials.h"
 #include "gltf_triangles.h"
+#include "gltf_unread.h"
+#include "near_uvs.h"
 #include "plant_size.h"
 #include "printable.h"
 #include "triangle_soup.h"
@@ -53,7 +56,7 @@ Result<UsedMaterials> used_materials(const tinygltf::Model& model, const std::ve
         used.sources.push_back(material_index(primitive));
     }
   }
-  if (used.sources.empty()) return Error{Status::bad_file, "no triangles in the scene"};
+  if (used.sources.empty()) return Error{Status::bad_file, "no triangles and no lines in the scene"};
   if (used.sources.size() > COPPICE_MAX_MATERIALS) return Error{Status::unsupported, "more than 256 materials in use"};
   return used;
 }
@@ -122,7 +125,17 @@ void warn_of_shells(Plant& plant) {
   }
 }
 
-void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
+/// Warns once for each material whose form contradicts its name.
+void warn_of_names(Plant& plant) {
+  std::map<std::uint32_t, std::uint64_t> counts;
+  for (const PieceClass& each : plant.classes)
+    if (each.against_name && each.part == PlantPart::leaf) counts[each.material] += each.piece_count;
+  for (const auto& [material, count] : counts)
+    plant.warnings.push_back("material '" + plant.materials[material].name.substr(0, 64) + "': by their form " + std::to_string(count) +
+                             " pieces are leaves, though its name speaks for wood; --wood-material makes wood of them");
+}
+
+void warn_of_leaves(Plant& plant, std::uint32_t dropped_count, bool has_crown) {
   if (dropped_count > 0) plant.warnings.push_back(std::to_string(dropped_count) + " leaves without area dropped");
   if (plant.leaves.empty()) {
     const bool was_guessed = std::ranges::any_of(plant.classes, [](const PieceClass& each) { return each.evidence.sum() != 0.0; });
@@ -130,6 +143,10 @@ void warn_of_leaves(Plant& plant, std::uint32_t dropped_count) {
                                 (was_guessed ? "; --leaf-material REGEX makes leaves of a material's pieces" : ""));
     return;
   }
+  if (!has_crown)
+    plant.warnings.push_back("only " + std::to_string(plant.leaves.size()) +
+                             " small leaves: all else is wood; --leaf-material REGEX makes leaves of a material's pieces");
+  warn_of_names(plant);
   warn_of_shells(plant);
   const auto largest = std::ranges::max_element(plant.leaves, {}, &LeafRange::triangle_count);
   if (largest->triangle_count >= kShellTriangles)
@@ -151,7 +168,7 @@ Result<void> take_parts(TriangleSoup soup, const ImportOptions& options, Plant& 
   plant.leaves = std::move(found.leaves);
   plant.wood = std::move(found.wood);
   plant.classes = std::move(found.classes);
-  warn_of_leaves(plant, found.dropped_leaf_count);
+  warn_of_leaves(plant, found.dropped_leaf_count, found.has_crown);
   return {};
 }
 
@@ -163,16 +180,24 @@ void limit_warnings(std::vector<std::string>& warnings) {
   warnings.push_back("and " + std::to_string(more) + " more warnings");
 }
 
-Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::path& folder, const ImportOptions& options) {
+void add_warning(std::string line, std::vector<std::string>& warnings) {
+  if (!line.empty()) warnings.push_back(std::move(line));
+}
+
+Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& folder, const ImportOptions& options) {
   Plant plant;
   COPPICE_TRY(transform, scene_from_file(options));
+  COPPICE_TRY(lines, widen_lines(model));
   COPPICE_TRY(counts, mesh_instance_counts(model));
   COPPICE_CHECK(check_totals(model, counts));
   COPPICE_TRY(all_instances, mesh_instances(model, transform));
   COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
   const std::vector<MeshInstance>& instances = chosen.instances;
-  if (std::string line = contents_line(chosen.contents); !line.empty()) plant.warnings.push_back(std::move(line));
+  add_warning(contents_line(chosen.contents), plant.warnings);
+  add_warning(lines_text(lines, instances), plant.warnings);
+  add_warning(points_text(model, instances), plant.warnings);
   COPPICE_TRY(used, used_materials(model, instances));
+  add_warning(emission_text(model, used.sources), plant.warnings);
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
@@ -180,8 +205,9 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   const ImageFolder image_folder{folder, options.outside_files};
   COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
-  if (std::string warning = size_warning(plant_size_m(plant), options.metres_per_unit); !warning.empty())
-    plant.warnings.push_back(std::move(warning));
+  bring_uvs_near_zero(plant.foliage, plant.leaves);
+  bring_uvs_near_zero(plant.wood, {});
+  add_warning(size_warning(plant_size_m(plant), options.metres_per_unit), plant.warnings);
   limit_warnings(plant.warnings);
   return plant;
 }
@@ -242,8 +268,10 @@ Result<SourceContents> read_contents(const std::filesystem::path& path, const Im
   return guarded<SourceContents>(path, [&]() -> Result<SourceContents> {
     COPPICE_TRY(model, load_gltf(path, options.outside_files));
     COPPICE_TRY(transform, scene_from_file(options));
+    COPPICE_CHECK(widen_lines(*model));
     COPPICE_TRY(instances, mesh_instances(*model, transform));
     COPPICE_TRY(chosen, choose_plant(*model, std::move(instances), options.plant));
+    chosen.contents.scenery = scenery_text(*model);
     return std::move(chosen.contents);
   });
 }

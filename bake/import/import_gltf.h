@@ -43,8 +43,8 @@ struct ImportOptions {
 Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 
 /// Reads a glTF 2.0 .gltf or .glb: takes the default scene's triangles, applies node transforms and instances, converts to metres with +Y
-/// up and separates leaves from wood (find_leaves.h). Either may be empty; points and lines are skipped. From a pack it takes one plant
-/// (gltf_variants.h). It treats extensions as README.md says. Vertex colours tint their material and its triangles
+/// up and separates leaves from wood (find_leaves.h). Either may be empty. Lines become thin strips (gltf_lines.h). From a pack it takes
+/// one plant (gltf_variants.h). It treats extensions as README.md says. Vertex colours tint their material and its triangles
 /// (vertex_colors.h). The plant has only the materials and images in use. Plant::warnings lists what was dropped or read differently from
 /// what the file asks for.
 /// errors  `detail` begins with the file's name and names the place in it. io: the file or one it refers to is unreadable; bad_file: not

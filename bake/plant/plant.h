@@ -43,8 +43,9 @@ struct PieceClass {
   double low_m = 0.0, high_m = 0.0;                         ///< heights: 2 % of the pieces reach below low_m, and above high_m
   LeafEvidence evidence;                                    ///< 0 where a rule decided
   PlantPart part = PlantPart::wood;
-  bool is_shell = false;  ///< its material speaks for leaves, but it cannot be split into them
-  std::string reason;     ///< why, for a person
+  bool is_shell = false;      ///< its material speaks for leaves, but it cannot be split into them
+  bool against_name = false;  ///< leaves by their form, though their material's name says wood
+  std::string reason;         ///< why, for a person
 };
 
 /// RGBA8, rows top to bottom; colour in sRGB, alpha linear.

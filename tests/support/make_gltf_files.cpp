@@ -91,12 +91,20 @@ GltfBuilder nested_plant() {
   return builder;
 }
 
+GltfBuilder lines_plant() {
+  GltfBuilder builder = test::small_plant();
+  const int points = builder.add_positions({{0, 0, 0}, {0, 1, 0}, {0, 2, 0.5}, {1, 2, 0}, {0, 2, 0.5}, {0, 3, 1}});
+  for (const int mode : {1, 2, 3}) builder.add_node(builder.add_mesh({{"POSITION", points}, {"COLOR_0", points}}, std::nullopt, 0, mode));
+  return builder;
+}
+
 void write_corpus(const std::filesystem::path& folder) {
   const std::vector<std::pair<const char*, GltfBuilder>> plants{{"small", test::small_plant()},
                                                                 {"draco_edgebreaker", draco_plant(true)},
                                                                 {"draco_sequential", draco_plant(false)},
                                                                 {"meshopt_triangles", meshopt_plant("TRIANGLES")},
                                                                 {"meshopt_indices", meshopt_plant("INDICES")},
+                                                                {"lines", lines_plant()},
                                                                 {"textured", textured_plant()},
                                                                 {"nested", nested_plant()}};
   for (const auto& [name, builder] : plants) test::write_file(folder / (std::string(name) + ".glb"), builder.glb());

@@ -1,8 +1,10 @@
 #include "find_leaves.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -84,6 +86,24 @@ void add_tube(SoupBuilder& builder, const glm::vec3& from, const glm::vec3& to, 
   for (std::size_t i = 0; i < 12; i += 2) {
     builder.triangle(ring[i], ring[(i + 2) % 12], ring[i + 1]);
     builder.triangle(ring[i + 1], ring[(i + 2) % 12], ring[(i + 3) % 12]);
+  }
+}
+
+/// A blade of two rows of quads that goes up, over and down again in half a circle.
+void add_blade(SoupBuilder& builder, const Place& where, float radius_m) {
+  constexpr int kSegments = 8;
+  const glm::vec3 up(0.0f, 1.0f, 0.0f), out = glm::normalize(where.along * glm::vec3(1.0f, 0.0f, 1.0f));
+  std::array<std::uint32_t, 3> before{};
+  for (int i = 0; i <= kSegments; ++i) {
+    const float angle = static_cast<float>(std::numbers::pi) * static_cast<float>(i) / kSegments;
+    const glm::vec3 middle = where.stalk + radius_m * ((1.0f - std::cos(angle)) * out + std::sin(angle) * up);
+    std::array<std::uint32_t, 3> now{};
+    for (std::size_t k = 0; k < 3; ++k) now[k] = builder.vertex(middle + 0.05f * radius_m * (static_cast<float>(k) - 1.0f) * where.across);
+    for (std::size_t k = 0; k < 2 && i > 0; ++k) {
+      builder.triangle(before[k], before[k + 1], now[k + 1]);
+      builder.triangle(before[k], now[k + 1], now[k]);
+    }
+    before = now;
   }
 }
 
@@ -314,6 +334,78 @@ TEST(FindLeaves, NamesDecideWhereShapesDoNot) {
   EXPECT_EQ(found.wood.triangle_materials, (std::vector<std::uint32_t>{1, 1}));
 }
 
+TEST(FindLeaves, AWholeTreeThatIsNamedAfterItsTrunkHasLeaves) {
+  SoupBuilder leaflets, fronds;
+  add_trunk(leaflets);
+  for (std::uint32_t i = 0; i < 300; ++i) add_leaf(leaflets, place(i));
+  add_trunk(fronds);
+  for (std::uint32_t i = 0; i < 12; ++i) add_blade(fronds, place(i), 1.0f);
+  for (const auto& [builder, count, triangles] : {std::tuple(&leaflets, 300u, 4u), std::tuple(&fronds, 12u, 32u)}) {
+    const FoundParts found = find(*builder, {"palm_trunk"});
+    expect_leaves(found, count, triangles);
+    EXPECT_EQ(found.wood.triangle_materials.size(), 12u);
+    EXPECT_TRUE(found.has_crown);
+    ASSERT_EQ(found.classes.size(), 2u);
+    for (const PieceClass& each : found.classes) EXPECT_EQ(each.against_name, each.part == PlantPart::leaf);
+  }
+}
+
+TEST(FindLeaves, FlatWoodStaysWoodByItsName) {
+  // Flakes of a bark are a small part of the trunk; planks are closed.
+  SoupBuilder flakes, planks;
+  add_trunk(flakes);
+  for (std::uint32_t i = 0; i < 40; ++i) add_leaf(flakes, place(i));
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    const Place where = place(i);
+    std::array<std::uint32_t, 8> corner{};
+    for (std::uint32_t k = 0; k < 8; ++k)
+      corner[k] = planks.vertex(at(where, (k & 1u) != 0 ? 0.8f : 0.0f, (k & 2u) != 0 ? 0.1f : 0.0f) +
+                                ((k & 4u) != 0 ? 0.02f : 0.0f) * where.normal());
+    constexpr std::array<std::array<std::size_t, 4>, 6> kSides{
+        {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+    for (const auto& [a, b, c, d] : kSides) {
+      planks.triangle(corner[a], corner[b], corner[c]);
+      planks.triangle(corner[a], corner[c], corner[d]);
+    }
+  }
+  EXPECT_TRUE(find(flakes, {"Bark"}).leaves.empty());
+  EXPECT_TRUE(find(planks, {"Wood"}).leaves.empty());
+}
+
+TEST(FindLeaves, TwigsOfStripsBesideNeedlesStayWoodByTheirName) {
+  SoupBuilder builder = with_trunk();
+  for (std::uint32_t i = 0; i < 60; ++i) add_blade(builder, place(i), 0.5f);
+  builder.material = 2;
+  for (std::uint32_t i = 0; i < 400; ++i) add_leaf(builder, place(i), false, 0.05f);
+  expect_leaves(find(builder, {"bark", "bark_twigs", "needles"}), 400, 4);
+}
+
+TEST(FindLeaves, MarksAndSplintersBesideACrownThatIsWoodAreNoLeaves) {
+  for (const std::uint32_t count : {5u, 40u, 150u}) {
+    SoupBuilder builder;
+    add_trunk(builder);
+    add_shell(builder, {0.0f, 6.0f, 0.0f}, 2.5f);
+    builder.material = 1;
+    for (std::uint32_t i = 0; i < count; ++i) add_leaf(builder, place(i), false, 0.06f);
+    const FoundParts marks = find(builder, {"", "marks"});
+    EXPECT_TRUE(marks.leaves.empty());
+    EXPECT_FALSE(marks.has_crown);
+    const FoundParts named = find(builder, {"", "leaves"});
+    expect_leaves(named, count, 4);
+    EXPECT_FALSE(named.has_crown) << "so that somebody is told";
+  }
+}
+
+TEST(FindLeaves, GroundBelowDoesNotMakeTheLeavesFew) {
+  SoupBuilder builder = with_trunk();
+  for (std::uint32_t i = 0; i < 40; ++i) add_leaf(builder, place(i));
+  builder.material = 2;
+  builder.card({{{-20, -1, -20}, {20, -1, -20}, {20, -1, 20}, {-20, -1, 20}}});
+  const FoundParts found = find(builder, {"", "", ""});
+  expect_leaves(found, 40, 4);
+  EXPECT_TRUE(found.has_crown);
+}
+
 TEST(FindLeaves, BladeAndMidribOfTwoMaterialsAreOneLeaf) {
   SoupBuilder builder;
   for (std::uint32_t i = 0; i < 50; ++i) {
@@ -377,24 +469,6 @@ TEST(FindLeaves, AFoldedLeafIsNoTube) {
     builder.triangle(stalk, right, tip);
   }
   expect_leaves(find(builder, {""}), 100, 2);
-}
-
-/// A blade of two rows of quads that goes up, over and down again in half a circle.
-void add_blade(SoupBuilder& builder, const Place& where, float radius_m) {
-  constexpr int kSegments = 8;
-  const glm::vec3 up(0.0f, 1.0f, 0.0f), out = glm::normalize(where.along * glm::vec3(1.0f, 0.0f, 1.0f));
-  std::array<std::uint32_t, 3> before{};
-  for (int i = 0; i <= kSegments; ++i) {
-    const float angle = static_cast<float>(std::numbers::pi) * static_cast<float>(i) / kSegments;
-    const glm::vec3 middle = where.stalk + radius_m * ((1.0f - std::cos(angle)) * out + std::sin(angle) * up);
-    std::array<std::uint32_t, 3> now{};
-    for (std::size_t k = 0; k < 3; ++k) now[k] = builder.vertex(middle + 0.05f * radius_m * (static_cast<float>(k) - 1.0f) * where.across);
-    for (std::size_t k = 0; k < 2 && i > 0; ++k) {
-      builder.triangle(before[k], before[k + 1], now[k + 1]);
-      builder.triangle(before[k], now[k + 1], now[k]);
-    }
-    before = now;
-  }
 }
 
 TEST(FindLeaves, BladesThatHangOverAreLeaves) {

@@ -521,13 +521,11 @@ TEST(ImportImages, WebpExtensionReplacesTheSource) {
   EXPECT_EQ(imported(builder).images.at(0).width, 3u);
 }
 
-TEST(ImportImages, AFormThatIsNotReadIsAWarning) {
+TEST(ImportImages, ABaseColourInAFormThatIsNotReadIsAnError) {
   GltfBuilder builder = test::small_plant();
   builder.set_texture(0, test::png(2, 2, {255, 0, 0, 255}));
   builder.json["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
-  const Plant plant = imported(builder);
-  EXPECT_EQ(plant.materials.at(0).image, kNone);
-  expect_warning(plant, {"gltf-transform", "ktxdecompress"});
+  expect_error(import_built(builder), Status::unsupported, {"textures[0]", "gltf-transform", "ktxdecompress"});
 }
 
 TEST(ImportImages, OfATextureWithKtx2ThePngIsTaken) {
@@ -549,7 +547,7 @@ TEST(ImportImages, OfATextureWithKtx2ThePngIsTaken) {
   // A file that says nothing of the extension, but whose image is KTX2 all the same.
   builder.json.erase("extensionsRequired");
   builder.json["textures"][0] = {{"source", 1}};
-  expect_warning(imported(builder), {"ktxdecompress"});
+  expect_error(import_built(builder), Status::unsupported, {"images[1]", "ktxdecompress"});
 }
 
 TEST(ImportImages, AnOpaqueMaterialShowsColoursWhateverTheirAlpha) {

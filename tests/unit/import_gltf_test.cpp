@@ -133,16 +133,6 @@ TEST(ImportGltf, InterleavedAttributesByStrideAndOffset) {
   EXPECT_EQ(wood.uvs[2], glm::vec2(0.5f, 0.6f));
 }
 
-TEST(ImportGltf, PointsAndLinesAreSkipped) {
-  GltfBuilder builder = test::small_plant();
-  for (const int mode : {0, 1, 2, 3}) {
-    json primitive = builder.json["meshes"][1]["primitives"][0];
-    primitive["mode"] = mode;
-    builder.json["meshes"][1]["primitives"].push_back(primitive);
-  }
-  EXPECT_EQ(imported(builder).wood.triangle_materials.size(), 1u);
-}
-
 TEST(ImportGltf, SparseValuesReplaceTheirElements) {
   GltfBuilder builder = wood_of(kTriangle);
   const int indices = builder.add_view(std::vector<std::uint8_t>{1, 2});

@@ -4,8 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <numeric>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include <tiny_gltf.h>
 
@@ -123,6 +125,46 @@ Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int acces
   return read_vectors<glm::vec4>(model, accessor);
 }
 
+Result<std::vector<glm::vec3>> read_positions(const tinygltf::Model& model, int accessor) {
+  COPPICE_TRY(positions, read_vec3(model, accessor));
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (!is_finite(positions[i]))
+      return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
+                   accessor_place(accessor) + " element " + std::to_string(i)};
+  return positions;
+}
+
+Result<std::vector<std::uint32_t>> read_vertex_order(const tinygltf::Model& model, int accessor, std::size_t vertex_count) {
+  if (accessor < 0) {
+    std::vector<std::uint32_t> order(vertex_count);
+    std::iota(order.begin(), order.end(), 0u);
+    return order;
+  }
+  COPPICE_TRY(order, read_indices(model, accessor));
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (order[i] >= vertex_count)
+      return Error{Status::bad_file, "index beyond the vertices", Error::kNoOffset,
+                   accessor_place(accessor) + " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " +
+                       std::to_string(vertex_count)};
+  return order;
+}
+
+Result<int> add_copy_of_elements(tinygltf::Model& model, int accessor, std::span<const std::uint32_t> elements) {
+  const tinygltf::Accessor& source = model.accessors.at(static_cast<std::size_t>(accessor));
+  const std::size_t bytes = component_bytes(source.componentType) *
+                            static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(source.type)));
+  std::vector<std::uint8_t> all(source.count * bytes, 0), copied;
+  COPPICE_CHECK(visit_elements(model, accessor, bytes,
+                               [&](std::size_t i, const unsigned char* element) { std::copy_n(element, bytes, all.data() + i * bytes); }));
+  for (const std::uint32_t i : elements) copied.insert(copied.end(), all.data() + i * bytes, all.data() + (i + 1) * bytes);
+  tinygltf::Accessor copy;
+  copy.type = source.type;
+  copy.componentType = source.componentType;
+  copy.normalized = source.normalized;
+  copy.count = elements.size();
+  return add_accessor(model, std::move(copy), std::move(copied));
+}
+
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor) {
   if (model.accessors.at(static_cast<std::size_t>(accessor)).type == TINYGLTF_TYPE_VEC4) return read_vec4(model, accessor);
   COPPICE_TRY(rgb, read_vec3(model, accessor));
@@ -157,6 +199,17 @@ Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, in
   COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type),
                                [&](std::size_t i, const unsigned char* bytes) { indices[i] = load_index(bytes, type); }));
   return indices;
+}
+
+int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes) {
+  tinygltf::BufferView view;
+  view.buffer = static_cast<int>(model.buffers.size());
+  view.byteLength = bytes.size();
+  model.buffers.emplace_back().data = std::move(bytes);
+  accessor.bufferView = static_cast<int>(model.bufferViews.size());
+  model.bufferViews.push_back(std::move(view));
+  model.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model.accessors.size()) - 1;
 }
 
 std::string accessor_place(int accessor) {

@@ -15,8 +15,9 @@
 #include "result.h"
 
 namespace tinygltf {
+struct Accessor;
 class Model;
-}
+}  // namespace tinygltf
 
 namespace coppice::bake {
 
@@ -26,8 +27,14 @@ namespace coppice::bake {
 //         allow for what is read
 
 Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor);
+/// read_vec3. errors  bad_file also: a component that is not finite
+Result<std::vector<glm::vec3>> read_positions(const tinygltf::Model& model, int accessor);
 Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor);
 Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
+/// Reads the vertices of a primitive in order: its indices or, for accessor -1, all of them. errors  bad_file also: an index beyond them
+Result<std::vector<std::uint32_t>> read_vertex_order(const tinygltf::Model& model, int accessor, std::size_t vertex_count);
+/// Appends an accessor of the same form that holds these elements of another; returns its index.
+Result<int> add_copy_of_elements(tinygltf::Model& model, int accessor, std::span<const std::uint32_t> elements);
 /// Reads colours: a VEC4, or a VEC3 with 1 as its fourth component.
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
 /// Reads the first component of each element, of whatever shape. errors  unsupported also: 64-bit numbers
@@ -37,6 +44,9 @@ Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, in
 
 /// The bytes of a buffer view from `offset` on. The offset is in range.
 std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
+
+/// Appends an accessor with a buffer and a view of its own; returns its index.
+int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes);
 
 /// Whether no component is infinite or NaN.
 template <glm::length_t Length, class Number>

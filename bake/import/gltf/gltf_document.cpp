@@ -19,6 +19,7 @@
 #include "atomic_file.h"
 #include "gltf_compression.h"
 #include "gltf_screen.h"
+#include "image_limits.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
@@ -74,6 +75,7 @@ Result<Parts> split(std::span<const std::uint8_t> file) {
   if (file.empty()) return damaged("the file is empty");
   const std::string_view text = as_text(file);
   if (text.starts_with("glTF")) return split_glb(file);
+  if (text.starts_with(kGitLfsPointer)) return damaged(kIsGitLfsPointer);
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   Parts parts;
   parts.json = text.substr(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -52,13 +52,13 @@ std::uint32_t image_of(const tinygltf::Model& model, int texture) {
   return found.source < 0 ? kNone : static_cast<std::uint32_t>(found.source);
 }
 
-/// Warns of a texture whose only image is in a form that is not read.
-void warn_of_texture(const tinygltf::Model& model, int texture, std::vector<std::string>& warnings) {
-  if (texture < 0 || image_of(model, texture) != kNone) return;
-  std::string line = "textures[" + std::to_string(texture) + "] left out: it has no image";
+/// Says why a texture has no image that is read; empty if it has one.
+std::string lack_of_image(const tinygltf::Model& model, int texture) {
+  if (texture < 0 || image_of(model, texture) != kNone) return {};
+  std::string line = "textures[" + std::to_string(texture) + "] has no image";
   for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
     line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
-  warnings.push_back(line);
+  return line;
 }
 
 double number_or(const tinygltf::Value& object, const std::string& name, double fallback) {
@@ -105,9 +105,8 @@ struct ImageUse {
   auto operator<=>(const ImageUse&) const = default;
 };
 
-/// Reads and decodes an image; nothing, with a warning, if its form is not read.
-Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint32_t index, ImageUse use, const ImageFolder& folder,
-                                        std::vector<std::string>& warnings) {
+/// Reads and decodes an image. ignored_mask  as for decode_image
+Result<Image> read_image(const tinygltf::Model& model, std::uint32_t index, ImageUse use, const ImageFolder& folder, bool& ignored_mask) {
   const tinygltf::Image& source = model.images.at(index);
   const std::string place = "images[" + std::to_string(index) + "]";
   std::vector<std::uint8_t> file;
@@ -119,15 +118,12 @@ Result<std::optional<Image>> read_image(const tinygltf::Model& model, std::uint3
     bytes = file;
   }
   Result<Image> image = decode_image(bytes, use.kind == ImageUse::normals ? COPPICE_MAX_TEXTURE_SIDE : kMaxImageSide_px,
-                                     use.kind == ImageUse::masked_color ? ImageAlpha::mask : ImageAlpha::ignored);
-  if (image) return std::optional<Image>(*std::move(image));
+                                     use.kind == ImageUse::masked_color ? ImageAlpha::mask : ImageAlpha::ignored, &ignored_mask);
+  if (image) return image;
   const std::string name = source.uri.empty() ? source.name : source.uri;
   const std::string named = name.empty() ? place : place + " '" + name.substr(0, 64) + "'";
   const Error& error = image.error();
-  if (error.status != Status::unsupported)
-    return Error{error.status, error.what, Error::kNoOffset, error.detail.empty() ? named : named + ": " + error.detail};
-  warnings.push_back(named + " left out: " + error.message());
-  return std::optional<Image>();
+  return Error{error.status, error.what, Error::kNoOffset, error.detail.empty() ? named : named + ": " + error.detail};
 }
 
 /// Computes normalize((texel * 2 - 1) * (scale, scale, 1)), as glTF says. Large maps are reduced here, since a decoder would mix texels as
@@ -161,12 +157,45 @@ float normal_scale_of(const tinygltf::Material& source) {
 std::uint32_t normal_map_of(const tinygltf::Model& model, const tinygltf::Material& source, std::vector<std::string>& warnings) {
   const tinygltf::NormalTextureInfo& info = source.normalTexture;
   const tinygltf::TextureInfo& color = source.pbrMetallicRoughness.baseColorTexture;
-  warn_of_texture(model, info.index, warnings);
+  if (std::string line = lack_of_image(model, info.index); !line.empty()) warnings.push_back(std::move(line));
   const std::uint32_t image = image_of(model, info.index);
   if (image == kNone || color.index < 0 || uvs_of(info) == uvs_of(color)) return image;
   warnings.push_back("material '" + source.name.substr(0, 64) +
                      "': its normal map is left out, since its texture coordinates differ from the base colour's");
   return kNone;
+}
+
+/// Images in order of first use.
+struct ImageTaker {
+  const tinygltf::Model& model;
+  const ImageFolder& folder;
+  std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;  ///< by the model's image
+  std::vector<Image> images;
+  std::set<std::uint32_t> ignored_masks;  ///< the model's images that opaque materials show, and whose alpha looks like a mask
+
+  /// Returns the image's number in `images`; kNone for kNone.
+  Result<std::uint32_t> take(std::uint32_t index, ImageUse use) {
+    if (index == kNone) return kNone;
+    if (const auto found = taken.find({index, use}); found != taken.end()) return found->second;
+    bool ignored_mask = false;
+    COPPICE_TRY(image, read_image(model, index, use, folder, ignored_mask));
+    const std::uint32_t number =
+        add_image(use.kind == ImageUse::normals ? normal_map_from(std::move(image), use.normal_scale) : std::move(image), images);
+    taken.emplace(std::pair{index, use}, number);
+    if (ignored_mask && use.kind == ImageUse::color) ignored_masks.insert(index);
+    return number;
+  }
+};
+
+/// Warns of a base colour whose texture names no image. errors  unsupported: it names one in a form that is not read
+Result<void> check_base_color(const tinygltf::Model& model, std::uint32_t material, std::vector<std::string>& warnings) {
+  const int texture = model.materials.at(material).pbrMetallicRoughness.baseColorTexture.index;
+  const std::string line = lack_of_image(model, texture);
+  if (line.empty()) return {};
+  if (!model.textures.at(static_cast<std::size_t>(texture)).extensions.empty())
+    return Error{Status::unsupported, "a base colour is not read", Error::kNoOffset, line};
+  warnings.push_back(line);
+  return {};
 }
 
 }  // namespace
@@ -189,7 +218,6 @@ Material convert_material(const tinygltf::Model& model, std::uint32_t index, std
   material.roughness = clamped(pbr.roughnessFactor, 1.0f);
   material.double_sided = source.doubleSided;
   material.normal_map = normal_map_of(model, source, warnings);
-  warn_of_texture(model, pbr.baseColorTexture.index, warnings);
   return material;
 }
 
@@ -202,26 +230,27 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
 
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
                                        std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings) {
-  std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;
-  std::vector<Image> images;
-  const auto take = [&](std::uint32_t& index, ImageUse use) -> Result<void> {
-    if (index == kNone) return {};
-    const auto [found, is_new] = taken.try_emplace({index, use}, kNone);
-    if (is_new) {
-      COPPICE_TRY(image, read_image(model, index, use, folder, warnings));
-      if (image)
-        found->second =
-            add_image(use.kind == ImageUse::normals ? normal_map_from(*std::move(image), use.normal_scale) : *std::move(image), images);
-    }
-    index = found->second;
-    return {};
-  };
+  ImageTaker taker{model, folder, {}, {}, {}};
+  std::vector<std::uint32_t> color_images;  // the model's
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    COPPICE_CHECK(take(materials[i].image, {materials[i].alpha_cutoff > 0.0f ? ImageUse::masked_color : ImageUse::color}));
-    if (materials[i].normal_map != kNone)
-      COPPICE_CHECK(take(materials[i].normal_map, {ImageUse::normals, normal_scale_of(model.materials.at(sources[i]))}));
+    Material& material = materials[i];
+    color_images.push_back(material.image);
+    if (sources[i] != kNone) COPPICE_CHECK(check_base_color(model, sources[i], warnings));
+    const ImageUse use{material.alpha_cutoff > 0.0f ? ImageUse::masked_color : ImageUse::color};
+    COPPICE_CHECK(move_into(material.image, taker.take(material.image, use)));
+    if (material.normal_map == kNone) continue;
+    const Result<std::uint32_t> map = taker.take(material.normal_map, {ImageUse::normals, normal_scale_of(model.materials.at(sources[i]))});
+    if (!map && map.error().status == Status::out_of_memory) return map.error();
+    const std::string line = map ? "" : "a normal map is left out: " + map.error().message();
+    if (!map && std::ranges::find(warnings, line) == warnings.end()) warnings.push_back(line);
+    material.normal_map = map ? *map : kNone;
   }
-  return images;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (materials[i].alpha_cutoff == 0.0f && taker.ignored_masks.count(color_images[i]) > 0 &&
+        taker.taken.count({color_images[i], {ImageUse::masked_color}}) == 0)  // with it, it is an atlas of leaves and of wood
+      warnings.push_back("material '" + materials[i].name.substr(0, 64) +
+                         "' is opaque, but its image has transparent parts: if they are holes, its alphaMode should be MASK");
+  return std::move(taker.images);
 }
 
 }  // namespace coppice::bake

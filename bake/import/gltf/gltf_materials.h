@@ -45,11 +45,11 @@ struct ImageFolder {
   OutsideFiles outside = OutsideFiles::refused;
 };
 
-/// Decodes the images that the materials use and renumbers them. An image in a form that is not read is left out, with a warning. A normal
-/// map becomes unit vectors, with its material's scale applied.
+/// Decodes the images that the materials use and renumbers them. A normal map becomes unit vectors, with its material's scale applied; one
+/// that cannot be read is left out, with a warning. Warns also of opaque materials whose images have holes that no material uses.
 /// sources  [materials.size()] the materials' indices in the model
-/// errors  io: the image's file is missing; bad_file: the image is damaged or ends early (a leaf without its mask would bake as a
-///         rectangle); unsupported: a file over 1 GiB; invalid_argument: see resolve_reference
+/// errors  of base colours, since a leaf without its mask would bake as a rectangle: io: the image's file is missing; bad_file: the image
+///         is damaged or ends early; unsupported: another form, a file over 1 GiB; invalid_argument: see resolve_reference
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
                                        std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings);
 

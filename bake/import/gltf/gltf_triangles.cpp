@@ -62,22 +62,6 @@ std::vector<std::uint32_t> triangulate(int mode, const std::vector<std::uint32_t
   return triangles;
 }
 
-Result<std::vector<std::uint32_t>> vertex_order(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
-                                                std::size_t vertex_count) {
-  if (primitive.indices < 0) {
-    std::vector<std::uint32_t> order(vertex_count);
-    std::iota(order.begin(), order.end(), 0u);
-    return order;
-  }
-  COPPICE_TRY(order, read_indices(model, primitive.indices));
-  for (std::size_t i = 0; i < order.size(); ++i)
-    if (order[i] >= vertex_count)
-      return Error{Status::bad_file, "index beyond the vertices", Error::kNoOffset,
-                   accessor_place(primitive.indices) + " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " +
-                       std::to_string(vertex_count)};
-  return order;
-}
-
 int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& name) {
   const auto found = primitive.attributes.find(name);
   return found == primitive.attributes.end() ? -1 : found->second;
@@ -184,11 +168,7 @@ glm::vec4 usable_color(const glm::vec4& color) {
 Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed) {
   RawPrimitive raw;
   const int position_accessor = attribute_accessor(primitive, "POSITION");
-  COPPICE_CHECK(move_into(raw.positions, read_vec3(model, position_accessor)));
-  for (std::size_t i = 0; i < raw.positions.size(); ++i)
-    if (!is_finite(raw.positions[i]))
-      return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
-                   accessor_place(position_accessor) + " element " + std::to_string(i)};
+  COPPICE_CHECK(move_into(raw.positions, read_positions(model, position_accessor)));
   const std::size_t count = raw.positions.size();
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
   const TextureUvs texture = texture_uvs(model, material);
@@ -198,7 +178,7 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   for (glm::vec4& color : raw.colors) color = usable_color(color);
   if (texture.is_transformed)
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
-  COPPICE_TRY(order, vertex_order(model, primitive, count));
+  COPPICE_TRY(order, read_vertex_order(model, primitive.indices, count));
   raw.triangles = triangulate(primitive.mode, order);
   drop_repeated_triangles(raw);
   return raw;

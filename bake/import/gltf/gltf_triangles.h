@@ -26,7 +26,7 @@ struct PlacedPrimitive {
   std::optional<std::uint32_t> wind_color_set = {};  ///< n: the red of COLOR_n says how flexible a vertex is, and is no colour
 };
 
-/// Appends a primitive where its instance places it: triangles, strips and fans; points and lines have nothing to append. A mirroring
+/// Appends a primitive where its instance places it: triangles, strips and fans; points have nothing to append. A mirroring
 /// transform also reverses the winding, so that fronts stay fronts. Missing normals become the area-weighted mean of the triangles round a
 /// vertex, missing uvs (0, 0). Wind weights come from the vertex colours that `placed` names, else from the attribute _WIND_WEIGHT, else
 /// from _WIND: the first component of whatever shape, 0..1. How normals lie comes from _SPREAD, and beside it opacity from the alpha of

@@ -153,7 +153,8 @@ std::vector<Spread> spreads_by_material(const TriangleSoup& soup, std::size_t ma
   return spreads;
 }
 
-void warn(const std::string& material, const glm::vec4& spread, bool is_wind, std::vector<std::string>& warnings) {
+void warn(const std::string& material, const Spread& of, bool is_wind, std::vector<std::string>& warnings) {
+  const glm::vec4 spread = of.largest - of.smallest;
   const std::string name = "material '" + material.substr(0, 64) + "': ";
   if (is_wind) {
     warnings.push_back(name + "its vertex colours look like wind weights and are not used as colours");
@@ -162,6 +163,8 @@ void warn(const std::string& material, const glm::vec4& spread, bool is_wind, st
   if (std::max({spread.r, spread.g, spread.b}) > kVisibleDifference)
     warnings.push_back(
         name + "its vertex colours differ; leaves and pieces of wood that differ clearly become separate materials, each with its mean");
+  if (std::max({of.largest.r, of.largest.g, of.largest.b}) < static_cast<float>(kConstant))
+    warnings.push_back(name + "its vertex colours, COLOR_0, are black, and so is what they tint; without them it has its own colour");
   if (spread.a > kVisibleDifference) warnings.push_back(name + "the alpha of its vertex colours is not used");
 }
 
@@ -200,7 +203,7 @@ void apply_vertex_colors(TriangleSoup& soup, std::vector<Material>& materials, s
     const bool differ = std::max({spread.r, spread.g, spread.b}) > kVisibleDifference;
     is_wind[m] = differ && (soup.wind_materials.count(static_cast<std::uint32_t>(m)) > 0 || names_wind(materials[m].name) ||
                             looks_like_wind(vertices[m]));
-    warn(materials[m].name, spread, is_wind[m], warnings);
+    warn(materials[m].name, spreads[m], is_wind[m], warnings);
     if (is_wind[m]) continue;
     means[m] = spreads[m].sum.mean();
     for (int c = 0; c < 3; ++c) materials[m].base_color[c] *= static_cast<float>(means[m][c]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -35,6 +36,8 @@ constexpr double kBall = 0.45;
 constexpr double kBody = 0.2;
 // Minimum size of a class that says what the leaves of its material look like.
 constexpr std::uint32_t kMinCompany = 8;
+// Share of a plant's surface from which on pieces count although their material's name says that they are wood, and sheets do.
+constexpr double kMuch = 0.1, kMostly = 0.3;
 
 /// Interpolates from (x0, y0) to (x1, y1), and is level outside.
 double ramp(double x, double x0, double y0, double x1, double y1) {
@@ -179,9 +182,13 @@ const MaterialRule* fitting_rule(const std::vector<MaterialRule>& rules, std::ui
   return found == rules.end() ? nullptr : &*found;
 }
 
+/// Whether sheets may have a name that speaks for wood.
+enum class NamesOfWood : std::uint8_t { heeded, ignored };
+
 struct ClassedPieces {
   std::vector<PieceClass> classes;      ///< by material, then most pieces first
   std::vector<double> bulks;            ///< [class count] medians; see piece_shape.h
+  std::vector<double> areas_m2;         ///< [class count] sums
   std::vector<std::uint32_t> class_of;  ///< [piece count] kNone for pieces that are left out
 };
 
@@ -208,38 +215,117 @@ void judge(PieceClass& of, double extent_m) {
   of.reason = explain(of);
 }
 
+/// Whether neither name, holes nor green speak for leaves.
+bool is_only_form(const PieceClass& of) {
+  return of.evidence.sum() != 0.0 && of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
+}
+
+/// Of the classes that are leaves the one of most pieces; null without any.
+const PieceClass* most_leaves(const std::vector<PieceClass>& classes) {
+  const PieceClass* most = nullptr;
+  for (const PieceClass& each : classes)
+    if (each.part == PlantPart::leaf && (!most || each.piece_count > most->piece_count)) most = &each;
+  return most;
+}
+
 /// Makes wood of pieces below all leaves for which only their form speaks: plates and gravel of a pot.
 void judge_what_is_below(std::vector<PieceClass>& classes, double extent_m) {
   constexpr double kBelow = -2.5;
   constexpr std::uint64_t kFewer = 10;
-  std::map<std::uint32_t, std::uint64_t> leaf_counts;
-  const PieceClass* leaves = nullptr;
-  for (const PieceClass& each : classes) {
-    if (each.part != PlantPart::leaf) continue;
-    leaf_counts[each.material] += each.piece_count;
-    if (!leaves || each.piece_count > leaves->piece_count) leaves = &each;
-  }
+  const PieceClass* const leaves = most_leaves(classes);
   if (!leaves) return;
+  std::map<std::uint32_t, std::uint64_t> leaf_counts;
+  for (const PieceClass& each : classes)
+    if (each.part == PlantPart::leaf) leaf_counts[each.material] += each.piece_count;
   for (PieceClass& of : classes) {
-    if (of.part != PlantPart::leaf || of.material == leaves->material || of.evidence.sum() == 0.0) continue;
-    const bool only_form = of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
-    if (!only_form || kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
+    if (of.part != PlantPart::leaf || of.material == leaves->material || !is_only_form(of)) continue;
+    if (kFewer * of.piece_count > leaf_counts[leaves->material] || of.high_m >= leaves->low_m) continue;
     of.evidence.company += kBelow;
     judge(of, extent_m);
   }
 }
 
-/// For a plant without leaves: makes leaves of the sheets that judge_classes() found too few, too large or too plain (find_leaves.h).
+/// Area of the classes for which `is_one` is true of their number.
+double area_m2(const ClassedPieces& classed, const auto& is_one) {
+  double sum_m2 = 0.0;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i)
+    if (is_one(i)) sum_m2 += classed.areas_m2[i];
+  return sum_m2;
+}
+
+double leaf_area_m2(const ClassedPieces& classed) {
+  return area_m2(classed, [&](std::size_t i) { return classed.classes[i].part == PlantPart::leaf; });
+}
+
+/// Without ground and walls: flat wood of one or two pieces.
+double whole_area_m2(const ClassedPieces& classed) {
+  return area_m2(classed, [&](std::size_t i) {
+    const PieceClass& of = classed.classes[i];
+    return of.part == PlantPart::leaf || of.piece_count > 2 || of.flatness < kFlat;
+  });
+}
+
+/// Whether there are leaves that are no mere marks, splinters or weeds at the foot, or that a person named.
+bool has_crown(const ClassedPieces& classed) {
+  constexpr std::uint64_t kMany = 100;
+  constexpr double kShare = 0.02, kShareOfFew = 0.1, kHigh = 0.75;
+  std::uint64_t count = 0;
+  double foot_m = std::numeric_limits<double>::max(), top_m = -foot_m, leaf_top_m = -foot_m;
+  for (const PieceClass& each : classed.classes) {
+    foot_m = std::min(foot_m, each.low_m);
+    top_m = std::max(top_m, each.high_m);
+    if (each.part != PlantPart::leaf) continue;
+    if (each.evidence.sum() == 0.0) return true;  // a rule decided
+    count += each.piece_count;
+    leaf_top_m = std::max(leaf_top_m, each.high_m);
+  }
+  if (count >= kMany && leaf_top_m >= foot_m + kHigh * (top_m - foot_m)) return true;  // spines of a cactus, say
+  return count > 0 && leaf_area_m2(classed) >= (count < kMinCompany ? kShareOfFew : kShare) * whole_area_m2(classed);
+}
+
+/// Makes leaves of what would be leaves if the name did not speak for wood (find_leaves.h).
+void judge_against_names(ClassedPieces& classed, double extent_m) {
+  const PieceClass* const leaves = most_leaves(classed.classes);
+  const auto contradicts = [&](std::size_t i) {
+    const PieceClass& of = classed.classes[i];
+    if (leaves && company_evidence(of, *leaves) < 0.0) return false;  // twigs of strips, say
+    return of.part == PlantPart::wood && of.evidence.name < 0.0 && of.evidence.flatness > 0.0 && classed.bulks[i] == 0.0 &&
+           of.evidence.sum() - of.evidence.name >= kLeafScore;
+  };
+  const double sum_m2 = area_m2(classed, contradicts);
+  if (sum_m2 <= std::max(kMuch * whole_area_m2(classed), leaf_area_m2(classed))) return;
+  for (std::size_t i = 0; i < classed.classes.size(); ++i) {
+    if (!contradicts(i)) continue;
+    PieceClass& of = classed.classes[i];
+    of.evidence.name = 0.0;
+    judge(of, extent_m);
+    of.against_name = true;
+    of.reason = "against its name: " + of.reason;
+  }
+}
+
+/// Makes wood of leaves for which only their form speaks: marks of a bark, splinters.
+void judge_marks(ClassedPieces& classed) {
+  for (PieceClass& of : classed.classes) {
+    if (of.part != PlantPart::leaf || !is_only_form(of)) continue;
+    of.part = PlantPart::wood;
+    of.reason = "too few and small to be the leaves: " + of.reason;
+  }
+}
+
+/// For a plant without a crown: makes leaves of the sheets that judge_classes() found too few, too large or too plain (find_leaves.h).
 /// Returns whether there are any.
-bool judge_sheets(ClassedPieces& classed) {
+bool judge_sheets(ClassedPieces& classed, NamesOfWood names) {
   // Fewer sheets are a label or the ground, unless they have holes or a telling name.
   constexpr std::uint64_t kSeveral = 3;
   constexpr double kFoliage = 2.0;
   const auto is_sheet = [&](std::size_t i) {
     const PieceClass& of = classed.classes[i];
     const LeafEvidence& evidence = of.evidence;  // all 0 if a rule decided
-    return of.part == PlantPart::wood && evidence.flatness > 0.0 && evidence.name >= 0.0 && classed.bulks[i] < kBody;
+    const bool is_named = names == NamesOfWood::ignored ? classed.bulks[i] == 0.0 : evidence.name >= 0.0;
+    return of.part == PlantPart::wood && evidence.flatness > 0.0 && is_named && classed.bulks[i] < kBody;
   };
+  if (names == NamesOfWood::ignored && area_m2(classed, is_sheet) <= kMostly * whole_area_m2(classed)) return false;
   std::map<std::uint32_t, std::uint64_t> sheet_counts;
   for (std::size_t i = 0; i < classed.classes.size(); ++i)
     if (is_sheet(i)) sheet_counts[classed.classes[i].material] += classed.classes[i].piece_count;
@@ -248,6 +334,7 @@ bool judge_sheets(ClassedPieces& classed) {
     PieceClass& of = classed.classes[i];
     if (!is_sheet(i) || (sheet_counts[of.material] < kSeveral && of.evidence.name < kFoliage && of.evidence.holes <= 0.0)) continue;
     of.part = PlantPart::leaf;
+    of.against_name = of.evidence.name < 0.0;
     of.reason = "a sheet, and nothing is more like a leaf: " + of.reason;
     any = true;
   }
@@ -305,21 +392,18 @@ struct Finder {
     for (std::size_t i = 0; i < welded.size(); ++i) mesh.positions[i] = source_positions[welded[i]];
   }
 
-  [[nodiscard]] bool has_leaves() const {
-    return std::ranges::any_of(classed.classes, [](const PieceClass& each) { return each.part == PlantPart::leaf; });
-  }
-
-  /// Makes leaves of sheets if nothing else is a leaf; if there are no sheets, of those that grow out of common points.
+  /// Makes leaves of sheets if nothing else is a crown; if there are no sheets, of those that grow out of common points.
   void look_for_sheets() {
-    if (judge_sheets(classed)) return;
+    if (judge_sheets(classed, NamesOfWood::heeded)) return;
     Pieces whole = std::exchange(pieces, split_surfaces(mesh, welded));
     if (pieces.ranges.size() > whole.ranges.size()) {
       ClassedPieces before = classed;
       judge_pieces();
-      if (has_leaves() || judge_sheets(classed)) return;
+      if (has_crown(classed) || judge_sheets(classed, NamesOfWood::heeded)) return;
       classed = std::move(before);
     }
     pieces = std::move(whole);
+    if (!judge_sheets(classed, NamesOfWood::ignored)) judge_marks(classed);
   }
 
   /// Groups the pieces by material, triangle and point count.
@@ -354,6 +438,8 @@ struct Finder {
       made.low_m = quantile_of(0.02, &PieceShape::low_m);
       made.high_m = quantile_of(0.98, &PieceShape::high_m);
       classed.bulks.push_back(quantile_of(0.5, &PieceShape::bulk));
+      classed.areas_m2.push_back(0.0);
+      for (const std::uint32_t i : of) classed.areas_m2.back() += shapes[i].area_m2;
       classed.classes.push_back(std::move(made));
     }
   }
@@ -394,6 +480,7 @@ struct Finder {
         of.reason += ", but a body";
       }
     }
+    judge_against_names(classed, extent_m);
     judge_what_is_below(classes, extent_m);
   }
 
@@ -487,9 +574,10 @@ FoundParts find_leaves(TriangleSoup soup, const std::vector<Material>& materials
   finder.weld_positions(soup.vertex_instances);
   finder.pieces = split_pieces(finder.mesh, finder.welded);
   finder.judge_pieces();
-  if (!finder.has_leaves()) finder.look_for_sheets();
+  if (!has_crown(finder.classed)) finder.look_for_sheets();
   finder.without_area = parts_without_area(finder.classed.classes, materials, rules);
   FoundParts found;
+  found.has_crown = has_crown(finder.classed);
   finder.take_leaves(found);
   finder.take_wood(found);
   found.classes = std::move(finder.classed.classes);

@@ -21,10 +21,15 @@
 // Bodies (bulk of piece_shape.h from 0.2, flatness below 0.75), such as blobs of a crown, are wood anyway if fewer than a hundred have
 // about one size.
 //
-// If no class is leaves, sheets become leaves: flat pieces that are no bodies, three or more in a material, or fewer if they have holes or
-// a word for foliage in their name; never if the name speaks for wood. Blades of grass, petals and fronds are such sheets, and may be as
-// large as their plant. If there are no sheets, pieces that share points, as blades do at their root, are taken apart and judged again. If
-// there are still none, all of the plant is wood: dead trees, cacti, crowns of a few blobs.
+// A name that speaks for wood counts nothing against open, flat pieces that would be leaves without it, if they are a tenth of the plant's
+// surface and more than its other leaves: a tree of one material that is named after its trunk.
+//
+// If no class is leaves, or so few and small that they are no crown (less than 2 % of the surface, 10 % if there are not eight; a hundred
+// that reach into the upper quarter of the plant are one), sheets become leaves: flat pieces that are no bodies, three or more in a
+// material, or fewer if they have holes or a word for foliage in their name. Blades of grass, petals and fronds are such sheets, and may be
+// as large as their plant. If there are no sheets, pieces that share points, as blades do at their root, are taken apart and judged again;
+// then come sheets whose name speaks for wood, if they are open and 30 % of the surface. If there is still no crown, leaves for which only
+// their form speaks are wood too, such as marks of a bark, and so may be all of the plant: dead trees, cacti, crowns of a few blobs.
 
 #include <cstdint>
 #include <string>
@@ -45,6 +50,7 @@ struct FoundParts {
   Mesh wood;                             ///< in the soup's order, positions as they were
   std::vector<PieceClass> classes;       ///< by material, then most pieces first
   std::uint32_t dropped_leaf_count = 0;  ///< leaves that were dropped because they have no area
+  bool has_crown = false;                ///< there are leaves, and they are more than a few small ones
 };
 
 /// Separates a plant into leaves and wood. Collapsed triangles (two corners in one place) and pieces without area are dropped if their

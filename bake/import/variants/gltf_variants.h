@@ -38,6 +38,7 @@ struct SourceContents {
   std::vector<Variant> variants;  ///< empty where there was nothing to choose from
   std::uint32_t taken = 0;        ///< index of the variant that is the plant
   std::vector<Left> left;         ///< levels, billboards and the like of all variants
+  std::string scenery;            ///< a line about other scenes, cameras and lights; empty if there are none
 };
 
 /// Says which part of a file to bake.

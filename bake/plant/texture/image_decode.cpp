@@ -72,7 +72,21 @@ Result<Image> decode_any(std::span<const std::uint8_t> bytes) {
   for (const Format& format : kFormats)
     if (starts_like(file, format.start)) return file.size() < format.start.size() ? bad(kImageEndsEarly) : format.decode(bytes);
   if (starts_like(file, "\xabKTX ")) return unsupported(kKtxImage);
+  if (starts_like(file, "DDS ")) return unsupported("DDS is not read; save the image as PNG");
+  if (starts_like(file, kGitLfsPointer)) return unsupported(kIsGitLfsPointer);
   return unsupported("not a PNG, JPEG or WebP image");
+}
+
+/// Whether alpha hides a part of the image and shows another. Other things that alpha holds, roughness say, have all values.
+bool has_mask(const Image& image) {
+  constexpr std::uint8_t kHidden = 8, kShown = 247;
+  std::size_t hidden = 0, shown = 0;
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4) {
+    hidden += image.rgba[i] < kHidden ? 1u : 0u;
+    shown += image.rgba[i] > kShown ? 1u : 0u;
+  }
+  const std::size_t count = image.rgba.size() / 4;
+  return 50 * hidden > count && 10 * shown > count && 4 * (hidden + shown) > 3 * count;
 }
 
 int scaled(int side, int longer_side, std::uint32_t max_side_px) {
@@ -82,8 +96,9 @@ int scaled(int side, int longer_side, std::uint32_t max_side_px) {
 
 }  // namespace
 
-Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px, ImageAlpha alpha) {
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::uint32_t max_side_px, ImageAlpha alpha, bool* ignored_mask) {
   COPPICE_TRY(source, decode_any(bytes));
+  if (ignored_mask != nullptr) *ignored_mask = alpha == ImageAlpha::ignored && has_mask(source);
   for (std::size_t i = 3; i < source.rgba.size() && alpha == ImageAlpha::ignored; i += 4) source.rgba[i] = 255;
   const std::uint32_t longer_side = std::max(source.width, source.height);
   if (longer_side <= max_side_px) return source;

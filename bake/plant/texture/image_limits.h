@@ -21,5 +21,8 @@ inline constexpr const char* kImageEndsEarly = "image ends early";
 inline constexpr const char* kImageDamaged = "damaged image";
 inline constexpr const char* kImageTooLarge = "image too large";
 inline constexpr const char* kKtxImage = "KTX2 is not read; `gltf-transform ktxdecompress in.glb out.glb` makes PNG of it";
+// What git checks out in place of a large file.
+inline constexpr const char* kGitLfsPointer = "version https://git-lfs";
+inline constexpr const char* kIsGitLfsPointer = "a Git LFS pointer in place of the file; `git lfs pull` fetches it";
 
 }  // namespace coppice::bake

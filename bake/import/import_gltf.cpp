@@ -15,6 +15,7 @@
 #include "gltf_document.h"
 #include "gltf_instances.h"
 #include "gltf_materials.h"
+#include "gltf_pose.h"
 #include "gltf_triangles.h"
 #include "plant_size.h"
 #include "printable.h"
@@ -171,7 +172,8 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   COPPICE_TRY(all_instances, mesh_instances(model, transform));
   COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
   const std::vector<MeshInstance>& instances = chosen.instances;
-  if (std::string line = contents_line(chosen.contents); !line.empty()) plant.warnings.push_back(std::move(line));
+  for (std::string line : {level_line(chosen.contents), contents_line(chosen.contents), pose_line(model)})
+    if (!line.empty()) plant.warnings.push_back(std::move(line));
   COPPICE_TRY(used, used_materials(model, instances));
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
@@ -179,7 +181,9 @@ Result<Plant> import_model(const tinygltf::Model& model, const std::filesystem::
   // The images' colours and holes are evidence for leaves.
   const ImageFolder image_folder{folder, options.outside_files};
   COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
+  const glm::dvec3 anchor = soup.anchor;
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
+  if (std::string line = place_origin(plant, anchor, options.origin); !line.empty()) plant.warnings.push_back(std::move(line));
   if (std::string warning = size_warning(plant_size_m(plant), options.metres_per_unit); !warning.empty())
     plant.warnings.push_back(std::move(warning));
   limit_warnings(plant.warnings);

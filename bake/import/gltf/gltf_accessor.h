@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -15,8 +16,9 @@
 #include "result.h"
 
 namespace tinygltf {
+struct Accessor;
 class Model;
-}
+}  // namespace tinygltf
 
 namespace coppice::bake {
 
@@ -32,11 +34,16 @@ Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int acces
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
 /// Reads the first component of each element, of whatever shape. errors  unsupported also: 64-bit numbers
 Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor);
+/// Reads matrices of floats. errors  unsupported also: other numbers
+Result<std::vector<glm::mat4>> read_mat4(const tinygltf::Model& model, int accessor);
 /// Reads vertex indices, widened to 32 bits.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
 
 /// The bytes of a buffer view from `offset` on. The offset is in range.
 std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view, std::size_t offset);
+
+/// Appends an accessor with a buffer and a view of its own; returns its index.
+int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes);
 
 /// Whether no component is infinite or NaN.
 template <glm::length_t Length, class Number>

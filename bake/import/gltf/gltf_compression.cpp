@@ -195,18 +195,6 @@ int component_type(draco::DataType type) {
   }
 }
 
-/// Appends an accessor with a buffer and a view of its own; returns its index.
-int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes) {
-  tinygltf::BufferView view;
-  view.buffer = static_cast<int>(model.buffers.size());
-  view.byteLength = bytes.size();
-  model.buffers.emplace_back().data = std::move(bytes);
-  accessor.bufferView = static_cast<int>(model.bufferViews.size());
-  model.bufferViews.push_back(std::move(view));
-  model.accessors.push_back(std::move(accessor));
-  return static_cast<int>(model.accessors.size()) - 1;
-}
-
 Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const std::string& place) {
   std::vector<unsigned char> bytes(std::size_t{mesh.num_faces()} * 12);
   std::size_t at = 0;

@@ -133,6 +133,8 @@ TEST(RestPose, ABadMorphIsRefused) {
   builder = morphed();
   builder.json["meshes"][0]["weights"] = {"much"};
   expect_error(import_built(builder), Status::bad_file, {"meshes[0].weights"});
+  builder.json["meshes"][0]["weights"] = std::vector<double>(5000, 0.0);
+  expect_error(import_built(builder), Status::unsupported, {"meshes[0].weights", "4096"});
 }
 
 TEST(RestPose, AFewBytesDoNotAskForMuchWork) {

@@ -20,6 +20,7 @@ constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
 // An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
 constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
+constexpr std::size_t kMaxMorphs = 4096;  // the weights of a mesh are read for every node that shows it
 
 // The numbers of glTF 2.0: `componentType` of accessors, `mode` of primitives.
 enum ComponentType : std::uint64_t { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kInt, kUnsignedInt, kFloat };
@@ -446,12 +447,10 @@ class Screen {
 
   /// A mesh, and a node too, has a weight for each morph target.
   static Result<void> check_morph_weights(const JsonObject& object) {
-    return object.has("weights") ? object.check_numbers("weights", object.json()["weights"].size()) : Result<void>();
-  }
-
-  /// gltf_pose.cpp compares lengths with those of the primitive's positions before it reads.
-  [[nodiscard]] Result<void> check_target(const JsonObject& target) const {
-    return target.for_each_name([&](const std::string& name) { return target.check_index(name, counts_.size()); });
+    if (!object.has("weights")) return {};
+    const std::size_t count = object.json()["weights"].size();
+    if (count <= kMaxMorphs) return object.check_numbers("weights", count);
+    return Error{Status::unsupported, "more than 4096 morph weights", Error::kNoOffset, object.place("weights")};
   }
 
   Result<void> check_skin(const JsonObject& skin) {
@@ -479,7 +478,9 @@ class Screen {
     COPPICE_CHECK(members.for_each_name([&](const std::string& name) {
       return is_draco_attribute(primitive, name) ? Result<void>() : check_backed(members.json()[name].get<std::size_t>());
     }));
-    COPPICE_CHECK(primitive.for_each("targets", [this](const JsonObject& target) { return check_target(target); }));
+    COPPICE_CHECK(primitive.for_each("targets", [&](const JsonObject& target) {
+      return target.for_each_name([&](const std::string& name) { return target.check_index(name, counts_.size()); });
+    }));
     // Coded indices come with the coded positions, but tinygltf insists that indices have bytes.
     if (is_draco_attribute(primitive, "POSITION")) primitive.json().erase("indices");
     return primitive.has("indices") ? check_backed(primitive.json()["indices"].get<std::size_t>()) : Result<void>();

@@ -27,23 +27,10 @@ struct QualityWord {
   std::string_view word;
   std::uint32_t level;
 };
-constexpr std::array<QualityWord, 17> kQualityWords{{{"high", 0},
-                                                     {"hi", 0},
-                                                     {"highpoly", 0},
-                                                     {"hipoly", 0},
-                                                     {"highres", 0},
-                                                     {"hires", 0},
-                                                     {"near", 0},
-                                                     {"mid", 1},
-                                                     {"med", 1},
-                                                     {"medium", 1},
-                                                     {"midpoly", 1},
-                                                     {"low", 2},
-                                                     {"lo", 2},
-                                                     {"lowpoly", 2},
-                                                     {"lowres", 2},
-                                                     {"far", 2},
-                                                     {"verylow", 3}}};
+constexpr std::array<QualityWord, 20> kQualityWords{{{"high", 0},   {"hi", 0},      {"highpoly", 0}, {"hipoly", 0},  {"highres", 0},
+                                                     {"hires", 0},  {"hp", 0},      {"near", 0},     {"mid", 1},     {"med", 1},
+                                                     {"medium", 1}, {"midpoly", 1}, {"low", 2},      {"lo", 2},      {"lowpoly", 2},
+                                                     {"lowres", 2}, {"lp", 2},      {"far", 2},      {"verylow", 3}, {"proxy", 3}}};
 // Words that go with these: "high poly", "low_res".
 constexpr std::array<std::string_view, 5> kQualityNouns{"poly", "res", "resolution", "detail", "quality"};
 // Words before the number of a level that have other meanings as well.

@@ -34,7 +34,7 @@ std::vector<KeyPart> option_parts(const BakeOptions& options) {
   // A member that is added later does not compile until it is counted here: it needs a row in bake_option_table(), or changes nothing, as
   // the number of threads.
   [[maybe_unused]] const auto& [o1, o2, o3, import, collapse, o6, o7, o8, o9, wind] = options;
-  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, plant, i8] = import;
+  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, plant, i9] = import;
   [[maybe_unused]] const auto& [p1, p2, p3] = plant;
   [[maybe_unused]] const auto& [w1, w2] = wind;
   [[maybe_unused]] const auto& [c1, c2, c3] = collapse;

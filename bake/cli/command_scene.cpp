@@ -143,28 +143,41 @@ Result<std::vector<ScenePlant>> scatter(const SceneArguments& arguments, const s
   return plants;
 }
 
-std::string joined(const std::vector<std::string>& texts) {
+/// Names, each with its number where that is not 1.
+std::string names_of(const LeftMeshes& left) {
   constexpr std::size_t kMost = 12;
   std::string line;
-  for (std::size_t i = 0; i < std::min(texts.size(), kMost); ++i) line += (i > 0 ? ", " : "") + texts[i];
-  return texts.size() > kMost ? line + " and " + std::to_string(texts.size() - kMost) + " more" : line;
+  std::size_t listed = 0;
+  for (const auto& [name, count] : left.names) {
+    if (listed++ == kMost) return line + " and " + std::to_string(left.names.size() - kMost) + " more names";
+    line += (line.empty() ? "" : ", ") + name.substr(0, 64) + (count > 1 ? " (" + std::to_string(count) + ")" : "");
+  }
+  return line;
 }
 
-void warn(const std::filesystem::path& file, std::size_t count, const char* what) {
-  if (count > 0) std::fprintf(stderr, "coppice: warning: %s: %zu %s\n", shown(file).c_str(), count, what);
+void warn(const std::filesystem::path& file, std::size_t count, const char* what, const std::string& names = {}) {
+  if (count == 0) return;
+  std::fprintf(stderr, "coppice: warning: %s: %zu %s%s%s\n", shown(file).c_str(), count, what, names.empty() ? "" : ": ",
+               printable(names).c_str());
+}
+
+void warn(const std::filesystem::path& file, const LeftMeshes& left, const char* what) {
+  warn(file, left.count(), what, names_of(left));
 }
 
 Result<std::vector<ScenePlant>> import(const SceneArguments& arguments, const std::vector<Species>& species) {
   std::vector<std::string> names(species.size());
   std::ranges::transform(species, names.begin(), &Species::name);
   COPPICE_TRY(scene, import_level(arguments.input, names, arguments.bake.options.import));
-  if (!scene.missing.empty() && !arguments.skip_missing)
+  if (!scene.missing.names.empty() && !arguments.skip_missing)
     return wrong("instanced meshes without a baked plant of their name (--skip-missing leaves them out)",
-                 joined(scene.missing) + "; the plants are " + names_of(species));
-  if (scene.plants.empty()) return wrong("no node or mesh is named like one of the plants", names_of(species));
-  warn(arguments.input, scene.missing_count, "instances left out: no baked plant has their name");
-  warn(arguments.input, scene.coarser_count, "coarser levels, billboards and collision shapes left out: a plant stands in their places");
-  warn(arguments.input, scene.other_count, "meshes left out: neither instanced nor named like a plant");
+                 names_of(scene.missing) + "; the plants are " + names_of(species));
+  if (scene.plants.empty())
+    return wrong("no node or mesh is named like one of the plants", names_of(species) + "; there are " + names_of(scene.other));
+  warn(arguments.input, scene.missing, "instances left out, as no baked plant has their name");
+  warn(arguments.input, scene.coarser, "coarser levels, billboards and collision shapes left out, as a plant stands in their places");
+  warn(arguments.input, scene.other, "meshes left out that are neither instanced nor named like a plant");
+  warn(arguments.input, scene.hidden, "hidden meshes left out");
   warn(arguments.input, scene.tilted_count, "plants lean; they stand upright in the scene");
   warn(arguments.input, scene.stretched_count, "plants are stretched; they get the mean of their scales");
   return std::move(scene.plants);
@@ -234,8 +247,9 @@ constexpr const char* kFooter =
     "or from maps over the whole square, white dense, black bare, north (-z) at the top; plants without a map then stay out, and of each "
     "other there are as many as its map is white:\n"
     "  coppice scene -o wood.forest --plants baked --size-m 2000 --count 50000 --density oak=oaks.png\n"
-    "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001 and oak_LOD0 all are oak) becomes one, "
-    "of several levels in one place the finest, with EXT_mesh_gpu_instancing as many as it has instances:\n"
+    "From a level editor's glTF: each node, or mesh, that is named like a baked plant (Oak, oak.001, oak_LOD0, Oak (1), Oak(Clone) and "
+    "SM_Oak_12 all are oak) becomes one with all that is below it, of several levels in one place the finest, with EXT_mesh_gpu_instancing "
+    "as many as it has instances:\n"
     "  coppice scene level.glb -o level.forest --plants baked\n"
     "Plants are named in the scene by paths relative to it, and lie in its folder or below: move them together.";
 

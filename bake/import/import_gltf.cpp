@@ -16,6 +16,7 @@
 #include "gltf_instances.h"
 #include "gltf_lines.h"
 #include "gltf_materials.h"
+#include "gltf_pose.h"
 #include "gltf_triangles.h"
 #include "gltf_unread.h"
 #include "near_uvs.h"
@@ -193,7 +194,9 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   COPPICE_TRY(all_instances, mesh_instances(model, transform));
   COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
   const std::vector<MeshInstance>& instances = chosen.instances;
+  add_warning(level_line(chosen.contents), plant.warnings);
   add_warning(contents_line(chosen.contents), plant.warnings);
+  add_warning(pose_line(model), plant.warnings);
   add_warning(lines_text(lines, instances), plant.warnings);
   add_warning(points_text(model, instances), plant.warnings);
   COPPICE_TRY(used, used_materials(model, instances));
@@ -204,9 +207,11 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   // The images' colours and holes are evidence for leaves.
   const ImageFolder image_folder{folder, options.outside_files};
   COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
+  const glm::dvec3 anchor = soup.anchor;
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
   bring_uvs_near_zero(plant.foliage, plant.leaves);
   bring_uvs_near_zero(plant.wood, {});
+  add_warning(place_origin(plant, anchor, options.origin), plant.warnings);
   add_warning(size_warning(plant_size_m(plant), options.metres_per_unit), plant.warnings);
   limit_warnings(plant.warnings);
   return plant;

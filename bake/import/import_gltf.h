@@ -13,6 +13,7 @@
 #include "class_rules.h"
 #include "gltf_variants.h"
 #include "plant.h"
+#include "plant_origin.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -33,6 +34,7 @@ struct ImportOptions {
   double metres_per_unit = 1.0;  ///< glTF says metres; finite and > 0
   /// n: the red of the vertex colours COLOR_n says how flexible a vertex is, 0 stiff .. 1 flexible, and is no tint.
   std::optional<std::uint32_t> wind_color_set;
+  Origin origin = Origin::automatic;
   /// Which plant to take from a file that holds several, or one several times.
   PlantChoice plant;
   /// Whether buffers and images may be files outside the glTF's folder.

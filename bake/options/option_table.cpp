@@ -255,6 +255,11 @@ std::vector<BakeOption> plant_group() {
                    OptionGroup::plant, set_variant, [](const BakeOptions& o) {
                      return std::optional(o.import.plant.whole ? std::string("whole") : exact(o.import.plant.variant));
                    }});
+  table.push_back(choice<Origin>(
+      "origin",
+      "The plant's origin, about which engines place it: the file's, the foot of the trunk, or the middle of the plant. By default the "
+      "file's, or the foot where the file's lies outside the plant",
+      {{"keep", Origin::keep}, {"foot", Origin::foot}, {"center", Origin::center}}, [](auto& o) -> auto& { return o.import.origin; }));
   return table;
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -174,6 +175,70 @@ TEST(SceneCommand, OfSeveralLevelsInOnePlaceTheFinestIsAPlant) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(read_scene(plants.out).instances.size(), 5u) << "three oaks, one that has a coarse level alone, a fern";
   EXPECT_TRUE(mentions(result.err, {"level.glb", "13"}));
+}
+
+/// Plants as editors copy them: groups of parts, and meshes below nodes of other names.
+TEST(SceneCommand, APlantMayBeANodeWithParts) {
+  const Plants plants;
+  GltfBuilder builder;
+  const int mesh =
+      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  const auto add = [&](const nlohmann::json& members, int parent) {
+    builder.json["nodes"].push_back(members);
+    const auto node = builder.json["nodes"].size() - 1;
+    builder.json["nodes"][static_cast<std::size_t>(parent)]["children"].push_back(node);
+    return static_cast<int>(node);
+  };
+  // A group that is called as its plants are.
+  const int group = builder.add_node(-1, {{"name", "Oak"}});
+  for (const char* name : {"oak", "oak.001", "Oak (1)", "oak(Clone)", "SM_Oak_12", "Oak (2)(Clone)"}) {
+    const float x = 10.0f * static_cast<float>(builder.json["nodes"].size());
+    const int oak = add({{"name", name}, {"translation", {x, 0, 0}}}, group);
+    for (const char* part : {"trunk", "leaves"}) add({{"name", part}, {"mesh", mesh}, {"translation", {0, 3, 0}}}, oak);
+  }
+  // Levels below a plant are parts of it; a plant below another is one of its own.
+  const int fern = builder.add_node(-1, {{"name", "fern"}, {"translation", {0, 0, 50}}});
+  add({{"name", "fern_LOD0"}, {"mesh", mesh}}, fern);
+  add({{"name", "fern_LOD1"}, {"mesh", mesh}}, fern);
+  add({{"name", "oak.007"}, {"mesh", mesh}, {"translation", {4, 0, 0}}}, fern);
+  const int hidden = builder.add_node(mesh, {{"name", "fern.003"}});
+  builder.json["nodes"][static_cast<std::size_t>(hidden)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  for (const char* name : {"Rock", "Rock", "Terrain"}) builder.add_node(mesh, {{"name", name}});
+  const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
+  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Read read = read_scene(plants.out);
+  std::array<int, 2> counts{};
+  for (const SceneInstance& instance : read.instances) ++counts.at(instance.species);
+  EXPECT_EQ(counts, (std::array{7, 1}));
+  for (const SceneInstance& instance : read.instances) EXPECT_NEAR(instance.position_m[1], 0.0f, 1e-2f);
+  EXPECT_TRUE(mentions(result.err, {"3", "Rock (2)", "Terrain", "fern.003"}));
+}
+
+/// Parts that are instanced alike, as tools make them of copies.
+TEST(SceneCommand, InstancedPartsAreAPlantForEachInstance) {
+  const Plants plants;
+  GltfBuilder builder;
+  const int mesh =
+      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
+  const auto add_oak = [&](int other_places) {
+    const int oak = builder.add_node(-1, {{"name", "oak"}, {"translation", {100, 0, 0}}});
+    for (const int part_places : {places, other_places}) {
+      builder.json["nodes"].push_back({{"name", "part"},
+                                       {"mesh", mesh},
+                                       {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", part_places}}}}}}}});
+      builder.json["nodes"][static_cast<std::size_t>(oak)]["children"].push_back(builder.json["nodes"].size() - 1);
+    }
+  };
+  add_oak(places);
+  fs::path input = write_file(plants.folder / "level.glb", builder.glb());
+  ASSERT_EQ(scene({input, "-o", plants.out, "--plants", plants.baked}).exit_code, 0);
+  EXPECT_EQ(read_scene(plants.out).instances.size(), 3u);
+  add_oak(builder.add_positions({{0, 2, 0}, {0, 3, 0}}));  // one whose leaves are instances
+  input = write_file(plants.folder / "level.glb", builder.glb());
+  ASSERT_EQ(scene({input, "-o", plants.out, "--plants", plants.baked}).exit_code, 0);
+  EXPECT_EQ(read_scene(plants.out).instances.size(), 4u);
 }
 
 TEST(SceneCommand, NamesWhatHasNoPlant) {

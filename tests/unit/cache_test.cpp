@@ -108,6 +108,8 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
       [](BakeOptions& options) { options.import.plant.variant = 2; },
       [](BakeOptions& options) { options.import.plant.whole = true; },
       [](BakeOptions& options) { options.import.up = UpAxis::z; },
+      [](BakeOptions& options) { options.import.origin = Origin::keep; },
+      [](BakeOptions& options) { options.import.origin = Origin::foot; },
       [](BakeOptions& options) { options.import.metres_per_unit = 1e-8; },
       [](BakeOptions& options) { options.import.metres_per_unit = 0.0254; },
       [](BakeOptions& options) { options.collapse.resolution_px = 99; },
@@ -195,7 +197,7 @@ TEST(BakeKey, AnythingHasOneAndWhatCannotBeReadHasAnError) {
 TEST(BakeVersion, IsRaisedWhenABakeGivesOtherBytes) {
   const std::map<Metric, std::string> expected = {{Metric::default_metric, "b15e0794adb89dab9ec7af54552a338c"},
                                                   {Metric::mi, "278cfc8f12819864cfc84d81f17a08f2"}};
-  const std::uint32_t expected_at_version = 27;
+  const std::uint32_t expected_at_version = 28;
 
   const test::TemporaryFolder folder;
   const auto plant = generate_plant("corylus", 1);

@@ -88,6 +88,51 @@ std::vector<Case> packs() {
     p.part("oak_L1", tree(90, 5, 1));
     p.part("oak_L2", {trunk_part(5)[0], {"leaf", leaves(8, {0, 3.2f, 0}, {1.4f, 1.6f, 1.4f}, 0.5f, 1)}});
   });
+  add("levels_by_words", {1, 300, 2}, [](Pack& p) {
+    p.part("oak_High", tree(300, 5, 1));
+    p.part("oak_Mid", tree(120, 5, 1));
+    p.part("oak_Low_Poly", tree(40, 5, 1));
+  });
+  add("levels_by_words_as_groups", {1, 300, 2}, [](Pack& p) {
+    const std::vector<std::string> names{"High", "Medium", "Low"};
+    for (std::size_t level = 0; level < 3; ++level) {
+      const int group = p.node(names[level], -1);
+      p.part("trunk", trunk_part(5), {}, group);
+      p.part("leaves", crown_part(300 >> (2 * level), 5, 1), {}, group);
+    }
+  });
+  add("level_0_beside_a_word", {1, 300, 1}, [](Pack& p) {
+    p.part("Beech", tree(300, 5, 1));
+    p.part("Beech_LowPoly", tree(40, 5, 1));
+  });
+  add("weak_levels_as_groups", {1, 300, 2}, [](Pack& p) {
+    for (int level = 0; level < 3; ++level) {
+      const int group = p.node("oak_L" + std::to_string(level), -1);
+      p.part("trunk", {{"bark", post(4, 0.3f, {}, {}, 64 >> (2 * level))}}, {}, group);
+      p.part("leaves", crown_part(300 >> (2 * level), 5, 1), {}, group);
+    }
+  });
+  add("levels_with_dots_brackets_and_words", {1, 300, 4}, [](Pack& p) {
+    p.part("oak.lod.0", tree(300, 5, 1));
+    p.part("oak.lod.1", tree(90, 5, 2));
+    p.part("Oak (LOD 2)", tree(30, 5, 3));
+    p.part("oak_LOD_low", tree(20, 5, 3));
+    p.part("oak lod03.001", tree(10, 5, 3));
+  });
+  add("hidden_nodes", {1, 300, 1}, [](Pack& p) {
+    p.part("oak", tree(300, 5, 1));
+    const int off = p.node("old", -1);
+    p.part("elm", tree(250, 6, 2), {}, off);
+    p.part("ash", tree(200, 6, 3), {}, off);
+    p.file.json["nodes"][static_cast<std::size_t>(off)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+    p.file.json["extensionsUsed"] = {"KHR_node_visibility"};
+    p.file.json["extensionsRequired"] = {"KHR_node_visibility"};
+  });
+  add("seasons", {3, 200, 0}, [](Pack& p) {
+    p.part("Tree_Summer", tree(200, 5, 1));
+    p.part("Tree_Autumn", tree(150, 5, 2));
+    p.part("Tree_Winter", tree(20, 5, 3));
+  });
   add("levels_in_mesh_names_below_wrappers", {1, 300, 2}, [](Pack& p) {
     int parent = -1;
     for (const char* name : {"Sketchfab_model", "root", "GLTF_SceneRootNode", "RootNode"}) parent = p.node(name, -1, {}, parent);
@@ -312,6 +357,11 @@ std::vector<Case> whole_plants() {
              {0.12f * std::cos(angle), 0, 0.12f * std::sin(angle)});
     }
   });
+  add("leaves_low_and_high_on_the_plant", {1, 290, 0}, [](Pack& p) {
+    p.part("trunk", trunk_part(6));
+    p.part("leaves_high", {{"leaf", leaves(200, {0, 5, 0}, {1, 1, 1}, 0.1f, 1)}});
+    p.part("leaves_low", {{"leaf", leaves(90, {0, 2.5f, 0}, {1, 1, 1}, 0.1f, 2)}});
+  });
   add("trunk_in_colours", {1, 200, 0}, [](Pack& p) {
     p.part("birch_trunk_col", trunk_part(5));
     p.part("birch_crown", crown_part(200, 5, 1));
@@ -384,10 +434,86 @@ TEST(PlantChoice, TakesAllOfTheFile) {
   EXPECT_TRUE(contents_of(issue_pack(), options).variants.empty());
 }
 
+TEST(PlantChoice, AHiddenPlantIsTakenByName) {
+  Pack pack;
+  pack.part("oak", tree(300, 5, 1));
+  const int elm = pack.part("elm", tree(200, 5, 2));
+  pack.file.json["nodes"][static_cast<std::size_t>(elm)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  ImportOptions options;
+  options.plant.node = "elm";
+  EXPECT_EQ(imported(pack.file, options).leaves.size(), 200u);
+  pack.file.json["nodes"][static_cast<std::size_t>(elm)]["extensions"]["KHR_node_visibility"]["visible"] = 1;
+  expect_error(import_built(pack.file), Status::bad_file, {"nodes[1].extensions.KHR_node_visibility.visible"});
+}
+
+/// A level: rows of two species, each of a trunk and leaves below a node, and ground.
+Pack level(const std::function<std::string(int)>& oak_name) {
+  Pack pack;
+  pack.part("Terrain", {{"soil", plate(60)}});
+  const int trees = pack.node("Trees", -1);
+  const int trunk = pack.mesh(trunk_part(5)), crown = pack.mesh(crown_part(100, 5, 1)), fern = pack.mesh(crown_part(60, 2, 2));
+  for (int i = 0; i < 4; ++i) {
+    const glm::vec3 at(6.0f * static_cast<float>(i), 0, 0);
+    const int oak = pack.node(oak_name(i), -1, at, trees);
+    pack.node("trunk", trunk, {}, oak);
+    pack.node("leaves", crown, {}, oak);
+    pack.node("fern", fern, at + glm::vec3(0, 0, 4));
+  }
+  return pack;
+}
+
+TEST(PlantChoice, ALevelIsSaidToBeOne) {
+  const auto numbered = [](int i) { return i == 0 ? std::string("oak") : "oak.00" + std::to_string(i); };
+  const SourceContents contents = contents_of(level(numbered));
+  EXPECT_EQ(contents.copied_plant, "oak");
+  EXPECT_EQ(contents.copy_count, 8u);
+  const Plant plant = imported(level(numbered).file);
+  ASSERT_FALSE(plant.warnings.empty());
+  EXPECT_TRUE(mentions(plant.warnings.front(), {"8", "coppice scene", "--plants", "--node 'oak'"}));
+  for (const Case& each : whole_plants()) {
+    Pack pack;
+    each.fill(pack);
+    EXPECT_EQ(contents_of(pack).copied_plant, "") << each.name;
+  }
+}
+
+TEST(PlantChoice, OfCopiesOfOneNameTheFirstIsTaken) {
+  ImportOptions options;
+  options.plant.node = "oak";
+  EXPECT_EQ(imported(level([](int) { return "oak"; }).file, options).leaves.size(), 100u);
+  options.plant.node = "^oak";
+  EXPECT_EQ(imported(level([](int i) { return "oak " + std::to_string(i); }).file, options).leaves.size(), 100u);
+}
+
+TEST(Variants, HaveNamesWithoutLevelsAndOfPlants) {
+  Pack pack;
+  add_three_levels(pack, "oak_A", 5, 1, {0, 0, 0});
+  add_three_levels(pack, "oak_B", 5, 2, {6, 0, 0});
+  SourceContents contents = contents_of(pack);
+  ASSERT_EQ(contents.variants.size(), 2u);
+  EXPECT_EQ(contents.variants[0].name, "oak_A");
+  EXPECT_EQ(contents.variants[1].name, "oak_B");
+  Pack wrapped;
+  for (int i = 0; i < 2; ++i) {
+    const glm::vec3 at(6.0f * static_cast<float>(i), 0, 0);
+    const int object = wrapped.node("Object_" + std::to_string(4 + i), -1, at);
+    wrapped.part(i == 0 ? "Birch_bark" : "Larch_bark", trunk_part(5, static_cast<std::uint64_t>(i)), {}, object);
+    wrapped.part(i == 0 ? "Birch_leaves" : "Larch_leaves", crown_part(100 + i, 5, 1), {}, object);
+  }
+  contents = contents_of(wrapped);
+  ASSERT_EQ(contents.variants.size(), 2u);
+  EXPECT_EQ(contents.variants[0].name, "Birch");
+  EXPECT_EQ(contents.variants[1].name, "Larch");
+}
+
 TEST(PlantChoice, LevelsHaveTwoDigitsAndCopiesMayHaveThree) {
   EXPECT_EQ(bake::read_node_name("oak_lod_12").level, 12u);
   EXPECT_FALSE(bake::read_node_name("oak_lod_100").level);
   EXPECT_FALSE(bake::read_node_name("oak_L100").weak_level);
+  EXPECT_EQ(bake::without_level("oak_B_LOD0"), "oak_B");
+  EXPECT_EQ(bake::without_level("Oak (LOD 1).002"), "Oak");
+  EXPECT_EQ(bake::without_level("oak_02"), "oak_02");
+  EXPECT_EQ(bake::without_level("LOD2"), "");
 }
 
 TEST(PlantChoice, ABadLevelListIsRefused) {

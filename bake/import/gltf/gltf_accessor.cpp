@@ -188,6 +188,17 @@ Result<std::vector<float>> read_first_components(const tinygltf::Model& model, i
   return values;
 }
 
+Result<std::vector<glm::mat4>> read_mat4(const tinygltf::Model& model, int accessor_index) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  if (accessor.type != TINYGLTF_TYPE_MAT4) return bad("not a MAT4", accessor_index);
+  if (accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
+    return Error{Status::unsupported, "matrices of other numbers than floats", Error::kNoOffset, accessor_place(accessor_index)};
+  std::vector<glm::mat4> values(accessor.count, glm::mat4(1.0f));
+  COPPICE_CHECK(visit_elements(model, accessor_index, sizeof(glm::mat4),
+                               [&](std::size_t i, const unsigned char* bytes) { values[i] = load<glm::mat4>(bytes); }));
+  return values;
+}
+
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor_index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
   if (accessor.type != TINYGLTF_TYPE_SCALAR) return bad("indices are not a SCALAR", accessor_index);

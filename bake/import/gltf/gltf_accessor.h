@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -39,6 +40,8 @@ Result<int> add_copy_of_elements(tinygltf::Model& model, int accessor, std::span
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor);
 /// Reads the first component of each element, of whatever shape. errors  unsupported also: 64-bit numbers
 Result<std::vector<float>> read_first_components(const tinygltf::Model& model, int accessor);
+/// Reads matrices of floats. errors  unsupported also: other numbers
+Result<std::vector<glm::mat4>> read_mat4(const tinygltf::Model& model, int accessor);
 /// Reads vertex indices, widened to 32 bits.
 Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor);
 

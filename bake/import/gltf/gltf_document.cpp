@@ -18,6 +18,7 @@
 
 #include "atomic_file.h"
 #include "gltf_compression.h"
+#include "gltf_pose.h"
 #include "gltf_screen.h"
 #include "image_limits.h"
 #include "text_bytes.h"
@@ -179,6 +180,9 @@ Result<ModelPointer> load_screened(const ScreenedGltf& screened, const Source& s
   }
   COPPICE_CHECK(decode_meshopt_views(*model, screened.meshopt_views));
   COPPICE_CHECK(decode_draco_primitives(*model));
+  // No more is known of animations than that there are any.
+  if (screened.has_animations) model->animations.emplace_back();
+  COPPICE_CHECK(apply_rest_pose(*model));
   return model;
 }
 

@@ -9,6 +9,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "gltf_accessor.h"
+#include "gltf_screen.h"
 
 namespace coppice::bake {
 namespace {
@@ -36,8 +37,7 @@ glm::dmat4 local_transform(const tinygltf::Node& node) {
   return from_parts(vector_or(node.translation, 0.0), rotation, vector_or(node.scale, 1.0));
 }
 
-std::vector<int> root_nodes(const tinygltf::Model& model) {
-  if (!model.scenes.empty()) return model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes;
+std::vector<int> nodes_without_parents(const tinygltf::Model& model) {
   std::vector<bool> is_child(model.nodes.size(), false);
   for (const tinygltf::Node& node : model.nodes)
     for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
@@ -45,6 +45,20 @@ std::vector<int> root_nodes(const tinygltf::Model& model) {
   for (std::size_t i = 0; i < model.nodes.size(); ++i)
     if (!is_child[i]) roots.push_back(static_cast<int>(i));
   return roots;
+}
+
+/// Lists what is below `roots`, depth-first, parents before children.
+std::vector<SceneNode> nodes_below(const tinygltf::Model& model, const std::vector<int>& roots) {
+  std::vector<SceneNode> nodes, stack;
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({static_cast<std::uint32_t>(*root)});
+  while (!stack.empty()) {
+    const auto position = static_cast<std::uint32_t>(nodes.size());
+    nodes.push_back(stack.back());
+    stack.pop_back();
+    const std::vector<int>& children = model.nodes.at(nodes.back().node).children;
+    for (auto child = children.rbegin(); child != children.rend(); ++child) stack.push_back({static_cast<std::uint32_t>(*child), position});
+  }
+  return nodes;
 }
 
 bool is_usable(const glm::dmat4& transform) {
@@ -87,7 +101,6 @@ Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, con
 Result<void> append_node(const tinygltf::Model& model, int node_index, const glm::dmat4& scene_from_node,
                          std::vector<MeshInstance>& instances) {
   const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(node_index));
-  if (node.mesh < 0) return {};
   std::vector<glm::dmat4> transforms{glm::dmat4(1.0)};
   if (const auto extension = node.extensions.find(kInstancing); extension != node.extensions.end()) {
     Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second, instance_count(model, node));
@@ -111,17 +124,23 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
 }  // namespace
 
 std::vector<SceneNode> scene_nodes(const tinygltf::Model& model) {
-  std::vector<SceneNode> nodes, stack;
-  const std::vector<int> roots = root_nodes(model);
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({static_cast<std::uint32_t>(*root)});
-  while (!stack.empty()) {
-    const auto position = static_cast<std::uint32_t>(nodes.size());
-    nodes.push_back(stack.back());
-    stack.pop_back();
-    const std::vector<int>& children = model.nodes.at(nodes.back().node).children;
-    for (auto child = children.rbegin(); child != children.rend(); ++child) stack.push_back({static_cast<std::uint32_t>(*child), position});
+  if (model.scenes.empty()) return nodes_below(model, nodes_without_parents(model));
+  return nodes_below(model, model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes);
+}
+
+std::vector<glm::dmat4> file_from_nodes(const tinygltf::Model& model) {
+  std::vector<glm::dmat4> transforms(model.nodes.size());
+  const std::vector<SceneNode> nodes = nodes_below(model, nodes_without_parents(model));
+  for (const SceneNode& each : nodes) {
+    const glm::dmat4 parent = each.parent == kNone ? glm::dmat4(1.0) : transforms[nodes[each.parent].node];
+    transforms[each.node] = parent * local_transform(model.nodes.at(each.node));
   }
-  return nodes;
+  return transforms;
+}
+
+bool hides(const tinygltf::Node& node) {
+  const auto visibility = node.extensions.find(kVisibilityExtension);
+  return visibility != node.extensions.end() && visibility->second.Has("visible") && !visibility->second.Get("visible").Get<bool>();
 }
 
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
@@ -150,7 +169,9 @@ Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, c
     scene_from_node.push_back(scene_from_parent * local_transform(model.nodes.at(each.node)));
     if (!is_usable(scene_from_node.back()))
       return Error{Status::bad_file, "node transform is not finite", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
-    COPPICE_CHECK(append_node(model, static_cast<int>(each.node), scene_from_node.back(), instances));
+    const tinygltf::Node& node = model.nodes.at(each.node);
+    if (node.mesh < 0) continue;
+    COPPICE_CHECK(append_node(model, static_cast<int>(each.node), node.skin >= 0 ? scene_from_file : scene_from_node.back(), instances));
   }
   return instances;
 }

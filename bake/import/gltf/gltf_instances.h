@@ -10,7 +10,8 @@
 
 namespace tinygltf {
 class Model;
-}
+class Node;
+}  // namespace tinygltf
 
 namespace coppice::bake {
 
@@ -31,11 +32,17 @@ struct SceneNode {
 /// model  from load_gltf: its nodes are trees
 std::vector<SceneNode> scene_nodes(const tinygltf::Model& model);
 
+/// [nodes] The transforms of all nodes, also of those outside the scene. model  from load_gltf, or about to be posed by it
+std::vector<glm::dmat4> file_from_nodes(const tinygltf::Model& model);
+
+/// Whether KHR_node_visibility hides the node, and with it all that is below.
+bool hides(const tinygltf::Node& node);
+
 /// [meshes] How often each mesh stands in the default scene, read from the document alone: nothing is allocated for an instance.
 /// errors  unsupported: more than 2^22 instances, naming the node
 Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model);
 
-/// Lists the meshes of scene_nodes, in their order.
+/// Lists the meshes of scene_nodes, in their order. Skinned meshes stand in the file's world space (gltf_pose.h).
 /// model            from load_gltf
 /// scene_from_file  the transform above the root nodes: the file's axes and unit
 /// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node; unsupported: more than 2^22

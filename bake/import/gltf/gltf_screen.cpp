@@ -20,6 +20,7 @@ constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
 // An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
 constexpr std::size_t kMaxElements = std::size_t{1} << 18, kMaxLargeElements = std::size_t{1} << 16;
+constexpr std::size_t kMaxMorphs = 4096;  // the weights of a mesh are read for every node that shows it
 
 // The numbers of glTF 2.0: `componentType` of accessors, `mode` of primitives.
 enum ComponentType : std::uint64_t { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kInt, kUnsignedInt, kFloat };
@@ -257,7 +258,7 @@ class Screen {
     std::size_t max_count;
     Result<void> (Screen::*check)(const JsonObject&);
   };
-  static const std::array<Section, 9> kSections;
+  static const std::array<Section, 10> kSections;
 
   [[nodiscard]] std::size_t length(const char* name) const {
     const auto found = root_.json().find(name);
@@ -440,7 +441,26 @@ class Screen {
   }
 
   Result<void> check_mesh(const JsonObject& mesh) {
+    COPPICE_CHECK(check_morph_weights(mesh));
     return mesh.for_each("primitives", [this](const JsonObject& primitive) { return check_primitive(primitive); });
+  }
+
+  /// A mesh, and a node too, has a weight for each morph target.
+  static Result<void> check_morph_weights(const JsonObject& object) {
+    if (!object.has("weights")) return {};
+    const std::size_t count = object.json()["weights"].size();
+    if (count <= kMaxMorphs) return object.check_numbers("weights", count);
+    return Error{Status::unsupported, "more than 4096 morph weights", Error::kNoOffset, object.place("weights")};
+  }
+
+  Result<void> check_skin(const JsonObject& skin) {
+    COPPICE_CHECK(skin.check_indices("joints", length("nodes")));
+    if (!skin.has("joints") || skin.json()["joints"].empty()) return skin.bad("missing member", "joints");
+    COPPICE_CHECK(skin.check_index("inverseBindMatrices", counts_.size()));
+    if (!skin.has("inverseBindMatrices")) return {};
+    const auto matrices = skin.json()["inverseBindMatrices"].get<std::size_t>();
+    if (counts_[matrices] < skin.json()["joints"].size()) return skin.bad("fewer matrices than joints", "inverseBindMatrices");
+    return check_backed(matrices);
   }
 
   [[nodiscard]] Result<void> check_primitive(const JsonObject& primitive) const {
@@ -458,6 +478,9 @@ class Screen {
     COPPICE_CHECK(members.for_each_name([&](const std::string& name) {
       return is_draco_attribute(primitive, name) ? Result<void>() : check_backed(members.json()[name].get<std::size_t>());
     }));
+    COPPICE_CHECK(primitive.for_each("targets", [&](const JsonObject& target) {
+      return target.for_each_name([&](const std::string& name) { return target.check_index(name, counts_.size()); });
+    }));
     // Coded indices come with the coded positions, but tinygltf insists that indices have bytes.
     if (is_draco_attribute(primitive, "POSITION")) primitive.json().erase("indices");
     return primitive.has("indices") ? check_backed(primitive.json()["indices"].get<std::size_t>()) : Result<void>();
@@ -467,6 +490,8 @@ class Screen {
   Result<void> check_node(const JsonObject& node) {
     const std::size_t number = node_count_++;
     COPPICE_CHECK(node.check_index("mesh", length("meshes")));
+    COPPICE_CHECK(node.check_index("skin", length("skins")));
+    COPPICE_CHECK(check_morph_weights(node));
     COPPICE_CHECK(node.check_indices("children", length("nodes")));
     COPPICE_CHECK(node.check_numbers("matrix", 16));
     COPPICE_CHECK(node.check_numbers("translation", 3));
@@ -475,6 +500,9 @@ class Screen {
     COPPICE_CHECK(check_instancing(node, counts_));
     COPPICE_TRY(levels, node.extension(kLevelsExtension));
     if (levels) COPPICE_CHECK(levels->check_indices("ids", length("nodes")));
+    COPPICE_TRY(visibility, node.extension(kVisibilityExtension));
+    if (visibility && visibility->has("visible") && !visibility->json()["visible"].is_boolean())
+      return visibility->bad("neither true nor false", "visible");
     COPPICE_TRY(instancing, node.extension("EXT_mesh_gpu_instancing"));
     if (instancing)
       for (const Json& accessor : instancing->json()["attributes"]) COPPICE_CHECK(check_backed(accessor.get<std::size_t>()));
@@ -526,15 +554,16 @@ class Screen {
 };
 
 // In the order in which they are checked.
-const std::array<Screen::Section, 9> Screen::kSections{{{"buffers", kMaxLargeElements, &Screen::check_buffer},
-                                                        {"bufferViews", kMaxElements, &Screen::check_view},
-                                                        {"accessors", kMaxElements, &Screen::check_accessor},
-                                                        {"images", kMaxLargeElements, &Screen::check_image},
-                                                        {"textures", kMaxLargeElements, &Screen::check_texture},
-                                                        {"materials", kMaxLargeElements, &Screen::check_material},
-                                                        {"meshes", kMaxElements, &Screen::check_mesh},
-                                                        {"nodes", kMaxElements, &Screen::check_node},
-                                                        {"scenes", kMaxLargeElements, &Screen::check_scene}}};
+const std::array<Screen::Section, 10> Screen::kSections{{{"buffers", kMaxLargeElements, &Screen::check_buffer},
+                                                         {"bufferViews", kMaxElements, &Screen::check_view},
+                                                         {"accessors", kMaxElements, &Screen::check_accessor},
+                                                         {"images", kMaxLargeElements, &Screen::check_image},
+                                                         {"textures", kMaxLargeElements, &Screen::check_texture},
+                                                         {"materials", kMaxLargeElements, &Screen::check_material},
+                                                         {"meshes", kMaxElements, &Screen::check_mesh},
+                                                         {"skins", kMaxLargeElements, &Screen::check_skin},
+                                                         {"nodes", kMaxElements, &Screen::check_node},
+                                                         {"scenes", kMaxLargeElements, &Screen::check_scene}}};
 
 /// Drops values that tinygltf would keep at 152 bytes each: those of `extras` and of extensions that are not read.
 void drop_unread_values(Json& value) {
@@ -561,7 +590,8 @@ Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint6
   COPPICE_TRY(root, parse_gltf_json(json));
   if (!root.is_object()) return Error{Status::bad_file, "not a JSON object", Error::kNoOffset, "the document"};
   COPPICE_TRY(screened, Screen(root, bin_chunk_bytes).check());
-  for (const char* unread : {"buffers", "images", "animations", "skins", "cameras", "samplers", "extensions"}) root.erase(unread);
+  screened.has_animations = root.contains("animations") && !root["animations"].empty();
+  for (const char* unread : {"buffers", "images", "animations", "cameras", "samplers", "extensions"}) root.erase(unread);
   drop_unread_values(root);
   screened.json = root.dump(-1, ' ', false, Json::error_handler_t::replace);
   return screened;

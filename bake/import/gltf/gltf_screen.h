@@ -14,11 +14,13 @@ namespace coppice::bake {
 
 /// An extension of a node: names the nodes that show it coarser.
 inline constexpr const char* kLevelsExtension = "MSFT_lod";
+/// An extension of a node: says whether the node and what is below it are seen.
+inline constexpr const char* kVisibilityExtension = "KHR_node_visibility";
 
 /// The extensions whose members are read from tinygltf's model. The screen empties all others.
-inline constexpr std::array<std::string_view, 7> kReadExtensions{
+inline constexpr std::array<std::string_view, 8> kReadExtensions{
     "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing",
-    "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension};
+    "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension,          kVisibilityExtension};
 /// Others that a document may require: the screen itself reads them, or they change nothing that is read. A name that ends in '*' is a
 /// family. bake/import/README.md says how each is treated.
 inline constexpr std::array<std::string_view, 11> kOtherExtensions{"KHR_mesh_quantization",
@@ -54,6 +56,7 @@ struct ScreenedGltf {
   std::string json;  ///< the document without buffers, images and whatever the importer does not read
   std::vector<ScreenedBuffer> buffers;
   std::vector<ScreenedImage> images;
+  bool has_animations = false;
   std::vector<MeshoptView> meshopt_views;  ///< these views hold coded bytes; accessors lie within the decoded bytes
 };
 

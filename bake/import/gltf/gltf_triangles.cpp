@@ -14,6 +14,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "bounds.h"
 #include "gltf_accessor.h"
 #include "gltf_materials.h"
 #include "node_names.h"
@@ -201,14 +202,26 @@ glm::vec3 unit_or(const glm::dvec3& v, const glm::vec3& fallback) {
   return std::isfinite(length) && length > 0.0 ? glm::vec3(v / length) : fallback;
 }
 
-Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, Mesh& mesh) {
+/// A round place near points that lie so far off the origin that floats would round them; (0, 0, 0) for others.
+glm::dvec3 anchor_of(const std::vector<glm::dvec3>& points) {
+  constexpr double kFarSizes = 64.0, kFar_m = 100.0;
+  const auto box = box_of(points);
+  const glm::dvec3 middle = 0.5 * (box.low + box.high);
+  const double far_m = std::max(kFar_m, kFarSizes * glm::length(box.extent()));
+  return glm::length(middle) > far_m ? glm::round(middle) : glm::dvec3(0.0);
+}
+
+Result<void> append_positions(const RawPrimitive& raw, const MeshInstance& instance, TriangleSoup& soup) {
+  std::vector<glm::dvec3> all;
+  all.reserve(raw.positions.size());
   for (const glm::vec3& position : raw.positions) {
-    const glm::dvec3 placed(instance.scene_from_mesh * glm::dvec4(position, 1.0));
+    const glm::dvec3& placed = all.emplace_back(instance.scene_from_mesh * glm::dvec4(position, 1.0));
     // Written so that NaN fails too.
     if (!(std::abs(placed.x) <= kMaxCoordinate_m && std::abs(placed.y) <= kMaxCoordinate_m && std::abs(placed.z) <= kMaxCoordinate_m))
       return Error{Status::bad_file, "position beyond 1e8 m", Error::kNoOffset, "nodes[" + std::to_string(instance.node) + "].mesh"};
-    mesh.positions.push_back(glm::vec3(placed));
   }
+  if (soup.mesh.positions.empty() && !all.empty()) soup.anchor = anchor_of(all);
+  for (const glm::dvec3& placed : all) soup.mesh.positions.push_back(glm::vec3(placed - soup.anchor));
   return {};
 }
 
@@ -290,7 +303,7 @@ Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitiv
   const glm::dmat3 linear(instance.scene_from_mesh);
   const bool mirrored = glm::determinant(linear) < 0.0;
   const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
-  COPPICE_CHECK(append_positions(*raw, instance, mesh));
+  COPPICE_CHECK(append_positions(*raw, instance, soup));
   append_normals(*raw, linear, mirrored, mesh);
   append_uvs(*raw, place, mesh, warnings);
   soup.vertex_instances.resize(mesh.positions.size(), placed.instance_index);

@@ -92,8 +92,10 @@ NodeItem make_item(const MeshFacts& facts, std::uint32_t position, std::span<con
   item.position = position;
   item.mesh = placed.front().mesh;
   item.placed = placed;
-  for (const MeshInstance& instance : placed)
+  for (const MeshInstance& instance : placed) {
     for (const glm::vec3& point : facts.outermost) item.box.add(glm::dvec3(instance.scene_from_mesh * glm::dvec4(point, 1.0)));
+    if (&instance == &placed.front()) item.first_box = item.box;
+  }
   item.triangles = facts.triangles * placed.size();
   if (placed.size() == 1 && item.triangles <= kFewTriangles && facts.few_corners.size() == 3 * facts.triangles)
     item.mean_triangle_m2 = mean_triangle_m2(facts, placed.front().scene_from_mesh);
@@ -176,39 +178,73 @@ struct Level {
   std::string family;        ///< equal for levels of one thing; empty: no level
 };
 
-/// "trunk_L0", "trunk_L1": whether these items, by rising level, get coarser and stay as large.
-bool is_series(const GltfNodes& scene, const std::map<std::uint32_t, std::uint32_t>& item_of_level) {
-  if (item_of_level.size() < 2 || item_of_level.begin()->first != 0 || item_of_level.rbegin()->first + 1 != item_of_level.size())
-    return false;
-  const NodeItem* before = nullptr;
-  for (const auto& [level, item] : item_of_level) {
-    const NodeItem& next = scene.items[item];
+/// What stands at a node and below.
+struct NodeContent {
+  NodeBox box;
+  std::uint64_t triangles = 0;
+};
+
+std::vector<NodeContent> taken_contents(const GltfNodes& scene, const LeftOut& left) {
+  std::vector<NodeContent> contents(scene.nodes.size());
+  for (const std::uint32_t item : taken_items(left)) {
+    contents[scene.items[item].position].box.add(scene.items[item].box);
+    contents[scene.items[item].position].triangles += scene.items[item].triangles;
+  }
+  for (std::size_t i = contents.size(); i-- > 0;)
+    if (const std::uint32_t parent = scene.nodes[i].parent; parent != kNone) {
+      contents[parent].box.add(contents[i].box);
+      contents[parent].triangles += contents[i].triangles;
+    }
+  return contents;
+}
+
+/// Nodes by rising level.
+using Series = std::map<std::uint32_t, std::uint32_t>;
+
+/// Whether "trunk_L0", "trunk_L1" and so on get coarser and stay as large. "leaves_low" may be what is low on the plant: words count only
+/// for things of nearly one size and height.
+bool is_series(const std::vector<NodeContent>& contents, const Series& series, bool is_words) {
+  const double same_size = is_words ? 0.7 : 0.6;
+  if (series.size() < 2 || (!is_words && (series.begin()->first != 0 || series.rbegin()->first + 1 != series.size()))) return false;
+  const NodeContent* before = nullptr;
+  for (const auto& [level, node] : series) {
+    const NodeContent& next = contents[node];
     if (before != nullptr) {
       if (4 * next.triangles > 3 * before->triangles) return false;
       const glm::dvec3 a = before->box.size(), b = next.box.size();
-      if (glm::any(glm::lessThan(glm::min(a, b), 0.6 * glm::max(a, b)))) return false;
+      if (glm::any(glm::lessThan(glm::min(a, b), same_size * glm::max(a, b)))) return false;
+      if (is_words && std::abs(before->box.low.y - next.box.low.y) > (1.0 - same_size) * std::max(a.y, b.y)) return false;
     }
     before = &next;
   }
   return true;
 }
 
-/// Adds levels such as "_L1", which count only in a series.
+/// The weak level of a node, by its name or its mesh's; "oak" is level 0 of "oak_L1" and "oak_low".
+WeakLevel weak_level_of(const GltfNode& node, bool is_word) {
+  for (const std::string& name : {node.name, node.mesh_name})
+    if (const NodeName read = read_node_name(name); read.weak_level && read.weak_level->is_word == is_word) return *read.weak_level;
+  return {0, is_word, read_node_name(node.name).stem};
+}
+
+/// Adds levels such as "_L1" and "_mid", which count only in a series of nodes below one parent.
 void add_weak_levels(const GltfNodes& scene, const LeftOut& left, std::vector<Level>& levels) {
-  std::map<std::pair<std::uint32_t, std::string>, std::map<std::uint32_t, std::uint32_t>> series;
-  for (const std::uint32_t item : taken_items(left)) {
-    const std::uint32_t at = scene.items[item].position;
-    if (!levels[at].family.empty()) continue;
-    NodeName name = read_node_name(scene.nodes[at].name);
-    if (!name.weak_level) name = read_node_name(scene.nodes[at].mesh_name);
-    if (name.weak_level) series[{scene.nodes[at].parent, name.stem}].try_emplace(*name.weak_level, item);
-  }
-  for (const auto& [key, item_of_level] : series) {
-    if (!is_series(scene, item_of_level)) continue;
-    for (const auto& [level, item] : item_of_level) {
-      const std::uint32_t at = scene.items[item].position;
-      levels[at] = {level, at, "l " + std::to_string(key.first) + " " + key.second};
+  const std::vector<NodeContent> contents = taken_contents(scene, left);
+  for (const bool is_word : {false, true}) {
+    std::map<std::pair<std::uint32_t, std::string>, Series> all;
+    for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+      if (contents[i].triangles == 0 || !levels[i].family.empty()) continue;
+      const WeakLevel weak = weak_level_of(scene.nodes[i], is_word);
+      if (weak.level == 0 && scene.nodes[i].name.empty() && scene.nodes[i].mesh_name.empty()) continue;
+      all[{scene.nodes[i].parent, weak.stem}].try_emplace(weak.level, i);
     }
+    for (const auto& [key, series] : all) {
+      if (!is_series(contents, series, is_word)) continue;
+      for (const auto& [level, node] : series)
+        levels[node] = {level, node, (is_word ? "word " : "number ") + std::to_string(key.first) + " " + key.second};
+    }
+    for (std::size_t i = 0; i < levels.size(); ++i)
+      if (const std::uint32_t parent = scene.nodes[i].parent; parent != kNone && levels[i].family.empty()) levels[i] = levels[parent];
   }
 }
 
@@ -275,15 +311,13 @@ void leave_named_levels(const GltfNodes& scene, LeftOut& left) {
   }
 }
 
-/// Leaves out what is below nodes that MSFT_lod names as coarser than others.
-void leave_msft_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
-  const std::set<std::uint32_t> coarse = msft_coarser_nodes(model);
-  if (coarse.empty()) return;
-  const auto by =
-      inherited(scene, kNone, [&](std::uint32_t i) { return coarse.contains(scene.nodes[i].node) ? std::optional(i) : std::nullopt; });
-  const auto [coarser, rest] = parted(left, [&](std::uint32_t item) { return by[scene.items[item].position] != kNone; });
+/// Leaves out what is below nodes of the model for which `is_it` holds, unless that is all.
+template <class Predicate>
+void leave_below(const GltfNodes& scene, LeftReason reason, const Predicate& is_it, LeftOut& left) {
+  const auto by = inherited(scene, kNone, [&](std::uint32_t i) { return is_it(scene.nodes[i].node) ? std::optional(i) : std::nullopt; });
+  const auto [below, rest] = parted(left, [&](std::uint32_t item) { return by[scene.items[item].position] != kNone; });
   if (rest.empty()) return;
-  for (const std::uint32_t item : coarser) leave(left, item, LeftReason::coarser_level, by[scene.items[item].position]);
+  for (const std::uint32_t item : below) leave(left, item, reason, by[scene.items[item].position]);
 }
 
 }  // namespace
@@ -362,6 +396,11 @@ std::set<std::uint32_t> msft_coarser_nodes(const tinygltf::Model& model) {
   return coarse;
 }
 
+void leave_hidden(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
+  leave_below(
+      scene, LeftReason::hidden, [&](std::uint32_t node) { return hides(model.nodes.at(node)); }, left);
+}
+
 void leave_collision_shapes(const GltfNodes& scene, LeftOut& left) {
   const std::vector<NamedRole> roles = named_roles(scene);
   const auto role_of = [&](std::uint32_t item) -> const NamedRole& { return roles[scene.items[item].position]; };
@@ -387,7 +426,9 @@ void leave_collision_shapes(const GltfNodes& scene, LeftOut& left) {
 }
 
 void leave_coarser_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left) {
-  leave_msft_levels(model, scene, left);
+  const std::set<std::uint32_t> coarse = msft_coarser_nodes(model);
+  leave_below(
+      scene, LeftReason::coarser_level, [&](std::uint32_t node) { return coarse.contains(node); }, left);
   leave_named_levels(scene, left);
 }
 

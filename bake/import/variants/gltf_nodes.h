@@ -41,7 +41,7 @@ struct NodeItem {
   std::uint32_t position = 0;  ///< index into GltfNodes::nodes
   std::uint32_t mesh = 0;
   std::span<const MeshInstance> placed;
-  NodeBox box;
+  NodeBox box, first_box;                ///< of all that are placed; of the first
   std::uint64_t triangles = 0;           ///< all placed triangles
   double mean_triangle_m2 = 0.0;         ///< for few triangles (kFewTriangles) that are placed once; otherwise 0
   std::vector<std::uint32_t> materials;  ///< the model's, ascending; kNone for none
@@ -74,7 +74,7 @@ NodeBox base_of(const tinygltf::Model& model, const GltfNodes& scene, std::span<
 std::string shown_name(const GltfNode& node);
 
 /// Why a part of a file does not belong to the plant.
-enum class LeftReason : std::uint8_t { none, not_chosen, collision, coarser_level, billboard, ground, other_variant };
+enum class LeftReason : std::uint8_t { none, not_chosen, hidden, collision, coarser_level, billboard, ground, other_variant };
 
 /// The items that are left out so far: why, and the position of the node that says so.
 struct LeftOut {
@@ -88,6 +88,7 @@ std::vector<std::uint32_t> taken_items(const LeftOut& left);
 std::set<std::uint32_t> msft_coarser_nodes(const tinygltf::Model& model);
 
 /// Each of these leaves out what its rule finds among the taken items, but never all of them.
+void leave_hidden(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left);
 void leave_collision_shapes(const GltfNodes& scene, LeftOut& left);
 void leave_coarser_levels(const tinygltf::Model& model, const GltfNodes& scene, LeftOut& left);
 void leave_named_billboards(const GltfNodes& scene, LeftOut& left);

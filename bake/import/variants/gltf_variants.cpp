@@ -11,6 +11,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "gltf_copies.h"
 #include "gltf_nodes.h"
 #include "material_words.h"
 #include "name_pattern.h"
@@ -34,6 +35,15 @@ struct NodeGroup {
   NodeBox box;
 };
 
+/// The beginning that all names share, without what joins words.
+std::string common_front(const std::vector<std::string>& names) {
+  std::string_view common = names.front();
+  for (const std::string& name : names)
+    common = common.substr(0, static_cast<std::size_t>(std::ranges::mismatch(common, name).in1 - common.begin()));
+  while (!common.empty() && std::string_view("_-. ").find(common.back()) != std::string_view::npos) common.remove_suffix(1);
+  return std::string(common);
+}
+
 NodeGroup joined(const std::vector<NodeGroup>& units, std::span<const std::size_t> members) {
   NodeGroup all;
   for (const std::size_t member : members) {
@@ -41,13 +51,10 @@ NodeGroup joined(const std::vector<NodeGroup>& units, std::span<const std::size_
     all.box.add(units[member].box);
   }
   std::ranges::sort(all.items);
-  std::string_view common = units[members.front()].name;
-  for (const std::size_t member : members) {
-    const std::string& name = units[member].name;
-    common = common.substr(0, static_cast<std::size_t>(std::ranges::mismatch(common, name).in1 - common.begin()));
-  }
-  while (!common.empty() && std::string_view("_-. ").find(common.back()) != std::string_view::npos) common.remove_suffix(1);
-  all.name = common.empty() ? units[members.front()].name : common;
+  std::vector<std::string> names;
+  for (const std::size_t member : members) names.push_back(units[member].name);
+  all.name = common_front(names);
+  if (all.name.empty()) all.name = names.front();
   return all;
 }
 
@@ -348,12 +355,25 @@ std::vector<NodeGroup> split_nested(const tinygltf::Model& model, const GltfNode
   return one;
 }
 
+/// A variant's name for people and files: without its level; where a program gave it ("Object_4"), what its nodes' or meshes' names share.
+std::string variant_name(const GltfNodes& scene, const NodeGroup& group) {
+  std::vector<std::string> nodes, meshes;
+  for (const std::uint32_t item : group.items) {
+    nodes.push_back(scene.nodes[scene.items[item].position].name);
+    meshes.push_back(scene.nodes[scene.items[item].position].mesh_name);
+  }
+  for (const std::string& name : {group.name, common_front(nodes), common_front(meshes)})
+    if (const std::string stem = without_level(name); !stem.empty() && !is_part_name(stem)) return stem;
+  return group.name;
+}
+
 /// Finds the plants that `items` are, in the order of their first items; one if they cannot be separated. Ground under several plants is in
 /// none.
 std::vector<NodeGroup> split_variants(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items) {
   std::vector<NodeGroup> groups = split_nested(model, scene, items, kMaxNesting);
   std::ranges::sort(groups, {}, [](const NodeGroup& group) { return group.items.front(); });
   std::map<std::string, int> seen;
+  for (NodeGroup& group : groups) group.name = variant_name(scene, group);
   for (NodeGroup& group : groups)
     if (const int number = ++seen[group.name]; number > 1) group.name += "_" + std::to_string(number);
   return groups;
@@ -410,7 +430,8 @@ SourceContents::Variant variant_of(const GltfNodes& scene, const NodeGroup& grou
 
 /// The reasons that a person is told.
 using Reason = std::pair<LeftReason, const char*>;
-constexpr std::array<Reason, 4> kReasons{{{LeftReason::coarser_level, "coarser level"},
+constexpr std::array<Reason, 5> kReasons{{{LeftReason::hidden, "hidden node"},
+                                          {LeftReason::coarser_level, "coarser level"},
                                           {LeftReason::billboard, "billboard"},
                                           {LeftReason::collision, "collision shape"},
                                           {LeftReason::ground, "ground"}}};
@@ -459,11 +480,18 @@ Error no_such_variant(std::uint32_t wanted, const std::vector<SourceContents::Va
 
 /// Leaves out everything that is not the plant.
 Result<SourceContents> weigh(const tinygltf::Model& model, const GltfNodes& scene, const PlantChoice& choice, LeftOut& left) {
+  leave_hidden(model, scene, left);
   leave_collision_shapes(scene, left);
   leave_coarser_levels(model, scene, left);
   leave_named_billboards(scene, left);
-  const std::vector<NodeGroup> groups = variants_of(model, scene, left);
   SourceContents contents;
+  if (const auto copies = find_copies(scene, taken_items(left)); copies && choice.node) {
+    for (const std::uint32_t item : copies->other_items) left.reason[item] = LeftReason::not_chosen;
+  } else if (copies) {
+    contents.copied_plant = copies->name;
+    contents.copy_count = copies->count;
+  }
+  const std::vector<NodeGroup> groups = variants_of(model, scene, left);
   for (const NodeGroup& group : groups) contents.variants.push_back(variant_of(scene, group));
   contents.left = left_entries(scene, left);
   if (choice.variant == 0 || choice.variant > groups.size()) return no_such_variant(choice.variant, contents.variants);
@@ -493,6 +521,13 @@ Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshI
   std::erase_if(instances, [&](const MeshInstance& instance) { return left_nodes.contains(instance.node); });
   chosen.instances = std::move(instances);
   return chosen;
+}
+
+std::string level_line(const SourceContents& contents) {
+  if (contents.copied_plant.empty()) return {};
+  return "the file is a level: it has " + std::to_string(contents.copy_count) +
+         " copies of whole plants, and all of it is baked as one; --node " + quoted(contents.copied_plant) +
+         " bakes one plant, and coppice scene with --plants places baked ones as the level does";
 }
 
 std::string contents_line(const SourceContents& contents) {

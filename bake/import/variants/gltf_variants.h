@@ -37,6 +37,8 @@ struct SourceContents {
   };
   std::vector<Variant> variants;  ///< empty where there was nothing to choose from
   std::uint32_t taken = 0;        ///< index of the variant that is the plant
+  std::string copied_plant;       ///< a node that the file, a level, shows several times; else empty
+  std::size_t copy_count = 0;     ///< of it and others
   std::vector<Left> left;         ///< levels, billboards and the like of all variants
   std::string scenery;            ///< a line about other scenes, cameras and lights; empty if there are none
 };
@@ -44,7 +46,7 @@ struct SourceContents {
 /// Says which part of a file to bake.
 struct PlantChoice {
   /// Takes only what is below nodes of this name (or that show a mesh of this name). If there is none, the name is a regular expression
-  /// (name_pattern.h) that is searched in names.
+  /// (name_pattern.h) that is searched in names. Of several copies of a whole plant (gltf_copies.h) it takes the first.
   std::optional<std::string> node;
   std::uint32_t variant = 1;  ///< from 1 on
   bool whole = false;         ///< the whole file is one plant
@@ -58,6 +60,9 @@ struct ChosenNodes {
 /// instances  all those of mesh_instances
 /// errors  invalid_argument: no node has the name; the file has fewer variants (they are listed)
 Result<ChosenNodes> choose_plant(const tinygltf::Model& model, std::vector<MeshInstance> instances, const PlantChoice& choice);
+
+/// One line that says that the file is a level, and what to do with it; empty if it is none.
+std::string level_line(const SourceContents& contents);
 
 /// One line that says what is taken and what is left out; empty if all is taken.
 std::string contents_line(const SourceContents& contents);

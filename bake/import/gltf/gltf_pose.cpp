@@ -1,0 +1,251 @@
+#include "gltf_pose.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <tiny_gltf.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "gltf_accessor.h"
+#include "gltf_instances.h"
+
+namespace coppice::bake {
+namespace {
+
+using Points = std::vector<glm::vec3>;
+
+// Limits the work and memory that a small file can ask for by naming a mesh, or a morph target, many times.
+constexpr std::uint64_t kMaxValues = std::uint64_t{1} << 27;
+constexpr std::uint64_t kValuesOfAPrimitive = 64;
+
+Error bad(const char* what, std::string detail) {
+  return Error{Status::bad_file, what, Error::kNoOffset, std::move(detail)};
+}
+
+/// The accessor of an attribute, whose count is that of the positions; -1 if it is absent.
+Result<int> accessor_of(const tinygltf::Model& model, const std::map<std::string, int>& attributes, const std::string& name,
+                        std::size_t vertex_count) {
+  const auto found = attributes.find(name);
+  if (found == attributes.end()) return -1;
+  const std::size_t count = model.accessors.at(static_cast<std::size_t>(found->second)).count;
+  if (count == vertex_count) return found->second;
+  return bad("attributes of unequal length", name + " has " + std::to_string(count) + ", POSITION " + std::to_string(vertex_count));
+}
+
+/// Adds the weighted displacements of one attribute's morph targets.
+Result<void> morph(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::vector<double>& weights,
+                   const std::string& name, Points& values) {
+  for (std::size_t t = 0; t < std::min(primitive.targets.size(), weights.size()); ++t) {
+    if (weights[t] == 0.0) continue;
+    COPPICE_TRY(accessor, accessor_of(model, primitive.targets[t], name, values.size()));
+    if (accessor < 0) continue;
+    COPPICE_TRY(displacements, read_vec3(model, accessor));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(weights[t]) * displacements[i];
+  }
+  return {};
+}
+
+/// Four joints of each vertex and how far it follows them: JOINTS_n and WEIGHTS_n.
+struct JointSet {
+  std::vector<glm::vec4> joints, weights;
+};
+
+Result<std::vector<JointSet>> read_joint_sets(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                              std::size_t vertex_count) {
+  std::vector<JointSet> sets;
+  while (true) {
+    const std::string number = std::to_string(sets.size());
+    COPPICE_TRY(joints, accessor_of(model, primitive.attributes, "JOINTS_" + number, vertex_count));
+    COPPICE_TRY(weights, accessor_of(model, primitive.attributes, "WEIGHTS_" + number, vertex_count));
+    if (joints < 0 || weights < 0) return sets;
+    JointSet& set = sets.emplace_back();
+    COPPICE_CHECK(move_into(set.joints, read_vec4(model, joints)));
+    COPPICE_CHECK(move_into(set.weights, read_vec4(model, weights)));
+  }
+}
+
+/// The mean of a vertex's joint transforms: exporters round weights, so their sum need not be 1.
+Result<glm::dmat4> blended(const std::vector<JointSet>& sets, std::size_t vertex, const std::vector<glm::dmat4>& joints) {
+  glm::dmat4 sum(0.0);
+  double total = 0.0;
+  for (const JointSet& set : sets)
+    for (int k = 0; k < 4; ++k) {
+      const double weight = set.weights[vertex][k], joint = set.joints[vertex][k];
+      if (!(weight > 0.0)) continue;  // also for NaN
+      if (!(joint >= 0.0 && joint < static_cast<double>(joints.size())))
+        return bad("joint that the skin does not have", "vertex " + std::to_string(vertex));
+      sum += weight * joints[static_cast<std::size_t>(joint)];
+      total += weight;
+    }
+  if (total > 0.0) return sum / total;
+  const auto first = static_cast<double>(sets.front().joints[vertex].x);
+  return joints[first > 0.0 && first < static_cast<double>(joints.size()) ? static_cast<std::size_t>(first) : 0];
+}
+
+/// Moves a vertex. The cofactors turn its normal, with the sign that a mirroring transform takes from them.
+void place(const glm::dmat4& transform, glm::vec3& position, glm::vec3* normal) {
+  position = glm::vec3(transform * glm::dvec4(position, 1.0));
+  if (normal == nullptr) return;
+  const glm::dmat3 m(transform);
+  const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
+  const glm::dvec3 turned = (glm::determinant(m) < 0.0 ? -1.0 : 1.0) * (cofactors * glm::dvec3(*normal));
+  const double length = glm::length(turned);
+  *normal = length > 0.0 ? glm::vec3(turned / length) : *normal;
+}
+
+int add_points(tinygltf::Model& model, const Points& points) {
+  std::vector<unsigned char> bytes(points.size() * sizeof(glm::vec3));
+  std::memcpy(bytes.data(), points.data(), bytes.size());
+  tinygltf::Accessor accessor;
+  accessor.type = TINYGLTF_TYPE_VEC3;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.count = points.size();
+  return add_accessor(model, std::move(accessor), std::move(bytes));
+}
+
+/// How a node shows its mesh.
+struct NodePose {
+  const std::vector<glm::dmat4>* joints = nullptr;  ///< file space from the skin's mesh space; null: no skin
+  glm::dmat4 file_from_node{1.0};                   ///< for primitives without joints
+  std::vector<double> weights;                      ///< of morph targets
+};
+
+bool has_joints(const tinygltf::Primitive& primitive) {
+  return primitive.attributes.contains("JOINTS_0") && primitive.attributes.contains("WEIGHTS_0");
+}
+
+bool is_shown(const tinygltf::Primitive& primitive) {
+  return primitive.mode >= TINYGLTF_MODE_TRIANGLES && primitive.attributes.contains("POSITION");
+}
+
+Result<void> move_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const NodePose& pose, Points& positions,
+                           Points& normals) {
+  COPPICE_TRY(sets, read_joint_sets(model, primitive, positions.size()));
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    glm::dmat4 transform = pose.file_from_node;
+    if (!sets.empty()) COPPICE_CHECK(move_into(transform, blended(sets, i, *pose.joints)));
+    place(transform, positions[i], normals.empty() ? nullptr : &normals[i]);
+    if (!is_finite(positions[i])) return bad("position is not finite", "vertex " + std::to_string(i));
+  }
+  return {};
+}
+
+Result<void> pose_primitive(tinygltf::Model& model, const NodePose& pose, tinygltf::Primitive& primitive) {
+  COPPICE_TRY(positions, read_vec3(model, primitive.attributes.at("POSITION")));
+  COPPICE_TRY(normal, accessor_of(model, primitive.attributes, "NORMAL", positions.size()));
+  Points normals;
+  if (normal >= 0) COPPICE_CHECK(move_into(normals, read_vec3(model, normal)));
+  COPPICE_CHECK(morph(model, primitive, pose.weights, "POSITION", positions));
+  if (!normals.empty()) COPPICE_CHECK(morph(model, primitive, pose.weights, "NORMAL", normals));
+  if (pose.joints != nullptr) COPPICE_CHECK(move_vertices(model, primitive, pose, positions, normals));
+  primitive.attributes["POSITION"] = add_points(model, positions);
+  if (!normals.empty()) primitive.attributes["NORMAL"] = add_points(model, normals);
+  return {};
+}
+
+class Posing {
+ public:
+  explicit Posing(tinygltf::Model& model) : model_(model), file_from_node_(file_from_nodes(model)), joints_(model.skins.size()) {
+    for (const SceneNode& each : scene_nodes(model))
+      if (const int mesh = model.nodes.at(each.node).mesh; mesh >= 0) ++shown_[mesh];
+  }
+
+  Result<void> pose(std::uint32_t node_index) {
+    tinygltf::Node& node = model_.nodes.at(node_index);
+    if (node.mesh < 0) return {};
+    const tinygltf::Mesh& source = model_.meshes.at(static_cast<std::size_t>(node.mesh));
+    if (std::ranges::none_of(source.primitives, has_joints)) node.skin = -1;
+    NodePose pose{nullptr, file_from_node_[node_index], node.weights.empty() ? source.weights : node.weights};
+    const bool is_morphed = std::ranges::any_of(pose.weights, [](double weight) { return weight != 0.0; });
+    if (node.skin < 0 && !is_morphed) return {};
+    if (node.skin >= 0) COPPICE_CHECK(move_into(pose.joints, joint_transforms(node.skin)));
+    // Nodes without weights of their own show the mesh alike.
+    const std::pair key{node.mesh, node.skin};
+    const auto done = node.weights.empty() ? posed_.find(key) : posed_.end();
+    if (done != posed_.end()) return node.mesh = done->second, Result<void>();
+    tinygltf::Mesh mesh = source;
+    for (std::size_t p = 0; p < mesh.primitives.size(); ++p) COPPICE_CHECK(pose_in_mesh(pose, key.first, p, mesh));
+    const bool is_alone = shown_[key.first] == 1;
+    if (!is_alone) node.mesh = static_cast<int>(model_.meshes.size());
+    if (node.weights.empty()) posed_[key] = node.mesh;
+    if (is_alone)
+      model_.meshes[static_cast<std::size_t>(node.mesh)] = std::move(mesh);
+    else
+      model_.meshes.push_back(std::move(mesh));
+    return {};
+  }
+
+ private:
+  Result<void> pose_in_mesh(const NodePose& pose, int mesh_index, std::size_t p, tinygltf::Mesh& mesh) {
+    tinygltf::Primitive& primitive = mesh.primitives[p];
+    values_ += kValuesOfAPrimitive;
+    if (!is_shown(primitive)) return {};
+    const std::string place = "meshes[" + std::to_string(mesh_index) + "].primitives[" + std::to_string(p) + "]";
+    const std::uint64_t vertices = model_.accessors.at(static_cast<std::size_t>(primitive.attributes.at("POSITION"))).count;
+    const auto is_used = [](double weight) { return weight != 0.0; };
+    values_ += vertices * (1 + static_cast<std::uint64_t>(std::ranges::count_if(pose.weights, is_used)));
+    if (values_ > kMaxValues)
+      return Error{Status::unsupported, "more than 2^27 vertices and displacements to pose", Error::kNoOffset, place};
+    Result<void> done = pose_primitive(model_, pose, primitive);
+    if (done) return {};
+    Error error = done.error();
+    error.detail = place + ": " + error.detail;
+    return error;
+  }
+
+  Result<const std::vector<glm::dmat4>*> joint_transforms(int skin_index) {
+    const tinygltf::Skin& skin = model_.skins.at(static_cast<std::size_t>(skin_index));
+    std::vector<glm::dmat4>& joints = joints_[static_cast<std::size_t>(skin_index)];
+    if (!joints.empty()) return &joints;
+    std::vector<glm::mat4> inverse_bind(skin.joints.size(), glm::mat4(1.0f));
+    if (skin.inverseBindMatrices >= 0) COPPICE_CHECK(move_into(inverse_bind, read_mat4(model_, skin.inverseBindMatrices)));
+    for (std::size_t i = 0; i < skin.joints.size(); ++i)
+      joints.push_back(file_from_node_[static_cast<std::size_t>(skin.joints[i])] * glm::dmat4(inverse_bind[i]));
+    return &joints;
+  }
+
+  tinygltf::Model& model_;
+  std::vector<glm::dmat4> file_from_node_;
+  std::vector<std::vector<glm::dmat4>> joints_;  ///< [skins] empty until one is used
+  std::map<int, int> shown_;                     ///< how many nodes show a mesh
+  std::map<std::pair<int, int>, int> posed_;     ///< by mesh and skin
+  std::uint64_t values_ = 0;
+};
+
+}  // namespace
+
+Result<void> apply_rest_pose(tinygltf::Model& model) {
+  const auto is_posed = [](const tinygltf::Mesh& mesh) { return !mesh.weights.empty(); };
+  const auto poses = [](const tinygltf::Node& node) { return node.skin >= 0 || !node.weights.empty(); };
+  if (std::ranges::none_of(model.nodes, poses) && std::ranges::none_of(model.meshes, is_posed)) return {};
+  Posing posing(model);
+  for (const SceneNode& each : scene_nodes(model)) COPPICE_CHECK(posing.pose(each.node));
+  return {};
+}
+
+std::string pose_line(const tinygltf::Model& model) {
+  std::size_t skinned = 0, morphed = 0;
+  for (const SceneNode& each : scene_nodes(model)) {
+    const tinygltf::Node& node = model.nodes.at(each.node);
+    if (node.mesh < 0) continue;
+    const auto& weights = node.weights.empty() ? model.meshes.at(static_cast<std::size_t>(node.mesh)).weights : node.weights;
+    if (node.skin >= 0) ++skinned;
+    if (std::ranges::any_of(weights, [](double weight) { return weight != 0.0; })) ++morphed;
+  }
+  std::string text;
+  const auto add = [&](std::size_t count, const char* how) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + (count > 1 ? " meshes " : " mesh ") + how;
+  };
+  add(skinned, "posed by skins");
+  add(morphed, "posed by morph weights");
+  if (!model.animations.empty()) text += text.empty() ? "animation is not kept" : "; animation is not kept";
+  return text.empty() ? text : "the plant has the file's rest pose: " + text;
+}
+
+}  // namespace coppice::bake

@@ -26,6 +26,7 @@
 #include "stopwatch.h"
 #include "texture_regions.h"
 #include "tree_order.h"
+#include "wood_joints.h"
 #include "wood_lods.h"
 
 namespace coppice::bake {
@@ -158,6 +159,7 @@ Result<std::vector<std::uint8_t>> bake(const std::filesystem::path& input, const
   report.seconds.wind = watch.lap();
 
   progress("pack", 0.0);
+  add_joints(baked.wind.head, plant.wood);
   COPPICE_CHECK(move_into(baked.wood, choose_wood_lods(baked, wood_levels(plant.wood))));
   drop_unused_materials(baked);
   COPPICE_TRY(bytes, pack(baked, report.sizes, options.textures));

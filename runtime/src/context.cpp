@@ -134,6 +134,7 @@ Result<void> Context::show_slot(std::uint32_t slot) {
     return added.error();
   }
   instances_.set_plant_sphere(slot, file.plant.sphere_center, file.plant.sphere_radius);
+  wind_reach_share_ = std::max(wind_reach_share_, wind_reach_share(wind_field(file), file.plant.sphere_radius));
   slots_[slot].open = slots_[slot].in_backend = true;
   lod_plants_[slot] = {.table = lod_table(file, streamer_->lod_words(slot))};
   return {};
@@ -366,9 +367,10 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   ledger_.begin_frame(frame.frame_number);
   const coppice_wind& blows = *frame.wind;
   const std::size_t map_floats = blows.map == nullptr ? 0 : std::size_t{2} * blows.map_width * blows.map_height;
-  FrameWind wind{{.wind = blows, .origin_m = origin(), .max_map_mps = max_wind_mps({blows.map, map_floats})}, wind_};
+  FrameWind wind{
+      {.wind = blows, .origin_m = origin(), .max_map_mps = max_wind_mps({blows.map, map_floats}), .reach_share = wind_reach_share_}, wind_};
   wind.before.wind.time_s = blows.time_before_s;
-  for (LodView& lod : lods_) lod.reach_share = gpu::kMaxWindReach * max_wind_load(wind.now);
+  for (LodView& lod : lods_) lod.reach_share = wind_reach_share_ * max_wind_load(wind.now);
   wind_ = wind.now;
   wind_.wind.map = nullptr;  // the engine's, valid only within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);

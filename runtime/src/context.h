@@ -271,7 +271,8 @@ class Context {
   std::uint64_t min_budget_bytes_ = 0;
   std::uint64_t slot_upload_bytes_ = 0;  ///< reserved until new slots are copied to the GPU
   std::uint64_t frame_number_ = 0, completed_number_ = 0;
-  PlacedWind wind_;  ///< the last frame's, without its map; none before
+  PlacedWind wind_;                ///< the last frame's, without its map; none before
+  float wind_reach_share_ = 0.0f;  ///< PlacedWind::reach_share, of all plants that were open
   Recording recording_ = Recording::none;
   float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks, frames
   std::uint64_t streaming_ns_ = 0;      ///< time per frame for taking over chunks

@@ -42,9 +42,8 @@ void main() {
   vec3 rest = middle + (corners[corner] - middle) * share;
   vec3 face = cross(corners[2] - corners[0], corners[3] - corners[1]);
 
-  // A single leaf moves with its stalk, a merged one with its middle. A merged leaf does not flutter; a single one does once the cut is
-  // beyond the split that bears it.
-  WindMoves moves = wind_moves(instance, single ? corners[0] : middle);
+  // A merged leaf leans as its middle does, and does not flutter; a single one does once the cut is beyond the split that bears it.
+  WindMoves moves = wind_moves(instance, rest, single ? rest : middle);
   float strength = flutter_strength(instance, corners[0], list.leaf_size_m);
   float birth = float(cluster / kBlockClusters * kPageSplits + (leaf.life >> kBirthShift));
   if (paged) strength *= clamp((cuts[slot] - birth) / (0.1 * birth + 16.0), 0.0, 1.0);

@@ -24,9 +24,8 @@ void main() {
   bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
   put_nothing();
   if (!is_drawn(material) || !shown) return;
-  // A leaf moves with its stalk.
   vec3 stalk_m = plant.box_min + plant.box_step * vec3(stalk);
-  WindMoves moves = wind_moves(instance, stalk_m);
+  WindMoves moves = wind_moves(instance, vertex.position, vertex.position);
   vec3 normal = unfold(unpackSnorm2x16(vertex.normal));
   float strength = flutter_strength(instance, stalk_m, list_at(plant, list_of_cut(plant.leaf_count)).leaf_size_m);
   vec3 swing = strength * flutter_swing_m(instance, distance(vertex.position, stalk_m)) * normal;

@@ -19,7 +19,7 @@ void main() {
 
   put_nothing();
   if (!is_drawn(material)) return;
-  WindMoves moves = wind_moves(instance, vertex.position);
+  WindMoves moves = wind_moves(instance, vertex.position, vertex.position);
   vec3 world = world_from_object(instance, vertex.position + moves.now);
   put_place(instance, world, vertex.position + moves.before, material, vertex.uv, uvec3(slot, vertex.material, 0));
   if (kContents == 0) return;

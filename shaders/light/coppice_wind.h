@@ -2,10 +2,11 @@
 //
 // A place at rest, p, is moved by the stem's bending, by the leaning of boughs, and by their swaying:
 //
-//     offset(p) = s(p.y)^2 bend + lean(p) lean + cos(p) sway_cos + sin(p) sway_sin,    s: share of the plant's height
+//     offset(p) = s(p.y)^2 bend - s(p.y)^3 fall up + lean(p) lean + cos(p) sway_cos + sin(p) sway_sin,    s: share of the plant's height
 //
-// where lean, cos and sin come from the plant's grid (coppice/format.h, WIND), linear between its nodes, and the four vectors are an
-// instance's at one moment (Sway). The offset depends on the place, not on what is drawn there: cuts, wood and leaf meshes move together.
+// where lean, cos and sin come from the plant's grid (coppice/format.h, WIND), linear between its nodes, and the vectors and the fall are
+// an instance's at one moment (Sway). A stem that bends comes down, since it keeps its length: where it slopes by q, 1 - q^2 / 2 of its
+// rise is left. The offset depends on the place, not on what is drawn there: cuts, wood and leaf meshes move together.
 // Two oscillations a quarter turn apart add up to one of any phase. So boughs can sway out of step, and phases blend.
 //
 // In a shader after bindings.glsl and coppice_light.h.
@@ -68,11 +69,11 @@ COPPICE_FN PlantWind plant_wind(CoppiceTable table) {
 
 // The factors of a place for an instance's Sway, and their growth along x, y and z, per m.
 struct WindPlace {
-  float bend;
+  vec2 bend;  // s^2, s^3
   vec3 grid;  // lean, cos, sin
 };
 struct WindGradient {
-  float bend_y;
+  vec2 bend_y;
   vec3 grid_x, grid_y, grid_z;
 };
 
@@ -81,13 +82,22 @@ COPPICE_FN vec3 wind_node(CoppiceTable table, uint node) {
   return vec3(float(word & 255u) / 255.0f, float(int(word << 16u) >> 24) / 127.0f, float(int(word << 8u) >> 24) / 127.0f);
 }
 
+// s
+COPPICE_FN float height_share(PlantWind field, float y) {
+  return clamp((y - field.base_y_m) * field.per_height_m, 0.0f, 1.0f);
+}
+COPPICE_FN vec2 bend_at(PlantWind field, float y) {
+  float s = height_share(field, y);
+  return vec2(s * s, s * s * s);
+}
+
 // gradient: out
 COPPICE_FN WindPlace wind_place(CoppiceTable table, PlantWind field, vec3 p, COPPICE_OUT(WindGradient) gradient) {
   WindPlace place;
-  float s = clamp((p.y - field.base_y_m) * field.per_height_m, 0.0f, 1.0f);
-  place.bend = s * s;
+  float s = height_share(field, p.y), per_m = s < 1.0f ? field.per_height_m : 0.0f;
+  place.bend = bend_at(field, p.y);
   place.grid = vec3(0.0f);
-  gradient.bend_y = s < 1.0f ? 2.0f * s * field.per_height_m : 0.0f;
+  gradient.bend_y = vec2(2.0f * s * per_m, 3.0f * s * s * per_m);
   gradient.grid_x = gradient.grid_y = gradient.grid_z = vec3(0.0f);
   if (field.node_side == 0u) return place;
   uint side = field.node_side;
@@ -157,7 +167,7 @@ COPPICE_FN WindHere wind_here(WindNow wind, vec3 foot) {
 // The motion of an instance at one moment; object space, m. load: the wind's at its place, without gusts
 struct Sway {
   vec3 bend, lean, sway_cos, sway_sin;
-  float load;
+  float fall, load;
 };
 
 // Neighbouring plants sway out of step: rad/m along x and z, in whole turns a cell.
@@ -181,7 +191,10 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
   vec3 across = oriented(to_object, vec3(-0.45f * here.direction.z, 0.6f, 0.45f * here.direction.x) + 0.66f * here.direction);
   Sway sway;
   sway.load = here.load;
-  sway.bend = field.bend_m * load * stem * along;
+  // A stem bends by the wind's force, which grows faster than leaves begin to stir.
+  float bend_m = field.bend_m * here.load * load * stem;
+  sway.bend = bend_m * along;
+  sway.fall = 2.0f / 3.0f * bend_m * bend_m * field.per_height_m;
   sway.lean = field.lean_m * load * along;
   sway.sway_cos = field.sway_m * load * cos(branch) * across;
   sway.sway_sin = field.sway_m * load * sin(branch) * across;
@@ -192,8 +205,12 @@ COPPICE_FN Sway sway_of(WindNow wind, PlantWind field, vec4 rotation, vec3 foot,
 COPPICE_FN vec3 grid_offset(vec3 grid, Sway sway) {
   return grid.x * sway.lean + grid.y * sway.sway_cos + grid.z * sway.sway_sin;
 }
+// The bend's: the offset for WindPlace::bend, its growth along y for a WindGradient's.
+COPPICE_FN vec3 bend_offset(vec2 bend, Sway sway) {
+  return bend.x * sway.bend - vec3(0.0f, bend.y * sway.fall, 0.0f);
+}
 COPPICE_FN vec3 wind_offset(WindPlace place, Sway sway) {
-  return place.bend * sway.bend + grid_offset(place.grid, sway);
+  return bend_offset(place.bend, sway) + grid_offset(place.grid, sway);
 }
 
 #ifdef __cplusplus

@@ -8,9 +8,7 @@
 
 CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0, 0, 0); }
 
-// Maximum motion of a leaf's tip by flutter at full load, object space, m: a small share of the plant, within the margin of culling's
-// bounds.
-const float kFlutterReach = 0.01;
+// Maximum motion of a leaf's tip by flutter at full load, object space, m.
 float flutter_reach_m(Instance instance) {
   float left_m = kMaxWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
   return clamp(left_m, 0.0, kFlutterReach * plants[instance.plant].sphere_radius);
@@ -28,10 +26,12 @@ Sway sway_in(WindNow wind, PlantWind field, Instance instance) {
   return sway_of(wind, field, instance.rotation, foot_of(instance), instance.position);
 }
 
-// Motion near a place, linear around it; object space, m: the place moves by offset, its surroundings by grow in addition.
+// Motion near a place; object space, m: the place moves by offset, its surroundings by grow in addition. Bending is not linear over a whole
+// plant: what is h m above or below the place moves by h^2 arc too.
 struct WindNear {
   vec3 offset;
   mat3 grow;
+  vec3 arc;
 };
 
 // radius_m: of the surroundings. A gradient is only valid within its cells: larger things move like their middle.
@@ -40,8 +40,11 @@ WindNear wind_near(PlantWind field, WindPlace middle, WindGradient gradient, flo
   WindNear moved;
   moved.offset = wind_offset(middle, sway);
   moved.grow[0] = near.x * grid_offset(gradient.grid_x, sway);
-  moved.grow[1] = near.y * grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend;
+  moved.grow[1] = near.y * grid_offset(gradient.grid_y, sway) + bend_offset(gradient.bend_y, sway);
   moved.grow[2] = near.z * grid_offset(gradient.grid_z, sway);
+  // Below the ground nothing bends.
+  float per_m2 = middle.bend.x > 0.0 ? field.per_height_m * field.per_height_m : 0.0;
+  moved.arc = per_m2 * bend_offset(vec2(1.0, 3.0 * sqrt(middle.bend.x)), sway);
   return moved;
 }
 
@@ -51,12 +54,13 @@ struct WindMoves {
   float load, load_before;
 };
 
-// p: at rest
-WindMoves wind_moves(Instance instance, vec3 p) {
+// p: at rest; anchor: where the grid is asked, at rest
+WindMoves wind_moves(Instance instance, vec3 p, vec3 anchor) {
   CoppiceTable table = table_of(instance.plant);
   PlantWind field = plant_wind(table);
   WindGradient unused;
-  WindPlace place = wind_place(table, field, p, unused);
+  WindPlace place = wind_place(table, field, anchor, unused);
+  place.bend = bend_at(field, p.y);
   Sway now = sway_in(view.wind, field, instance), before = sway_in(view.wind_before, field, instance_before(instance));
   return WindMoves(wind_offset(place, now), wind_offset(place, before), now.load, before.load);
 }

@@ -27,7 +27,7 @@ void main() {
   InstanceBlock block = blocks[index];
   if (block.radius_m < 0.0) return;
   vec3 center = from_eye(unpack_cell(block.cell_xy, block.cell_z), block.center);
-  float radius_m = block.radius_m + kMaxWindReach * view.wind.max_load * block.max_instance_radius_m;
+  float radius_m = block.radius_m + view.wind.max_reach * block.max_instance_radius_m;
   float nearest_m = size_distance_m(center) - block.radius_m;
   float size_px = coppice_projected_size_px(nearest_m, block.max_instance_radius_m, view.near_m, view.focal_px);
   if (culling_pass_of(size_px / float(push.height_px)) != push.culling_pass) return;

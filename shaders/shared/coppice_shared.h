@@ -260,8 +260,8 @@ COPPICE_GPU_LAYOUT(Plant, 188);
 // The wind of a frame. A gust is a sum of waves that travel with it; the wind repeats after kWindPeriod_s.
 const uint kWindWaves = 3;
 const float kWindPeriod_s = 256.0f;
-// Maximum motion of a plant, relative to its sphere's radius.
-const float kMaxWindReach = 0.05f;
+// Maximum motion of a plant, and of a leaf's tip by flutter within that, relative to its sphere's radius.
+const float kMaxWindReach = 0.8f, kFlutterReach = 0.01f;
 // Places in coppice_wind.map. One map is the frame's, the other that of the frame before. Row-major: velocity that is added to the wind, x
 // and z, m/s
 const uint kMaxMapPlaces = 256u * 256u, kWindMaps = 2u;
@@ -272,13 +272,14 @@ struct WindNow {
   float time_s;            // 0..kWindPeriod_s
   vec4 waves[kWindWaves];  // sine of (x * x + y * z + z), times w; for places from the view's eye, m
   float speed_mps;
-  float max_load;  // for any plant: load, and more if the map may add to it
-  uvec2 map;       // its first place in wind_maps, and 1; on the CPU its address. 0: there is no map
-  uvec2 map_size;  // places along x and z
-  vec2 map_first;  // x and z of the first one from the view's eye, m
+  float max_load;   // for any plant: load, and more if the map may add to it
+  float max_reach;  // maximum motion of any plant, relative to its sphere's radius
+  uvec2 map;        // its first place in wind_maps, and 1; on the CPU its address. 0: there is no map
+  uvec2 map_size;   // places along x and z
+  vec2 map_first;   // x and z of the first one from the view's eye, m
   vec2 map_places_per_m;
 };
-COPPICE_GPU_LAYOUT(WindNow, 112);
+COPPICE_GPU_LAYOUT(WindNow, 116);
 
 // One of a view's eyes. Planes' normals point inside: dot(xyz, p) + w >= 0.
 const uint kMaxEyes = 2;
@@ -327,7 +328,7 @@ struct View {
   WindNow wind, wind_before;  // wind_before: of the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1300);
+COPPICE_GPU_LAYOUT(View, 1308);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

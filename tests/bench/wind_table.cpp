@@ -1,5 +1,5 @@
-// What a gale of 25 m/s does to plants: how far they move, whether leaves stay on their twigs, whether crowns breathe. wind_figures.h says
-// what each column is.
+// What wind does to plants: how far the tip goes in 3, 8 and 15 m/s; in a gale of 25 m/s, how far leaves move, whether they stay on their
+// twigs, whether crowns breathe. wind_figures.h says what each column is.
 //   wind_table [PLANT.glb ...]   the three generated plants, then those
 
 #include <cstdio>
@@ -20,7 +20,8 @@ void print_row(const std::string& name, coppice::Result<coppice::bake::Plant> pl
   }
   try {
     const coppice::test::WindFigures of = coppice::test::wind_figures(std::move(*plant));
-    std::printf("| %s | %.1f | %.1f | %.1f | %.1f | %.1f %% | %.1f %% | %.2f | %.2f | %.2f | %.2f | %.1f |\n", name.c_str(), of.radius_m,
+    std::printf("| %s | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f %% | %.1f %% | %.2f | %.2f | %.2f | %.2f | %.1f |\n",
+                name.c_str(), of.radius_m, 100 * of.tip_shares[0], 100 * of.tip_shares[1], 100 * of.tip_shares[2], 100 * of.stretch_max,
                 100 * of.move_median_m, 100 * of.move_max_m, 100 * of.reach_m, 100 * of.reach_m / of.radius_m, 100 * of.growth,
                 100 * of.gap_median, 100 * of.gap_99, 100 * of.gap_max, 100 * of.volume_max, 100 * of.squeeze_max);
   } catch (const std::exception& failure) {
@@ -33,9 +34,12 @@ void print_row(const std::string& name, coppice::Result<coppice::bake::Plant> pl
 
 int main(int count, char** words) {
   std::printf(
-      "| plant | radius, m | median leaf, cm | farthest leaf, cm | reach, cm | of the radius | growth | gap: median, %% of the leaf | 99 "
+      "| plant | radius, m | tip, %% of the height: 3 m/s | 8 m/s | 15 m/s | stretch, %% | median leaf, cm | farthest leaf, cm | reach, cm "
+      "| of the radius | growth | gap: median, %% of the leaf | 99 "
       "of 100 "
-      "| most | volume of the crown, %% | about a leaf, %% |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "| most | volume of the crown, %% | about a leaf, %% |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | "
+      "--- | --- "
+      "| --- | --- |\n");
   for (const char* species : {"corylus", "willow", "juniper"}) print_row(species, coppice::bake::generate_plant(species, 1));
   for (int i = 1; i < count; ++i) print_row(std::filesystem::path(words[i]).stem().string(), coppice::bake::import_gltf(words[i], {}));
   return 0;

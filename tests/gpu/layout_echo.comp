@@ -69,7 +69,7 @@ void put_plant() {
 void put_wind(WindNow wind) {
   put(wind.direction); put(wind.load); put(wind.gustiness); put(wind.time_s);
   for (uint i = 0; i < kWindWaves; ++i) put(wind.waves[i]);
-  put(wind.speed_mps); put(wind.max_load); put(wind.map); put(wind.map_size); put(wind.map_first); put(wind.map_places_per_m);
+  put(wind.speed_mps); put(wind.max_load); put(wind.max_reach); put(wind.map); put(wind.map_size); put(wind.map_first); put(wind.map_places_per_m);
 }
 
 void put_view() {

@@ -236,7 +236,9 @@ void damage_wind(Damage& damage, const Bytes& good) {
   damage.set("wind_node_reserved", "wind node reserved", node + 3, std::uint8_t{1});
   damage.set_reported_at("wind_move", "wind move", wind + offsetof(coppice_file_wind, sway_m), 1e3f,
                          wind + offsetof(coppice_file_wind, bend_m));
-  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, height_m), 1e-3f,
+  damage.set_reported_at("wind_bent", "wind bend", wind + offsetof(coppice_file_wind, height_m), 1e-3f,
+                         wind + offsetof(coppice_file_wind, bend_m));
+  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, box_min) + 4, 1e-3f,
                          wind + offsetof(coppice_file_wind, bend_m));
 }
 

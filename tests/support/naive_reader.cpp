@@ -287,7 +287,7 @@ void read_errors(NaiveBytes bytes, const Counts& counts, NaivePlant& plant) {
 
 /// Section 13, its formulas as they stand there.
 double wind_growth(const NaiveWind& wind) {
-  if (wind.side == 0) return 2.0 * wind.bend_m / wind.height_m;
+  if (wind.side == 0) return 0.0;
   const std::size_t n = wind.side;
   const auto node = [&](std::size_t x, std::size_t y, std::size_t z) { return wind.nodes[x + n * y + n * n * z]; };
   double most = 0;
@@ -306,11 +306,7 @@ double wind_growth(const NaiveWind& wind) {
             edge(1, node(x + i, y, z + k), node(x + i, y + 1, z + k));
             edge(2, node(x + i, y + k, z), node(x + i, y + k, z + 1));
           }
-        const double top =
-            wind.box_min[1] + (double{wind.box_max[1]} - wind.box_min[1]) * static_cast<double>(y + 1) / static_cast<double>(n - 1);
-        const double s = y + 2 == n ? 1.0 : std::clamp((top - wind.base_y_m) / wind.height_m, 0.0, 1.0);
-        most = std::max(most, 2.0 * wind.bend_m * s / wind.height_m + wind.lean_m * std::hypot(lean[0], lean[1], lean[2]) +
-                                  wind.sway_m * std::hypot(sway[0], sway[1], sway[2]));
+        most = std::max(most, wind.lean_m * std::hypot(lean[0], lean[1], lean[2]) + wind.sway_m * std::hypot(sway[0], sway[1], sway[2]));
       }
   return most;
 }
@@ -357,7 +353,9 @@ void read_wind(NaiveBytes bytes, NaivePlant& plant) {
   double most = 0;
   for (const NaiveWindNode& node : wind.nodes)
     most = std::max(most, wind.lean_m * node.lean + wind.sway_m * std::hypot(node.sway_cos, node.sway_sin));
-  naive_must(wind.bend_m + most <= 0.05 * plant.sphere_radius, "wind move");
+  naive_must(wind.bend_m <= 0.4 * wind.height_m, "wind bend");
+  const double fall = 2.0 / 3.0 * wind.bend_m * wind.bend_m / wind.height_m;
+  naive_must(wind.bend_m + fall + most <= 0.8 * plant.sphere_radius, "wind move");
   naive_must(wind_growth(wind) <= 0.08, "wind growth");
 }
 

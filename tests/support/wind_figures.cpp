@@ -14,6 +14,7 @@
 #include "frame_wind.h"
 #include "leaf_cards.h"
 #include "wind.h"
+#include "wood_joints.h"
 
 namespace coppice::test {
 namespace {
@@ -103,7 +104,8 @@ class Field {
   [[nodiscard]] double volume(const glm::vec3& at, const Sway& sway) const {
     gpu::WindGradient gradient;
     static_cast<void>(gpu::wind_place(table_, plant_, {at.x, at.y, at.z}, gradient));
-    const vec3 x = gpu::grid_offset(gradient.grid_x, sway), y = gpu::grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
+    const vec3 x = gpu::grid_offset(gradient.grid_x, sway),
+               y = gpu::grid_offset(gradient.grid_y, sway) + gpu::bend_offset(gradient.bend_y, sway),
                z = gpu::grid_offset(gradient.grid_z, sway);
     return glm::determinant(glm::dmat3(1.0) + glm::dmat3({x.x, x.y, x.z}, {y.x, y.y, y.z}, {z.x, z.y, z.z}));
   }
@@ -115,14 +117,15 @@ class Field {
   PlantWind plant_{};
 };
 
-std::vector<Sway> moments(const PlantWind& field) {
+/// Moments of a wind; every second one has gusts if `gusty` is above 0.
+std::vector<Sway> moments(const PlantWind& field, float speed_mps, float gusty) {
   std::vector<Sway> all;
   for (int i = 0; i < kMoments; ++i) {
     const float turn = 2.4f * static_cast<float>(i);
     const coppice_wind wind{.struct_size = sizeof(coppice_wind),
                             .direction = {std::cos(turn), 0.0f, std::sin(turn)},
-                            .speed = kGale_mps,
-                            .gustiness = i % 2 == 0 ? 0.0f : 0.5f,
+                            .speed = speed_mps,
+                            .gustiness = i % 2 == 0 ? 0.0f : gusty,
                             .time_s = 1.37 * i};
     all.push_back(gpu::sway_of(wind_now({wind}, {0, 0, 0}), field, {0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}));
   }
@@ -147,7 +150,6 @@ double value_at(std::vector<double> values, double share) {
 
 /// One of the leaves that are looked at.
 struct Leaf {
-  glm::vec3 anchor{0.0f};  ///< the quad's corner with which it moves
   glm::dvec3 stalk{0.0}, middle{0.0};
   double length_m = 0.0;
   OnWood wood;
@@ -160,9 +162,37 @@ std::vector<Leaf> leaves_of(std::span<const bake::Quad> quads, const bake::Mesh&
   for (std::size_t i = 0; i < quads.size(); i += std::max<std::size_t>(step, 1)) {
     const bake::Quad& quad = quads[i];
     const glm::dvec3 stalk = 0.5 * (glm::dvec3(quad[0]) + glm::dvec3(quad[3])), tip = 0.5 * (glm::dvec3(quad[1]) + glm::dvec3(quad[2]));
-    leaves.push_back({quad[0], stalk, 0.5 * (stalk + tip), glm::distance(stalk, tip), wood.nearest(stalk)});
+    leaves.push_back({stalk, 0.5 * (stalk + tip), glm::distance(stalk, tip), wood.nearest(stalk)});
   }
   return leaves;
+}
+
+/// The largest change of an edge's length, as a share. Of many triangles some are looked at, evenly.
+double stretch_of(const bake::Mesh& mesh, const Field& field, std::span<const Sway> sways) {
+  constexpr std::size_t kMaxTriangles = 2000;
+  const std::size_t step = 3 * (mesh.indices.size() / 3 / kMaxTriangles + 1);
+  double largest = 0.0;
+  for (std::size_t first = 0; first < mesh.indices.size(); first += step) {
+    const auto corners = bake::at_corners(mesh.positions, mesh.indices, first);
+    for (const Sway& sway : sways)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const glm::vec3 &from = corners[i], &to = corners[(i + 1) % 3];
+        const glm::dvec3 edge = glm::dvec3(to) - glm::dvec3(from), moved = edge + field.offset(to, sway) - field.offset(from, sway);
+        if (glm::length(edge) > 0.0) largest = std::max(largest, std::abs(glm::length(moved) / glm::length(edge) - 1.0));
+      }
+  }
+  return largest;
+}
+
+void add_bending(const bake::Plant& plant, std::span<const bake::Quad> quads, const Field& field, WindFigures& figures) {
+  std::vector<glm::vec3> places = plant.wood.positions;
+  for (const bake::Quad& quad : quads) places.insert(places.end(), quad.begin(), quad.end());
+  const glm::vec3 tip = *std::ranges::max_element(places, {}, &glm::vec3::y);
+  for (std::size_t i = 0; i < kTipWinds_mps.size(); ++i)
+    for (const Sway& sway : moments(field.plant(), kTipWinds_mps[i], 0.0f))
+      figures.tip_shares[i] = std::max(figures.tip_shares[i], glm::length(field.offset(tip, sway)) * double{field.plant().per_height_m});
+  const std::vector<Sway> sways = moments(field.plant(), kTipWinds_mps.back(), 0.0f);
+  figures.stretch_max = std::max(stretch_of(plant.wood, field, sways), stretch_of(plant.foliage, field, sways));
 }
 
 }  // namespace
@@ -178,18 +208,22 @@ WindFigures wind_figures(bake::Plant plant, std::uint32_t max_leaves) {
   }
   const bake::Sphere sphere = bake::plant_sphere(foliage, plant.wood);
   const bake::Wind wind = bake::wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {});
-  WindFigures figures{
-      .radius_m = sphere.radius, .reach_m = max_wind_move_m({wind.head, wind.nodes}), .growth = max_wind_growth({wind.head, wind.nodes})};
+  bake::add_joints(wind.head, plant.wood);
+  WindFigures figures{.radius_m = sphere.radius,
+                      .bend_share = double{wind.head.bend_m} / wind.head.height_m,
+                      .reach_m = max_wind_move_m({wind.head, wind.nodes}),
+                      .growth = max_wind_growth({wind.head, wind.nodes})};
   const std::vector<Leaf> leaves = leaves_of(std::span<const bake::Quad>(foliage.quads).first(plant.leaves.size()), plant.wood, max_leaves);
   const Field field(wind);
   std::vector<double> gaps(leaves.size(), 0.0), moves_m(leaves.size(), 0.0);
   std::vector<glm::dvec3> at_rest, moved(leaves.size());
   for (const Leaf& leaf : leaves) at_rest.push_back(leaf.middle);
-  for (const Sway& sway : moments(field.plant())) {
+  add_bending(plant, foliage.quads, field, figures);
+  for (const Sway& sway : moments(field.plant(), kGale_mps, 0.5f)) {
     for (std::size_t i = 0; i < leaves.size(); ++i) {
       const Leaf& leaf = leaves[i];
-      const glm::dvec3 by = field.offset(leaf.anchor, sway);
-      moved[i] = leaf.middle + by;
+      const glm::dvec3 by = field.offset(glm::vec3(leaf.stalk), sway);
+      moved[i] = leaf.middle + field.offset(glm::vec3(leaf.middle), sway);
       moves_m[i] = std::max(moves_m[i], glm::length(by));
       figures.squeeze_max = std::max(figures.squeeze_max, std::abs(field.volume(glm::vec3(leaf.middle), sway) - 1.0));
       if (plant.wood.indices.empty() || !(leaf.length_m > 0.0)) continue;
@@ -201,7 +235,7 @@ WindFigures wind_figures(bake::Plant plant, std::uint32_t max_leaves) {
       const double gap_m = glm::distance(leaf.stalk + by, wood);
       gaps[i] = std::max(gaps[i], std::abs(gap_m - leaf.wood.distance_m) / std::max(leaf.length_m, leaf.wood.distance_m));
     }
-    if (const double rest = spread(at_rest); rest > 0.0)
+    if (const double rest = spread(at_rest); rest > 1e-6 * std::pow(double{sphere.radius}, 3))  // not a crown that is flat
       figures.volume_max = std::max(figures.volume_max, std::abs(spread(moved) / rest - 1.0));
   }
   figures.move_median_m = value_at(moves_m, 0.5);

@@ -82,19 +82,19 @@ TEST(WindField, GrowthOfKnownFields) {
   for (std::size_t i = 2; i < 8; ++i)
     if (i / 2 % 2 == 1) nodes[i].sway_cos = 127, nodes[i].sway_sin = -127;  // along y, over 4 m
   EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0, 1e-8);
-  head.bend_m = 0.2f;
-  EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0 + 2.0 * 0.2 / 4.0, 1e-8);
-  EXPECT_NEAR(max_wind_move_m({head, nodes}), 0.2 + 0.1 + 0.1 * std::sqrt(2.0), 1e-7);
+  head.bend_m = 0.6f;
+  EXPECT_NEAR(max_wind_growth({head, nodes}), 0.1 / 2.0 + 0.1 * std::sqrt(2.0) / 4.0, 1e-8) << "bending does not count";
+  EXPECT_NEAR(wind_fall_m(head), 2.0 / 3.0 * 0.6 * 0.6 / 4.0, 1e-7);
+  EXPECT_NEAR(max_wind_move_m({head, nodes}), 0.6 + 0.06 + 0.1 + 0.1 * std::sqrt(2.0), 1e-7);
   head.node_side = 0;
-  EXPECT_NEAR(max_wind_growth({head, {}}), 0.1, 1e-8);
+  EXPECT_EQ(max_wind_growth({head, {}}), 0.0);
 }
 
-/// All that a renderer may make of it: the wind along x, a swing at `phase`, along x too.
+/// All that a renderer may make of lean and sway: the wind along x, a swing at `phase`, along x too.
 std::array<double, 3> moved(const WindField& field, const Point& at, double phase) {
   const WindSample found = sample(field, at);
-  const double share = wind_height_share(field.head, at[1]);
   const double sway = found.sway_cos * std::cos(phase) + found.sway_sin * std::sin(phase);
-  return {at[0] + field.head.bend_m * share * share + field.head.lean_m * found.lean + field.head.sway_m * sway, at[1], at[2]};
+  return {at[0] + field.head.lean_m * found.lean + field.head.sway_m * sway, at[1], at[2]};
 }
 
 TEST(WindField, NoTwoPointsMoveApartFasterThanItsGrowth) {
@@ -103,9 +103,7 @@ TEST(WindField, NoTwoPointsMoveApartFasterThanItsGrowth) {
   double max_share = 0.0;
   for (const std::uint32_t side : {2u, 4u, 8u}) {
     const auto nodes = random_nodes(side, side);
-    coppice_file_wind head = box_head(side);
-    head.bend_m = 0.3f;
-    const WindField field{head, nodes};
+    const WindField field{box_head(side), nodes};
     const double growth = max_wind_growth(field);
     for (int i = 0; i < 20000; ++i) {
       // Now and then outside the box.
@@ -128,12 +126,18 @@ TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {
   const std::vector<coppice_file_wind_node> nodes(8);
   EXPECT_TRUE(check_wind_head(kStillWind, 0));
   EXPECT_TRUE(check_wind_field({kStillWind, {}}, 0.0, 0));
-  head.bend_m = 0.0999f;
+  head.bend_m = 1.59f;  // and 0.42 down
   EXPECT_TRUE(check_wind_head(head, 0));
-  EXPECT_TRUE(check_wind_field({head, nodes}, 2.0, 0));
-  EXPECT_FALSE(check_wind_field({head, nodes}, 1.9, 0)) << "moves further than a twentieth of the radius";
-  head.height_m = 2.4f;
-  EXPECT_FALSE(check_wind_field({head, nodes}, 2.0, 0)) << "grows by more than 0.08";
+  EXPECT_TRUE(check_wind_field({head, nodes}, 2.52, 0));
+  EXPECT_FALSE(check_wind_field({head, nodes}, 2.5, 0)) << "moves further than 0.8 of the radius";
+  head.bend_m = 1.61f;
+  EXPECT_FALSE(check_wind_field({head, nodes}, 9.0, 0)) << "bends by more than 0.4 of the height";
+  head.bend_m = 0.0f;
+  auto leaning = nodes;
+  leaning[1].lean = 255;  // over 2 m along x and z, and 4 m along y: a gradient of 0.75 / m
+  EXPECT_TRUE(check_wind_field({head, leaning}, 9.0, 0));
+  head.lean_m = 0.11f;
+  EXPECT_FALSE(check_wind_field({head, leaning}, 9.0, 0)) << "grows by more than 0.08";
 
   coppice_file_wind low = box_head(2), flat = box_head(2);
   low.height_m = 1e-42f;

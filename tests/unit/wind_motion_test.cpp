@@ -21,7 +21,7 @@ class WindMotion : public testing::Test {
   WindMotion() : random_(7), words_(kWindWord) {
     coppice_file_wind head = kStillWind;
     head.height_m = 10.0f;
-    head.bend_m = 0.2f;
+    head.bend_m = 2.0f;
     head.lean_m = 0.1f;
     head.sway_m = 0.08f;
     head.stem_period_s = 3.0f;
@@ -48,6 +48,10 @@ class WindMotion : public testing::Test {
     const float x = between(-1, 1), y = between(-1, 1), z = between(-1, 1), w = between(-1, 1),
                 r = inversesqrt(x * x + y * y + z * z + w * w);
     return {x * r, y * r, z * r, w * r};
+  }
+  vec4 rotation_about_up() {
+    const float turn = between(-3.1f, 3.1f);
+    return {0.0f, std::sin(turn), 0.0f, std::cos(turn)};
   }
   [[nodiscard]] PlantWind plant() const { return plant_wind(table_); }
   [[nodiscard]] WindPlace at(const vec3& p) const {
@@ -80,7 +84,8 @@ TEST_F(WindMotion, TheGridIsTheFiles) {
     EXPECT_NEAR(actual.grid.y, expected.sway_cos, 1e-5f);
     EXPECT_NEAR(actual.grid.z, expected.sway_sin, 1e-5f);
     const float s = wind_height_share(field_.head, p.y);
-    EXPECT_NEAR(actual.bend, s * s, 1e-5f);
+    EXPECT_NEAR(actual.bend.x, s * s, 1e-5f);
+    EXPECT_NEAR(actual.bend.y, s * s * s, 1e-5f);
   }
 }
 
@@ -91,11 +96,12 @@ TEST_F(WindMotion, GradientsAreThoseOfTheField) {
     WindGradient gradient;
     const WindPlace here = wind_place(table_, plant(), p, gradient);
     const Sway sway = sway_of(wind_now({blowing(20, 3)}, {0, 0, 0}), plant(), {0, 0, 0, 1}, {1, 2, 3}, {1, 2, 3});
-    const vec3 grow[3] = {grid_offset(gradient.grid_x, sway), grid_offset(gradient.grid_y, sway) + gradient.bend_y * sway.bend,
+    const vec3 grow[3] = {grid_offset(gradient.grid_x, sway), grid_offset(gradient.grid_y, sway) + bend_offset(gradient.bend_y, sway),
                           grid_offset(gradient.grid_z, sway)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       vec3 next = p;
       next[axis] += kStep_m;
+      if ((p.y < 10.0f) != (next.y < 10.0f)) continue;  // the bend ends with the plant
       const vec3 difference = wind_offset(at(next), sway) - wind_offset(here, sway);
       // Where a cell, or the box, ends between the two the gradient is that of one side.
       EXPECT_LE(length(difference - grow[axis] * kStep_m), 0.1f * kStep_m);
@@ -117,6 +123,31 @@ TEST_F(WindMotion, NothingIsMovedBeyondTheReach) {
   }
   EXPECT_GT(furthest, 0.2f) << "it moves";
   EXPECT_EQ(kMaxWindReach, static_cast<float>(COPPICE_MAX_WIND_MOVE));
+}
+
+/// A stem that stands upright, in the strongest wind and at its most bent.
+TEST_F(WindMotion, StemsKeepTheirLength) {
+  coppice_file_wind head = field_.head;
+  head.bend_m = static_cast<float>(COPPICE_MAX_WIND_BEND) * head.height_m;
+  head.node_side = 0;
+  pack_wind({head, {}}, std::span(words_).subspan(kWindWord));
+  float farthest_m = 0.0f;
+  for (int moment = 0; moment < 50; ++moment) {
+    const Sway sway = sway_of(wind_now({blowing(25, 0.37 * moment)}, {0, 0, 0}), plant(), rotation_about_up(), {0, 0, 0}, place());
+    constexpr int kPieces = 200;
+    float length_m = 0.0f;
+    vec3 before = wind_offset(at({0, 0, 0}), sway);
+    for (int i = 1; i <= kPieces; ++i) {
+      const float y = 10.0f * static_cast<float>(i) / kPieces;
+      const vec3 here = vec3{0, y, 0} + wind_offset(at({0, y, 0}), sway);
+      EXPECT_GT(here.y, before.y) << "it does not fold";
+      length_m += length(here - before);
+      before = here;
+    }
+    EXPECT_NEAR(length_m, 10.0f, 0.08f);
+    farthest_m = std::max(farthest_m, std::hypot(before.x, before.z));
+  }
+  EXPECT_GT(farthest_m, 3.0f);
 }
 
 TEST_F(WindMotion, StillAirMovesNothingAtAll) {

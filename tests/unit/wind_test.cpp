@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <numbers>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@
 #include "wind_field.h"
 #include "wood_bending.h"
 #include "wood_graph.h"
+#include "wood_joints.h"
 #include "wood_plants.h"
 #include "wood_skeleton.h"
 
@@ -220,6 +223,50 @@ TEST(WoodBending, AMastBendsAsACantileverDoes) {
   EXPECT_NEAR(bend.top_m, at_top_m + own_m, 0.03 * (at_top_m + own_m));
   EXPECT_EQ(bend.rings.front().offset_m, 0.0);
   for (const RingBend& ring : bend.rings) EXPECT_TRUE(ring.is_stem);
+}
+
+double area_m2(const Mesh& mesh) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const auto [a, b, c] = at_corners(mesh.positions, mesh.indices, i);
+    sum += 0.5 * glm::length(glm::cross(b - a, c - a));
+  }
+  return sum;
+}
+
+TEST(WoodJoints, LongPiecesAreDividedAndStayTogether) {
+  coppice_file_wind wind = kStillWind;
+  wind.height_m = 2.0f;
+  const auto tube = [](std::uint32_t ring_count) {
+    Mesh wood;
+    append_tube({{0, 0, 0}, {0.3f, 2, 0}, 0.02f, 0.01f, ring_count}, wood);
+    return wood;
+  };
+  const Mesh plain = tube(2);
+  Mesh divided = plain, stiff = plain, fine = tube(20);
+  wind.bend_m = 0.06f;
+  add_joints(wind, stiff);
+  EXPECT_EQ(stiff.positions, plain.positions) << "it hardly bends";
+  wind.bend_m = 0.6f;
+  add_joints(wind, divided);
+  EXPECT_NEAR(area_m2(divided), area_m2(plain), 1e-5);
+  ASSERT_EQ(divided.triangle_materials.size(), divided.indices.size() / 3);
+  ASSERT_EQ(divided.normals.size(), divided.positions.size());
+  ASSERT_EQ(divided.uvs.size(), divided.positions.size());
+  std::map<std::set<std::uint32_t>, int> sides;
+  float longest_m = 0.0f;
+  for (std::size_t i = 0; i < divided.indices.size(); ++i) {
+    const std::uint32_t from = divided.indices[i], to = divided.indices[i % 3 == 2 ? i - 2 : i + 1];
+    ++sides[{from, to}];
+    longest_m = std::max(longest_m, std::abs(divided.positions[to].y - divided.positions[from].y));
+  }
+  EXPECT_LE(longest_m, 0.8f);
+  for (const auto& [ends, count] : sides) {
+    const float y = divided.positions[*ends.begin()].y;
+    EXPECT_TRUE(count == 2 || y < 0.1f || y > 1.9f) << "no side ends at " << y;
+  }
+  add_joints(wind, fine);
+  EXPECT_EQ(fine.positions, tube(20).positions);
 }
 
 TEST(Wind, TheStemBendsAndTheBranchLeansTowardsItsTip) {

@@ -34,12 +34,12 @@ constexpr double kShownShare = 0.5, kFullShare = 0.7;
 constexpr double kLeafSlope = 0.1, kBladeSlope = 0.5;
 /// Minimum lean of the leaves that lean most, relative to the radius: leaves stir on any plant.
 constexpr double kMinLean = 0.04;
-/// Share of a plant's deflection that is shown: the limits are a fraction of what slender plants do in a gale, and stout plants should
-/// differ from them.
-constexpr double kShownBend = 0.3, kShownLean = 0.4;
-/// Shares of the limits for the bend alone, for the bend beside a grid, and for lean and sway together: larger ones would exceed the limit
-/// of growth.
-constexpr double kLoneBendPart = 0.99, kBendPart = 0.4, kLeanPart = 0.6;
+/// Usual bend of a model in a gale, as computed, relative to the height.
+constexpr double kUsualBend = 0.014;
+/// Limits of the bend: of herbs and of trees by height, of all relative to the radius.
+constexpr double kHerb_m = 2.5, kHerbBend = 0.32, kTree_m = 6.0, kTreeBend = 0.06, kRadiusBend = 0.6;
+/// Share of the leaning and swaying that is shown, and the limit for both together, relative to the radius.
+constexpr double kShownLean = 0.4, kMaxLean = 0.06;
 /// How many leaves of its size a ring counts for in the motion of its place. A stem's ring counts more: inside a crown it must not follow
 /// the leaves.
 constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
@@ -266,6 +266,20 @@ double tree_period_s(const Beam& beam) {
   return 1.0 / frequency_hz;
 }
 
+/// Bend of the top in a gale. Grasses and crops bend by a third of their height, trees by a twentieth. Stems of models are often thicker
+/// than real ones, and what they bend by goes with the fourth power of that: the root keeps their order and evens them out.
+/// computed_m: by wood_bending.h
+double shown_bend_m(double computed_m, double softness, double height_m, double radius_m) {
+  const double grown = std::clamp((height_m - kHerb_m) / (kTree_m - kHerb_m), 0.0, 1.0);
+  const double max_m = std::min((kHerbBend + grown * (kTreeBend - kHerbBend)) * height_m, kRadiusBend * radius_m);
+  return held_below(softness * std::sqrt(computed_m / (kUsualBend * height_m)) * max_m, max_m);
+}
+
+/// What a force of about its weight bends as far swings as a pendulum of this length.
+double pendulum_period_s(double bend_m) {
+  return 1.4 * std::numbers::pi * std::sqrt(bend_m / 9.81);
+}
+
 float believed_period(double period_s) {
   return static_cast<float>(std::clamp(period_s, kMinPeriod_s, kMaxPeriod_s));
 }
@@ -288,7 +302,8 @@ void set_box(const Box& all, const Stand& stand, double min_m, coppice_file_wind
 void keep_within_limits(double radius_m, Wind& wind) {
   const auto keeps = [&] {
     const WindField field{wind.head, wind.nodes};
-    return max_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m && max_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
+    return field.head.bend_m <= COPPICE_MAX_WIND_BEND * field.head.height_m && max_wind_move_m(field) <= COPPICE_MAX_WIND_MOVE * radius_m &&
+           max_wind_growth(field) <= COPPICE_MAX_WIND_GROWTH;
   };
   const auto shrink = [&](float share) { wind.head.bend_m *= share, wind.head.lean_m *= share, wind.head.sway_m *= share; };
   for (int i = 0; i < 100 && !keeps(); ++i) shrink(0.99f);
@@ -316,18 +331,16 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   coppice_file_wind& head = wind.head;
   head.base_y_m = static_cast<float>(stand.base_y_m);
   head.height_m = static_cast<float>(std::max(stand.height_m(), 0.01 * radius_m));
-  head.stem_period_s = believed_period(motion.stem.length_m > 0.0 ? tree_period_s(motion.stem) : 1.0);
+  const double softness = 1.0 / std::min(options.stiffness, 1.0f);
+  const double bend_m = stand.hangs ? 0.0 : shown_bend_m(motion.bend_m, softness, head.height_m, radius_m);
+  head.stem_period_s = believed_period(std::max(motion.stem.length_m > 0.0 ? tree_period_s(motion.stem) : 1.0, pendulum_period_s(bend_m)));
   head.branch_period_s = believed_period(motion.branches.length_m > 0.0 ? 2.0 * tree_period_s(motion.branches) : 0.5 * head.stem_period_s);
   set_box(all, stand, 0.05 * radius_m, head);
   if (!options.moves) return wind;
 
-  const double softness = 1.0 / std::min(options.stiffness, 1.0f), max_m = COPPICE_MAX_WIND_MOVE * radius_m;
-  // The bend's gradient is 2 bend_m / height_m.
   head.node_side = wind_node_side(source.leaves.size());
-  const double bend_part = head.node_side > 0 ? kBendPart : kLoneBendPart;
-  const double max_bend_m = bend_part * std::min(max_m, 0.5 * COPPICE_MAX_WIND_GROWTH * head.height_m);
-  head.bend_m = stand.hangs ? 0.0f : static_cast<float>(held_below(softness * kShownBend * motion.bend_m, max_bend_m));
-  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kLeanPart * max_m);
+  head.bend_m = static_cast<float>(bend_m);
+  const double lean_m = held_below(softness * kShownLean * motion.lean_m, kMaxLean * radius_m);
   if (head.node_side > 0) {
     head.lean_m = head.sway_m = static_cast<float>(0.5 * lean_m);
     wind = wind_grid(motion.points, {head, radius_m, stand.hangs});

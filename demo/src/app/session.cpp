@@ -183,7 +183,7 @@ std::uint64_t arrivals_of(const coppice_stats& stats) {
   return stats.streamed[COPPICE_STREAMED_ALL].loaded + stats.streamed[COPPICE_STREAMED_ALL].evicted + stats.scene_tiles_resident;
 }
 
-/// How far the wind moves the largest plants to and fro, at most: a twentieth of their radius in a gale, and less in less (coppice_wind).
+/// How far the wind moves the largest plants to and fro, about: trees by a twentieth of their radius in a gale, and less in less.
 /// load: coppice_gusts'
 float sway_m(const Session& session, float load) {
   constexpr float kUnknownRadius_m = 5;  // assumed radius of a scene's plant

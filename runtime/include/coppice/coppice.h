@@ -801,8 +801,8 @@ COPPICE_API coppice_status coppice_sun_camera(const coppice_context* context, co
 
 /* Describes the wind on all plants of a context. The place of a point depends only on this struct and on its place at rest, so every level
  * of detail and every view agree. Stems bend, boughs sway and leaves flutter as far as the file says (coppice bake --wind-stiffness); gusts
- * travel. A gale of 25 m/s moves no point by more than a twentieth of the radius of the plant's bounding sphere, and stronger winds move it
- * no further. */
+ * travel. A gale of 25 m/s bends stems by no more than 0.4 of the plant's height, moves no point by more than 0.8 of the radius of its
+ * bounding sphere, and stronger winds move it no further. */
 typedef struct coppice_wind {
   uint32_t struct_size;
   /* The direction that the wind blows to, unit, world space. Its horizontal part counts; straight up or down is still air. Default 1 0 0.

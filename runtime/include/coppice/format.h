@@ -44,9 +44,10 @@
 
 /* Maximum of nodes along each axis of a WIND chunk's grid. */
 #define COPPICE_MAX_WIND_SIDE 8u
-/* Limits of motion in full wind: how far any point moves, as a share of sphere_radius, and how much a metre of the plant grows. Therefore a
- * part's bounding sphere holds the part in any wind if it moves with its centre and its radius grows by the second share. */
-#define COPPICE_MAX_WIND_MOVE 0.05
+/* Limits of motion in full wind: how far any point moves, as a share of sphere_radius; bend_m as a share of height_m; and how much lean and
+ * sway move two points against each other, as a share of their distance. */
+#define COPPICE_MAX_WIND_MOVE 0.8
+#define COPPICE_MAX_WIND_BEND 0.4
 #define COPPICE_MAX_WIND_GROWTH 0.08
 /* Limits of natural periods, in seconds. */
 #define COPPICE_MIN_WIND_PERIOD_S 0.1f
@@ -160,8 +161,9 @@ typedef struct coppice_file_card {
  * sphere. */
 
 /* WIND chunk: says how wind moves the plant. Let w be the wind's horizontal direction and s the height above base_y_m divided by height_m,
- * 0..1. A point moves by w bend_m s^2, by w lean_m lean, and by sway_m (sway_cos, sway_sin) as the two phases of a swing. lean, sway_cos
- * and sway_sin are trilinear between the nodes of the grid; a point outside the box takes those of the box's nearest point. */
+ * 0..1. A point moves by w bend_m s^2 and down by 2/3 bend_m^2 / height_m s^3, so that a stem keeps its length; by w lean_m lean, and by
+ * sway_m (sway_cos, sway_sin) as the two phases of a swing. lean, sway_cos and sway_sin are trilinear between the nodes of the grid; a
+ * point outside the box takes those of the box's nearest point. */
 typedef struct coppice_file_wind {
   float base_y_m;        /* height of the plant's base */
   float height_m;        /* >= 1e-30: from the base to the top */

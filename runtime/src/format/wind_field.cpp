@@ -53,9 +53,7 @@ double cell_growth(const WindField& field, const Cell& cell) {
     lean_squared += slopes.lean_per_m * slopes.lean_per_m;
     sway_squared += slopes.sway_per_m * slopes.sway_per_m;
   }
-  const double top_m = head.box_min[1] + (double{head.box_max[1]} - head.box_min[1]) * (cell[1] + 1) / cells;
-  const double share = cell[1] + 1 == cells ? 1.0 : std::clamp((top_m - head.base_y_m) / head.height_m, 0.0, 1.0);
-  return 2.0 * head.bend_m * share / head.height_m + head.lean_m * std::sqrt(lean_squared) + head.sway_m * std::sqrt(sway_squared);
+  return head.lean_m * std::sqrt(lean_squared) + head.sway_m * std::sqrt(sway_squared);
 }
 
 struct NamedField {
@@ -65,6 +63,10 @@ struct NamedField {
 };
 
 }  // namespace
+
+double wind_fall_m(const coppice_file_wind& head) {
+  return 2.0 / 3.0 * head.bend_m * head.bend_m / head.height_m;
+}
 
 float wind_height_share(const coppice_file_wind& head, float y_m) {
   return std::clamp((y_m - head.base_y_m) / head.height_m, 0.0f, 1.0f);
@@ -102,13 +104,12 @@ double max_wind_move_m(const WindField& field) {
   double most_m = 0.0;
   for (const Node& node : field.nodes)
     most_m = std::max(most_m, field.head.lean_m * (node.lean / 255.0) + field.head.sway_m * length(node.sway_cos, node.sway_sin));
-  return field.head.bend_m + most_m;
+  return field.head.bend_m + wind_fall_m(field.head) + most_m;
 }
 
 double max_wind_growth(const WindField& field) {
   const std::uint32_t cells = std::max(field.head.node_side, 1u) - 1;
-  double maximum = 2.0 * field.head.bend_m / field.head.height_m;
-  if (cells > 0) maximum = 0.0;
+  double maximum = 0.0;
   for (std::uint32_t z = 0; z < cells; ++z)
     for (std::uint32_t y = 0; y < cells; ++y)
       for (std::uint32_t x = 0; x < cells; ++x) maximum = std::max(maximum, cell_growth(field, {x, y, z}));
@@ -153,9 +154,12 @@ Result<void> check_wind_field(const WindField& field, double sphere_radius_m, st
     if (node.sway_cos < -127 || node.sway_sin < -127) return bad_field("wind node sway", node_at + offsetof(Node, sway_cos), "-128");
     if (node.reserved != 0) return bad_field("wind node reserved", node_at + offsetof(Node, reserved), "must be zero");
   }
+  if (!(field.head.bend_m <= COPPICE_MAX_WIND_BEND * field.head.height_m))
+    return bad_field("wind bend", at + offsetof(coppice_file_wind, bend_m),
+                     std::to_string(field.head.bend_m) + " m, more than 0.4 height_m");
   if (const double move_m = max_wind_move_m(field); !(move_m <= COPPICE_MAX_WIND_MOVE * sphere_radius_m))
     return bad_field("wind move", at + offsetof(coppice_file_wind, bend_m),
-                     std::to_string(move_m) + " m, more than a twentieth of the sphere's radius");
+                     std::to_string(move_m) + " m, more than 0.8 of the sphere's radius");
   if (const double growth = max_wind_growth(field); !(growth <= COPPICE_MAX_WIND_GROWTH))
     return bad_field("wind growth", at + offsetof(coppice_file_wind, bend_m), std::to_string(growth) + " is more than 0.08");
   return {};

@@ -80,6 +80,13 @@ float max_wind_load(const PlacedWind& wind) {
   return gpu::wind_load(level_speed_mps(wind.wind) + wind.max_map_mps);
 }
 
+float wind_reach_share(const WindField& field, float sphere_radius_m) {
+  if (!(sphere_radius_m > 0.0f)) return 0.0f;
+  const auto share = static_cast<float>(max_wind_move_m(field) / sphere_radius_m);
+  // Rounded up, because it is a bound.
+  return std::min(std::nextafter(share + gpu::kFlutterReach, HUGE_VALF), gpu::kMaxWindReach);
+}
+
 float max_wind_mps(std::span<const float> map) {
   float maximum = 0.0f;
   for (std::size_t i = 0; i + 1 < map.size(); i += 2) maximum = std::max(maximum, map[i] * map[i] + map[i + 1] * map[i + 1]);
@@ -107,6 +114,7 @@ gpu::WindNow wind_now(const PlacedWind& placed, const dvec3& eye_m) {
     now.waves[i] = {static_cast<float>(k_x), static_cast<float>(k_z), static_cast<float>(std::remainder(phase, kTurn)), wave.share};
   }
   set_map(placed, eye_m, now);
+  now.max_reach = placed.reach_share * now.max_load;
   return now;
 }
 

@@ -16,6 +16,7 @@ struct PlacedWind {
   coppice_wind wind{};            ///< the map's data is read when a frame begins, and not afterwards
   dvec3 origin_m{0, 0, 0};        ///< the origin that the map's rectangle counts from
   float max_map_mps = 0.0f;       ///< highest speed in the map
+  float reach_share = 0.0f;       ///< wind_reach_share of the plant that moves most
   std::uint64_t map_address = 0;  ///< WindNow::map; 0: there is no map
 };
 
@@ -26,6 +27,9 @@ struct FrameWind {
 
 /// Maximum load anywhere, which limits how far plants move.
 float max_wind_load(const PlacedWind& wind);
+
+/// Maximum motion of a plant at full load, relative to its sphere's radius.
+float wind_reach_share(const WindField& field, float sphere_radius_m);
 
 /// Maximum speed of a map, [places][2]; rounded up.
 float max_wind_mps(std::span<const float> map);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <stdexcept>
 
 #include <glm/common.hpp>
@@ -17,8 +18,9 @@ namespace {
 constexpr std::uint32_t kBlockPx = 8;
 constexpr float kPlantBlock = 0.25f;  // share of a block
 constexpr float kColorOff = 0.06f * 255.0f;
-constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.06, kPieceOff = 0.05;
-constexpr double kFewBlocks = 2.0;  ///< that a small picture may have, where one block is more than the share above
+constexpr double kWrongBlocks = 0.05, kCoverageOff = 0.06, kWrongRows = 0.1, kPieceOff = 0.05;
+constexpr double kFew = 2.0;       ///< blocks, and rows, that may be wrong in any case: in a small picture one is more than the share above
+constexpr double kMinRowPx = 0.5;  ///< rows that cover less are tips
 // A pixel that shows the plant in fewer frames than two of sixteen connects nothing.
 constexpr float kPlantPixel = 0.125f;
 
@@ -42,10 +44,21 @@ bool is_color_off(const glm::vec4& a, const glm::vec4& b) {
   return std::max(off.x, std::max(off.y, off.z)) > kColorOff;
 }
 
-double covered_px(const MeanPicture& picture) {
-  double sum = 0;
-  for (const glm::vec4& texel : picture.texels) sum += static_cast<double>(texel.a);
-  return sum;
+/// What the rows cover, px.
+std::vector<double> covered_px(const MeanPicture& picture) {
+  std::vector<double> rows(picture.height_px, 0.0);
+  for (std::size_t i = 0; i < picture.texels.size(); ++i) rows[i / picture.width_px] += static_cast<double>(picture.texels[i].a);
+  return rows;
+}
+
+double wrong_rows(const std::vector<double>& expected_px, const std::vector<double>& found_px) {
+  double rows = 0, wrong = 0;
+  for (std::size_t y = 0; y < expected_px.size(); ++y) {
+    if (expected_px[y] < kMinRowPx) continue;
+    ++rows;
+    wrong += found_px[y] < 0.5 * expected_px[y] || found_px[y] > 2.0 * expected_px[y];
+  }
+  return rows > 0 ? std::max(wrong - kFew, 0.0) / rows : 0;
 }
 
 /// Takes the piece that holds pixel `first` out of `left`; what it covers, px.
@@ -128,9 +141,11 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
       wrong += is_color_off(expected, block_mean(picture, x, y));
     }
   if (result.blocks > 0) result.wrong_blocks = static_cast<double>(wrong) / result.blocks;
-  const double expected_px = covered_px(reference);
-  if (expected_px == 0.0) throw std::runtime_error("the reference shows no plant");
-  result.coverage = covered_px(picture) / expected_px;
+  const std::vector<double> expected_px = covered_px(reference), found_px = covered_px(picture);
+  const double sum_px = std::accumulate(expected_px.begin(), expected_px.end(), 0.0);
+  if (sum_px == 0.0) throw std::runtime_error("the reference shows no plant");
+  result.coverage = std::accumulate(found_px.begin(), found_px.end(), 0.0) / sum_px;
+  result.wrong_rows = wrong_rows(expected_px, found_px);
   result.largest_piece = largest_piece(picture);
   result.reference_largest_piece = largest_piece(reference);
   return result;
@@ -138,16 +153,17 @@ LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& p
 
 bool looks_alike(const LooksDifference& difference) {
   const double coverage_off = std::round(1000.0 * std::abs(difference.coverage - 1.0)) / 1000.0;  // as it is printed
-  const double max_wrong = std::max(kWrongBlocks, difference.blocks > 0 ? kFewBlocks / difference.blocks : 0.0);
-  return difference.wrong_blocks <= max_wrong && coverage_off <= kCoverageOff &&
+  const double max_wrong = std::max(kWrongBlocks, difference.blocks > 0 ? kFew / difference.blocks : 0.0);
+  return difference.wrong_blocks <= max_wrong && coverage_off <= kCoverageOff && difference.wrong_rows <= kWrongRows &&
          std::abs(difference.largest_piece - difference.reference_largest_piece) <= kPieceOff;
 }
 
 std::string describe(const LooksDifference& difference) {
-  char line[160];
-  std::snprintf(line, sizeof line, "%.1f %% of %u blocks wrong, %.1f %% of the cover, largest piece %.1f %% instead of %.1f %%",
-                100.0 * difference.wrong_blocks, difference.blocks, 100.0 * difference.coverage, 100.0 * difference.largest_piece,
-                100.0 * difference.reference_largest_piece);
+  char line[192];
+  std::snprintf(line, sizeof line,
+                "%.1f %% of %u blocks and %.1f %% of the rows wrong, %.1f %% of the cover, largest piece %.1f %% instead of %.1f %%",
+                100.0 * difference.wrong_blocks, difference.blocks, 100.0 * difference.wrong_rows, 100.0 * difference.coverage,
+                100.0 * difference.largest_piece, 100.0 * difference.reference_largest_piece);
   return line;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// How far a picture of a plant is from the reference, in three measures that say what a person sees first: wrong colours, a plant that is
-// fatter or thinner, and pieces that hang in the air.
+// How far a picture of a plant is from the reference, in measures that say what a person sees first: wrong colours, a plant that is fatter
+// or thinner, as a whole or its trunk, and pieces that hang in the air.
 
 #include <cstdint>
 #include <string>
@@ -24,6 +24,7 @@ struct LooksDifference {
   std::uint32_t blocks = 0;  ///< 8 x 8 px each, at least a quarter plant in the reference
   double wrong_blocks = 0;   ///< share of them whose mean is off by more than 6 % of 255 in a channel; 0 of none
   double coverage = 0;       ///< what the plant covers, by what it covers in the reference
+  double wrong_rows = 0;     ///< share of its rows, but for two, that cover less than half as much as in the reference, or over twice
   double largest_piece = 0;  ///< share of the plant that its largest 8-connected piece holds
   double reference_largest_piece = 0;
 };
@@ -31,7 +32,7 @@ struct LooksDifference {
 /// Pictures of the same size, of which the reference shows something; else throws std::runtime_error.
 LooksDifference compare_looks(const MeanPicture& reference, const MeanPicture& picture);
 
-/// At most 5 % of the blocks, or two, are wrong, coverage is off by at most 6 %, and the largest piece by 5 %.
+/// At most 5 % of the blocks, or two, are wrong, and 10 % of the rows; coverage is off by at most 6 %, and the largest piece by 5 %.
 bool looks_alike(const LooksDifference& difference);
 
 /// Linear light as displayed, 0..255.

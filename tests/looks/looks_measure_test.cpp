@@ -74,6 +74,21 @@ TEST(LooksMeasure, APlantIsNoFatterOrThinner) {
   EXPECT_FALSE(looks_alike(compare_looks(picture_of(tree), wide(3)))) << "96 px more than 1584 are 6 %";
 }
 
+TEST(LooksMeasure, ATrunkIsNoSpike) {
+  const auto spike = [](std::uint32_t rows) {
+    return picture_of([=](std::uint32_t x, std::uint32_t y) {
+      glm::vec4 texel = tree(x, y);
+      if (in(y, 60 - rows, 60)) texel.a *= 0.4f;
+      return texel;
+    });
+  };
+  EXPECT_TRUE(looks_alike(compare_looks(picture_of(tree), spike(7)))) << "a tenth of the rows, and two";
+  const LooksDifference difference = compare_looks(picture_of(tree), spike(12));
+  EXPECT_NEAR(difference.coverage, 1.0, 0.01);
+  EXPECT_DOUBLE_EQ(difference.wrong_rows, 10.0 / 56.0);
+  EXPECT_FALSE(looks_alike(difference));
+}
+
 TEST(LooksMeasure, ACrownDoesNotFloat) {
   const auto two_crowns = [](bool trunk) {
     return picture_of([=](std::uint32_t x, std::uint32_t y) {

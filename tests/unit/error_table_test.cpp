@@ -234,6 +234,23 @@ TEST(WoodError, AThinStemThatIsMissingCounts) {
   EXPECT_LT(error_px[sizes], error_px[sizes + at_64_px] / 4.0) << "less where the plant is small";
 }
 
+TEST(WoodError, ATrunkThatBecomesASpikeCounts) {
+  // Below a leaf that is most of the picture, a trunk of 2 px at 64 px.
+  BakedPlant plant = plant_of_wood();
+  plant.tree.vertices = {{-0.7f, -0.3f, 0}, {0.7f, -0.3f, 0}, {0.7f, 0.7f, 0}, {-0.7f, 0.7f, 0}};
+  plant.tree.nodes[0].vertices = {0, 1, 2, 3};
+  Mesh trunk, spike, aside;
+  test::add_polygon(trunk, test::rectangle({-0.03f, -0.95f, 0}, {0.06f, 0, 0}, {0, 0.65f, 0}));
+  test::add_polygon(aside, test::rectangle({-0.025f, -0.95f, 0}, {0.06f, 0, 0}, {0, 0.65f, 0}));
+  test::add_polygon(spike, std::array{glm::vec3(0, -0.95f, 0), glm::vec3(0.03f, -0.3f, 0), glm::vec3(-0.03f, -0.3f, 0)});
+  const auto error_px = test::must(measure_wood_error(plant, std::array<const Mesh*, 2>{&trunk, &spike}));
+  const std::size_t sizes = kErrorSizesPx.size(), at_64_px = 3, at_16_px = 1;
+  EXPECT_GT(error_px[sizes + at_64_px], 4.0f) << "over two thresholds of 2 px";
+  EXPECT_LT(error_px[sizes + at_16_px], 2.0f) << "a trunk of half a pixel";
+  const auto moved = test::must(measure_wood_error(plant, std::array<const Mesh*, 2>{&trunk, &aside}));
+  EXPECT_LT(moved[sizes + at_64_px], 1.0f) << "by a sixth of a pixel";
+}
+
 TEST(WoodError, OtherSizesAreRefused) {
   BakedPlant plant = plant_of_wood();
   plant.errors.sizes_px = {10.0f};

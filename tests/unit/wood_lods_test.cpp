@@ -339,6 +339,55 @@ TEST(Proxy, LineFitsWhatIsStraightAndNotWhatForks) {
   EXPECT_GT(misfit_m2(fork), 3.0 * 0.1 * 0.1);
 }
 
+/// A trunk and boughs of one surface: ring by ring each bough's first triangles share corners with the trunk.
+Mesh welded_tree() {
+  Mesh mesh;
+  append_tube(mesh, {0, 0, 0}, {0, 10, 0}, 0.5f, 0);
+  for (int i = 0; i < 4; ++i) {
+    const float turn = 1.6f * static_cast<float>(i);
+    const std::size_t first = mesh.positions.size();
+    append_tube(mesh, {0, 2.0f + static_cast<float>(i), 0}, {3.0f * std::cos(turn), 2.0f, 3.0f * std::sin(turn)}, 0.15f, 0);
+    // One corner of the trunk near the bough's foot is a corner of the bough, too.
+    glm::vec3& corner = mesh.positions[first];
+    const auto distance_m = [&](std::size_t k) { return glm::distance(mesh.positions[k], corner); };
+    std::size_t nearest = 0;
+    for (std::size_t k = 0; k < (kSides + 1) * (kRings + 1); ++k)
+      if (distance_m(k) < distance_m(nearest)) nearest = k;
+    mesh.positions[first + kSides] = corner = mesh.positions[nearest];
+  }
+  return mesh;
+}
+
+TEST(WoodPieces, APieceThatForksHasLimbs) {
+  const std::vector<WoodPiece> pieces = split_wood(welded_tree());
+  ASSERT_EQ(pieces.size(), 1u) << "it is one surface";
+  const std::vector<WoodPiece> limbs = by_weight(limbs_of(pieces[0]));
+  ASSERT_EQ(limbs.size(), 5u);
+  EXPECT_NEAR(limbs[0].length_m(), 10.0, 0.5) << "the trunk goes from the foot to the tip";
+  std::size_t triangles = 0;
+  for (const WoodPiece& limb : limbs) triangles += limb.triangle_count();
+  EXPECT_EQ(triangles, pieces[0].triangle_count());
+  const std::vector<WoodPiece> tubes = split_wood(tree());
+  for (const WoodPiece& tube : tubes) EXPECT_EQ(limbs_of(tube).size(), 1u) << "it does not fork";
+}
+
+TEST(WoodLods, ATrunkThatIsOneSurfaceWithItsBoughsKeepsItsWidth) {
+  Plant plant;
+  plant.wood = welded_tree();
+  plant.materials.emplace_back();
+  const BakedPlant baked = bare_plant(plant);
+  const auto chain = coppice::test::must(choose_wood_lods(baked, wood_levels(plant.wood)));
+  ASSERT_LE(chain.lods.back().triangle_materials.size(), 100u);
+  for (const Mesh& lod : chain.lods) {
+    const double area = projected_area_m2(lod.positions, lod.indices), whole = projected_area_m2(plant.wood.positions, plant.wood.indices);
+    EXPECT_NEAR(area / whole, 1.0, 0.15) << lod.triangle_materials.size() << " triangles";
+    PointBox<glm::vec3> foot;
+    for (const glm::vec3& position : lod.positions)
+      if (position.y < 1.0f) foot.add(position);
+    EXPECT_GT(std::max(foot.extent().x, foot.extent().z), 0.6f) << lod.triangle_materials.size() << " triangles: the trunk is a spike";
+  }
+}
+
 TEST(WoodPieces, TubesThatContinueEachOtherAreOne) {
   Mesh cane;
   for (int i = 0; i < 5; ++i) append_tube(cane, {0.0f, 1.02f * static_cast<float>(i), 0.0f}, {0.0f, 1.0f, 0.0f}, 0.03f, 0);

@@ -59,8 +59,8 @@ float plant_luminance(float luminance) {
   return luminance <= kBright ? luminance : 0.5f * (luminance + kBright);
 }
 
-LuminanceImage coarse_image(LuminanceImage image) {
-  for (std::uint32_t size_px = kErrorImagePx; size_px > 8; size_px /= 2) image = halve(image, size_px);
+LuminanceImage coarse_image(LuminanceImage image, std::uint32_t from_px, std::uint32_t size_px) {
+  for (; from_px > size_px; from_px /= 2) image = halve(image, from_px);
   return image;
 }
 

@@ -34,8 +34,8 @@ const glm::vec3& error_light();
 /// whose loss would otherwise be no error. luminance  0..255
 float plant_luminance(float luminance);
 
-/// The image box-filtered down to 8 x 8.
-LuminanceImage coarse_image(LuminanceImage image);
+/// The image box-filtered from from_px x from_px down to size_px x size_px, both powers of two.
+LuminanceImage coarse_image(LuminanceImage image, std::uint32_t from_px, std::uint32_t size_px);
 
 /// Mean squared differences of both images, box-filtered down to each size.
 SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage& other);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -90,6 +91,14 @@ class TexturedCanvas {
         image[pixel] = plant_luminance(lambert_luminance(albedo, cosine(weight)));
       }
     }
+  }
+
+  /// 1 for pixels that show something nearer than the other canvas does, else 0.
+  [[nodiscard]] LuminanceImage nearer_than(const TexturedCanvas& other) const {
+    LuminanceImage nearer(depths_.size());
+    std::ranges::transform(depths_, other.depths_, nearer.begin(),
+                           [](std::uint32_t own, std::uint32_t its) { return own < its ? 1.0f : 0.0f; });
+    return nearer;
   }
 
   LuminanceImage image = LuminanceImage(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
@@ -181,7 +190,7 @@ struct CoarseChange {
 };
 
 CoarseChange coarse_change(const LuminanceImage& finest, const LuminanceImage& other) {
-  const LuminanceImage before = coarse_image(finest), after = coarse_image(other);
+  const LuminanceImage before = coarse_image(finest, kErrorImagePx, 8), after = coarse_image(other, kErrorImagePx, 8);
   CoarseChange change;
   for (std::size_t i = 0; i < before.size(); ++i) {
     change.changed += std::abs(double{before[i]} - double{after[i]});
@@ -200,6 +209,66 @@ float change_px(const std::array<CoarseChange, kErrorViewCount>& views, std::uin
   return sum.plant > 0.0 ? static_cast<float>(kErrorPerPx * std::min(size_px, kLargest_px) * sum.changed / sum.plant) : 0.0f;
 }
 
+/// Sums over an image of one size, px.
+struct StemChange {
+  double changed = 0.0;  ///< how much of the stems a LoD loses, or makes too thick
+  double wood = 0.0;     ///< what the finest LoD covers
+};
+/// At the sizes up to 64 px. Beyond, squares show a stem that is missing, and shares hardly change.
+constexpr std::size_t kStemSizes = 4;
+using StemChanges = std::array<StemChange, kStemSizes>;
+
+/// Replaces each pixel by the sum of it and its neighbours in one direction.
+void add_neighbours(LuminanceImage& image, std::size_t size_px, std::size_t line_step, std::size_t step) {
+  for (std::size_t line = 0; line < size_px; ++line) {
+    float before = 0.0f;
+    for (std::size_t i = 0; i < size_px; ++i) {
+      float* at = &image[line * line_step + i * step];
+      before = std::exchange(*at, before + *at + (i + 1 < size_px ? at[step] : 0.0f));
+    }
+  }
+}
+
+LuminanceImage sums_of_nine(LuminanceImage image, std::size_t size_px) {
+  add_neighbours(image, size_px, size_px, 1);
+  add_neighbours(image, size_px, 1, size_px);
+  return image;
+}
+
+/// Compares what wood covers in 3 x 3 pixels, so that a stem may be a pixel aside. A pixel counts as the cube of its coverage: a stem that
+/// is missing is seen where it is as wide as a pixel and hardly where it is half as wide. Twigs are a haze, in which each may be anywhere.
+/// finest, other  1 where pixels show wood, else 0
+StemChanges stem_changes(LuminanceImage finest, LuminanceImage other) {
+  StemChanges changes;
+  std::uint32_t last_px = kErrorImagePx;
+  for (std::size_t size = kStemSizes; size-- > 0;) {
+    const std::uint32_t size_px = kErrorSizesPx[size];
+    finest = coarse_image(std::move(finest), last_px, size_px);
+    other = coarse_image(std::move(other), last_px, size_px);
+    last_px = size_px;
+    const LuminanceImage before = sums_of_nine(finest, size_px), after = sums_of_nine(other, size_px);
+    for (std::size_t i = 0; i < finest.size(); ++i) {
+      if (!(finest[i] > 0.0f)) continue;
+      const double covered = double{finest[i]};
+      changes[size].wood += covered;
+      changes[size].changed += covered * covered * covered * std::min(std::abs(double{after[i]} / double{before[i]} - 1.0), 1.0);
+    }
+  }
+  return changes;
+}
+
+/// Converts the changed share of the wood to an error, px. At two thresholds of 2 px a fifth of stems as wide as pixels may change. Wood of
+/// a few pixels counts as more of them.
+float stem_px(const std::array<StemChanges, kErrorViewCount>& views, std::size_t size) {
+  constexpr double kErrorPx = 20.0, kFewPx = 16.0;
+  StemChange sum;
+  for (const StemChanges& view : views) {
+    const StemChange& change = view[std::min(size, kStemSizes - 1)];
+    sum.changed += change.changed, sum.wood += change.wood;
+  }
+  return static_cast<float>(kErrorPx * sum.changed / std::max(sum.wood, kFewPx * kErrorViewCount));
+}
+
 using ErrorRow = std::array<float, kErrorSizesPx.size()>;
 
 Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span<const Mesh* const> lods) {
@@ -208,22 +277,25 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
   COPPICE_TRY(scene, make_scene(plant, lods));
   std::vector<std::array<SquaredErrors, kErrorViewCount>> errors(lods.size());
   std::vector<std::array<CoarseChange, kErrorViewCount>> changes(lods.size());
+  std::vector<std::array<StemChanges, kErrorViewCount>> stems(lods.size());
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas leaves(scene.projections[view], scene.looks, scene.masks);
     draw_quads(plant, scene.leaves, leaves);
-    LuminanceImage finest;
+    LuminanceImage finest, finest_wood;
     for (std::size_t lod = 0; lod < lods.size(); ++lod) {
       TexturedCanvas canvas(leaves);
       draw_wood(*lods[lod], canvas);
-      if (lod == 0) finest = canvas.image;
+      LuminanceImage wood = canvas.nearer_than(leaves);
+      if (lod == 0) finest = canvas.image, finest_wood = wood;
       errors[lod][view] = squared_errors(finest, canvas.image);
       changes[lod][view] = coarse_change(finest, canvas.image);
+      stems[lod][view] = stem_changes(finest_wood, std::move(wood));
     }
   });
   std::vector<ErrorRow> rows(lods.size());
   for (std::size_t lod = 0; lod < lods.size(); ++lod)
     for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
-      rows[lod][size] = std::max(error_px_of(errors[lod], size), change_px(changes[lod], kErrorSizesPx[size]));
+      rows[lod][size] = std::max({error_px_of(errors[lod], size), change_px(changes[lod], kErrorSizesPx[size]), stem_px(stems[lod], size)});
   return rows;
 }
 

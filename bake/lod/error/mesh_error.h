@@ -15,10 +15,11 @@ namespace coppice::bake {
 /// leaf_meshes (with parts) and sphere are read errors  invalid_argument: a material names an image that is not there
 Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
-/// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the larger of two errors:
+/// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the largest of three errors:
 /// - as above, but lit by the normals of the wood's vertices, and drawn among all leaf quads, so that what the crown hides does not count;
 /// - 96 / 36 times the size, up to 36 px, times the share of the image of leaves and wood that is lost or too much in 8 x 8 parts of it.
-/// Squares hardly show that a thin stem is missing, since it is a small share of each of its pixels.
+/// - 20 times the share of the wood in front of or beside leaves whose stems are lost or too thick, where they are about a pixel wide.
+/// Squares hardly show that a thin stem is missing, since it is a small share of each of its pixels, and it holds up the tree.
 /// A running maximum from one LoD to the next makes it non-decreasing.
 /// plant   tree, card_table, materials, images, sphere and the sizes of its error table are read
 /// lods    finest first

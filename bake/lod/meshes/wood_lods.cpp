@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -29,6 +30,9 @@ namespace {
 // loses what is thinner than its grid, which may be the trunk. So a LoD distributes its triangles over the pieces, always to the piece
 // whose error they reduce most. A piece is simplified by itself, or becomes a proxy of few triangles (wood_proxies.h), or is left out; then
 // its area goes to proxies near it, which grow wider. So a plant keeps the area and colour of thin pieces, down to some tens of triangles.
+//
+// Where trunk and boughs are one surface, either simplifier makes a spike of it or breaks it. Such a piece is also cut into its limbs,
+// which are then pieces like others; the images decide which is better.
 
 constexpr std::size_t kMaxLods = 7;
 constexpr std::size_t kReduction = 4;
@@ -160,6 +164,7 @@ constexpr double kThreeSidedSpindleError = 0.3, kSpindleError = 0.2;
 constexpr double kSimplifiedError = 5.0;  ///< divided by the number of triangles
 constexpr double kMeanOfMax = 0.1;        ///< mean square of a simplified piece's distance, relative to the square of the largest
 constexpr std::size_t kMinSimplified = 12;
+constexpr std::uint32_t kMaxSections = 8;
 
 /// Whether the piece shows about as much as the ellipsoid of its spreads: a fruit, a cactus. A piece that forks shows far less, and a
 /// spindle in its place would hang in the air.
@@ -175,7 +180,7 @@ Candidate candidate_of(WoodPiece&& piece) {
   using enum Choice::Kind;
   std::vector<Choice> choices{{}};
   const std::size_t all = piece.triangle_count();
-  for (std::uint32_t sections = 1; sections <= 8; sections *= 2) {
+  for (std::uint32_t sections = 1; sections <= kMaxSections; sections *= 2) {
     if (2 * sections >= all) break;
     const double misfit_m2 = line_misfit_m2(piece, sections);
     for (const auto& [sides, error] : {std::pair{2u, kStripError}, std::pair{3u, kThreeSidedTubeError}, std::pair{5u, kTubeError}}) {
@@ -478,6 +483,50 @@ Parts split_by_material(const Mesh& mesh) {
   return parts;
 }
 
+std::vector<Candidate> candidates_of(std::vector<WoodPiece> pieces) {
+  std::vector<Candidate> candidates;
+  for (WoodPiece& piece : pieces) candidates.push_back(candidate_of(std::move(piece)));
+  return candidates;
+}
+
+/// The limbs of a piece that forks: it is farther from the best line than it is thick, and more of it than bumps is outside its largest
+/// limb. Others stay as they are.
+std::vector<WoodPiece> parts_of(const WoodPiece& piece) {
+  constexpr double kMaxLargest = 0.9;  // share of the piece's area
+  if (line_misfit_m2(piece, kMaxSections) > piece.thickness_m() * piece.thickness_m()) {
+    std::vector<WoodPiece> limbs = limbs_of(piece);
+    if (std::ranges::max(limbs, {}, &WoodPiece::area_m2).area_m2 < kMaxLargest * piece.area_m2) return limbs;
+  }
+  return {piece};
+}
+
+/// The wood's pieces, and, if a weighty one of them forks, the same with its limbs in its place.
+std::vector<std::vector<Candidate>> ways_to_split(const Mesh& wood) {
+  constexpr double kMinWeight = 0.01;  // share of the wood's
+  std::vector<WoodPiece> pieces = split_wood(wood), limbs;
+  double weight = 0.0;
+  for (const WoodPiece& piece : pieces) weight += piece.weight();
+  for (const WoodPiece& piece : pieces) {
+    std::vector<WoodPiece> parts = piece.weight() > kMinWeight * weight ? parts_of(piece) : std::vector{piece};
+    std::ranges::move(parts, std::back_inserter(limbs));
+  }
+  std::vector<std::vector<Candidate>> ways;
+  const bool any_forks = limbs.size() > pieces.size();
+  ways.push_back(candidates_of(std::move(pieces)));
+  if (any_forks) ways.push_back(candidates_of(by_weight(std::move(limbs))));
+  return ways;
+}
+
+WoodLevel two_meshes(const Mesh& wood, std::vector<Candidate>& candidates, std::size_t target_count) {
+  WoodLevel meshes;
+  for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
+    Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
+    turn_to_normals(mesh);
+    meshes.push_back(merge(mesh, split_by_material(mesh)));
+  }
+  return meshes;
+}
+
 }  // namespace
 
 Mesh halve_wood(const Mesh& wood) {
@@ -497,22 +546,23 @@ Mesh halve_wood(const Mesh& wood) {
 std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   std::vector<WoodLevel> levels;
   if (wood.indices.empty()) return levels;
-  std::vector<Candidate> candidates;
-  for (WoodPiece& piece : split_wood(wood)) candidates.push_back(candidate_of(std::move(piece)));
+  std::vector<std::vector<Candidate>> ways = ways_to_split(wood);
   levels.push_back({merge(wood, split_by_material(wood))});
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
-  std::size_t last_count = wood.triangle_materials.size();
-  while (levels.size() < kMaxLods && last_count > kMinTriangles) {
+  std::size_t last_fewest = wood.triangle_materials.size(), last_most = last_fewest;  // the fewest and the most of a level's meshes
+  while (levels.size() < kMaxLods && last_most > kMinTriangles) {
     WoodLevel level;
-    for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
-      Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
-      turn_to_normals(mesh);
-      level.push_back(merge(mesh, split_by_material(mesh)));
+    std::size_t fewest = last_fewest, most = 0;
+    for (std::vector<Candidate>& candidates : ways) {
+      WoodLevel meshes = two_meshes(wood, candidates, target_count);
+      const std::size_t own_count = meshes.front().triangle_materials.size();
+      if (static_cast<double>(own_count) > kMinProgress * static_cast<double>(last_fewest)) continue;
+      fewest = std::min(fewest, own_count), most = std::max(most, own_count);
+      std::ranges::move(meshes, std::back_inserter(level));
     }
-    const std::size_t count = level.front().triangle_materials.size();
-    if (static_cast<double>(count) <= kMinProgress * static_cast<double>(last_count)) {
+    if (!level.empty()) {
       levels.push_back(std::move(level));
-      last_count = count;
+      last_fewest = fewest, last_most = most;
     }
     target_count /= kReduction;
     if (target_count < kTubeTriangles) break;

@@ -6,9 +6,9 @@
 
 namespace coppice::bake {
 
-/// Two meshes of one LoD with the same number of triangles; the finest level has one mesh, all of the wood. In the first, small pieces that
-/// get no triangles give their area to neighbours, so that a bare wood stays as dense as it is. In the second they are left out, which is
-/// nearer to the image if a crown hides them.
+/// Meshes of one LoD with about the same number of triangles; the finest level has one mesh, all of the wood. In the first, small pieces
+/// that get no triangles give their area to neighbours, so that a bare wood stays as dense as it is. In the second they are left out, which
+/// is nearer to the image if a crown hides them. If trunk and boughs are one surface, two more are made of its limbs in the same ways.
 using WoodLevel = std::vector<Mesh>;
 
 /// Makes up to seven levels of the wood, finest first: all of its triangles, then each about a quarter of the one before, down to some tens

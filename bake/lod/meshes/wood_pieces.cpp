@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "bounds.h"
 #include "union_find.h"
 #include "weld.h"
+#include "wood_skeleton.h"
 
 namespace coppice::bake {
 namespace {
@@ -113,30 +115,52 @@ void measure(WoodPiece& piece) {
   }
 }
 
+/// The triangles of each number, as a piece.
+/// numbers  [triangles] from 0
+std::vector<WoodPiece> split_triangles(const WoodPiece& whole, const std::vector<std::uint32_t>& numbers) {
+  std::vector<std::vector<std::size_t>> triangles;
+  for (std::size_t t = 0; t < numbers.size(); ++t) {
+    if (numbers[t] >= triangles.size()) triangles.resize(numbers[t] + std::size_t{1});
+    triangles[numbers[t]].push_back(t);
+  }
+  std::vector<WoodPiece> pieces(triangles.size());
+  std::vector<std::uint32_t> local(whole.positions.size(), kNone), local_piece(whole.positions.size(), kNone);
+  for (std::uint32_t number = 0; number < pieces.size(); ++number) {
+    WoodPiece& piece = pieces[number];
+    piece.material = whole.material;
+    for (const std::size_t t : triangles[number])
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t vertex = whole.indices[3 * t + k];
+        if (std::exchange(local_piece[vertex], number) != number) {
+          local[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
+          piece.vertices.push_back(whole.vertices[vertex]);
+          piece.positions.push_back(whole.positions[vertex]);
+        }
+        piece.indices.push_back(local[vertex]);
+      }
+    if (!piece.indices.empty()) measure(piece);
+  }
+  return pieces;
+}
+
 std::vector<WoodPiece> connected_pieces(const Mesh& wood) {
+  WoodPiece whole{.vertices = std::vector<std::uint32_t>(wood.positions.size()), .positions = wood.positions, .indices = wood.indices};
+  std::iota(whole.vertices.begin(), whole.vertices.end(), 0u);
   const std::vector<std::uint32_t> one_group(wood.positions.size(), 0);
   const std::vector<std::uint32_t> welded = weld(wood.positions, one_group);
   UnionFind sets(welded.size());
   for (std::size_t i = 0; i < wood.indices.size(); i += 3)
     for (std::size_t k = 1; k < 3; ++k) sets.join(welded[wood.indices[i]], welded[wood.indices[i + k]]);
-
-  std::vector<WoodPiece> pieces;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> piece_of;  // by set and material
-  std::vector<std::uint32_t> local(wood.positions.size(), kNone), local_piece(wood.positions.size(), kNone);
-  for (std::size_t i = 0; i < wood.indices.size(); ++i) {
-    const std::uint32_t vertex = wood.indices[i], material = wood.triangle_materials[i / 3];
-    const auto [found, is_new] = piece_of.try_emplace({sets.find(welded[wood.indices[i]]), material}, pieces.size());
-    if (is_new) pieces.emplace_back().material = material;
-    WoodPiece& piece = pieces[found->second];
-    if (local_piece[vertex] != found->second) {
-      local_piece[vertex] = static_cast<std::uint32_t>(found->second);
-      local[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
-      piece.vertices.push_back(vertex);
-      piece.positions.push_back(wood.positions[vertex]);
-    }
-    piece.indices.push_back(local[vertex]);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> piece_of;  // by set and material
+  std::vector<std::uint32_t> numbers, materials;
+  for (std::size_t t = 0; t < wood.triangle_materials.size(); ++t) {
+    const std::uint32_t material = wood.triangle_materials[t], set = sets.find(welded[wood.indices[3 * t]]);
+    const auto [found, is_new] = piece_of.try_emplace({set, material}, static_cast<std::uint32_t>(materials.size()));
+    if (is_new) materials.push_back(material);
+    numbers.push_back(found->second);
   }
-  for (WoodPiece& piece : pieces) measure(piece);
+  std::vector<WoodPiece> pieces = split_triangles(whole, numbers);
+  for (std::size_t i = 0; i < pieces.size(); ++i) pieces[i].material = materials[i];
   return pieces;
 }
 
@@ -271,7 +295,23 @@ std::vector<AreaSample> area_samples(const WoodPiece& piece, double spacing_m) {
 }
 
 std::vector<WoodPiece> split_wood(const Mesh& wood) {
-  std::vector<WoodPiece> pieces = join_tubes(connected_pieces(wood));
+  return by_weight(join_tubes(connected_pieces(wood)));
+}
+
+std::vector<WoodPiece> limbs_of(const WoodPiece& piece) {
+  // Rings as far apart as the piece is thick have no bumps. The other bound limits the time, and sheets have no thickness.
+  constexpr double kMaxRings = 64.0;
+  const double ring_m = std::max(piece.thickness_m(), piece.length_m() / kMaxRings);
+  Mesh surface;
+  surface.positions = piece.positions;
+  surface.indices = piece.indices;
+  const auto box = box_of(piece.positions);
+  std::vector<WoodPiece> limbs = split_triangles(piece, wood_limbs(surface, {box.low.y, box.high.y, false}, ring_m));
+  std::erase_if(limbs, [](const WoodPiece& limb) { return limb.indices.empty(); });
+  return limbs;
+}
+
+std::vector<WoodPiece> by_weight(std::vector<WoodPiece> pieces) {
   set_curve_ranks(pieces);
   std::vector<std::tuple<int, std::uint32_t, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {

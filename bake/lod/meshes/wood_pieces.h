@@ -46,9 +46,15 @@ double projected_area_m2(double area_m2, const glm::dvec3& facing);
 /// The same for triangles.
 double projected_area_m2(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& indices);
 
-/// Splits wood into pieces, the weightiest first. Tubes that continue each other end to end, like the internodes of a cane, are one piece.
-/// Pieces whose weights differ by less than a factor of two are in an order that spreads over the plant, so that any first few of them do.
+/// Splits wood into pieces, by weight. Tubes that continue each other end to end, like the internodes of a cane, are one piece.
 std::vector<WoodPiece> split_wood(const Mesh& wood);
+
+/// Splits a piece that forks into its limbs (wood_skeleton.h), in no particular order; a copy of the piece if it has only one.
+std::vector<WoodPiece> limbs_of(const WoodPiece& piece);
+
+/// Sorts pieces, the weightiest first, and sets their ranks. Pieces whose weights differ by less than a factor of two are in an order that
+/// spreads over the plant, so that any first few of them do.
+std::vector<WoodPiece> by_weight(std::vector<WoodPiece> pieces);
 
 /// A place on a piece, and how much of its area is there.
 struct AreaSample {

@@ -14,6 +14,7 @@ namespace coppice::bake {
 /// The surface of wood as points and the edges between them, connected as a whole.
 struct WoodGraph {
   std::vector<glm::vec3> points;           ///< welded vertices, then middles of long edges
+  std::vector<std::uint32_t> corners;      ///< [wood.indices.size()] the point of each corner of a triangle
   std::vector<std::uint32_t> pieces;       ///< [points] points that the mesh connects have the same number
   std::vector<double> piece_areas_m2;      ///< [points] area of a piece, at its number
   std::vector<std::uint32_t> first_links;  ///< [points + 1] indices into `links`

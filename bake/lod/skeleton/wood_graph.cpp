@@ -233,6 +233,7 @@ WoodGraph wood_graph(const Mesh& wood, double spacing_m) {
   graph.piece_areas_m2 = piece_areas_m2(graph, welded.corners);
   join_pieces(graph.points, graph.pieces, links);
   set_links(std::move(links), graph);
+  graph.corners = std::move(welded.corners);
   return graph;
 }
 

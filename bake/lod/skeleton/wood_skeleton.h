@@ -36,4 +36,9 @@ double quantile(std::vector<double> values, std::size_t tenths);
 /// returns  none without wood
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m);
 
+/// The limb of each triangle: a stem, branch or twig from where it leaves another to its tip. Where rings fork, the limb goes on to the tip
+/// that is farthest from the ground. Limbs are numbered from 0, and a limb comes after the one that bears it.
+/// stand, ring_m  as above
+std::vector<std::uint32_t> wood_limbs(const Mesh& wood, const Stand& stand, double ring_m);
+
 }  // namespace coppice::bake

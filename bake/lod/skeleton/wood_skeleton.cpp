@@ -142,6 +142,34 @@ Bands without_bumps(const Bands& bands) {
   return kept;
 }
 
+/// Triangles that are split at their longest edges have about three corners for each square of that edge.
+double possible_ring_m(const Mesh& wood, double ring_m) {
+  return std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
+}
+
+Bands bands_of(const WoodGraph& graph, const Stand& stand, double ring_m) {
+  return without_bumps(take_bands(graph, ways_from_ground(graph, stand), ring_m));
+}
+
+/// [ring] Its limb.
+std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& parents) {
+  const std::size_t count = parents.size();
+  std::vector<std::uint32_t> tips(count, 0u);  // rings from the ground to the farthest tip beyond
+  for (std::size_t i = 0; i < count; ++i) tips[i] = parents[i] == kNone ? 1u : tips[parents[i]] + 1u;
+  for (std::size_t i = count; i-- > 0;)
+    if (parents[i] != kNone) tips[parents[i]] = std::max(tips[parents[i]], tips[i]);
+  std::vector<std::uint32_t> limbs(count);
+  std::vector<bool> goes_on(count, false);
+  std::uint32_t limb_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t parent = parents[i];
+    const bool is_next = parent != kNone && !goes_on[parent] && tips[i] == tips[parent];
+    if (is_next) goes_on[parent] = true;
+    limbs[i] = is_next ? limbs[parent] : limb_count++;
+  }
+  return limbs;
+}
+
 void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& rings) {
   std::vector<double> counts(rings.size(), 0.0);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
@@ -207,11 +235,9 @@ double quantile(std::vector<double> values, std::size_t tenths) {
 
 std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double ring_m) {
   if (wood.indices.empty() || !(ring_m > 0.0)) return {};
-  // Triangles that are split at their longest edges have about three corners for each square of that edge.
-  ring_m = std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
+  ring_m = possible_ring_m(wood, ring_m);
   const WoodGraph graph = wood_graph(wood, ring_m);
-  const Ways ways = ways_from_ground(graph, stand);
-  const Bands bands = without_bumps(take_bands(graph, ways, ring_m));
+  const Bands bands = bands_of(graph, stand, ring_m);
   std::vector<Ring> rings(bands.parents.size());
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].parent = bands.parents[i];
   set_centers(graph, bands, rings);
@@ -220,6 +246,22 @@ std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double rin
   for (Ring& ring : rings)
     if (ring.parent != kNone) ring.length_m = glm::distance(ring.center, rings[ring.parent].center);
   return rings;
+}
+
+std::vector<std::uint32_t> wood_limbs(const Mesh& wood, const Stand& stand, double ring_m) {
+  if (wood.indices.empty() || !(ring_m > 0.0)) return std::vector<std::uint32_t>(wood.indices.size() / 3, 0u);
+  ring_m = possible_ring_m(wood, ring_m);
+  const WoodGraph graph = wood_graph(wood, ring_m);
+  const Bands bands = bands_of(graph, stand, ring_m);
+  const std::vector<std::uint32_t> limb_of_ring = limbs_of_rings(bands.parents);
+  std::vector<std::uint32_t> limbs;
+  for (std::size_t i = 0; i < graph.corners.size(); i += 3) {
+    // A long triangle belongs to its last ring: below a fork is the stem, whose last ring is that of the fork.
+    std::uint32_t last = 0;
+    for (std::size_t k = 0; k < 3; ++k) last = std::max(last, bands.ring_of[graph.corners[i + k]]);
+    limbs.push_back(limb_of_ring[last]);
+  }
+  return limbs;
 }
 
 }  // namespace coppice::bake

@@ -353,7 +353,7 @@ Result<WoodLods> choose_wood_lods(const BakedPlant& plant, std::vector<WoodLevel
   std::size_t first = 0;
   for (WoodLevel& level : levels) {
     const auto cost = [&](std::size_t i) {
-      constexpr double kLimbsFactor = 1.5;
+      constexpr double kLimbsFactor = 1.5;  // keeps a poplar, whose limbs have less error but look too light, as a whole
       const double more = i < kWholeMeshes ? 0.0 : std::log(kLimbsFactor) * static_cast<double>(kErrorSizesPx.size());
       return summed_logarithms(rows[first + i]) + more;
     };

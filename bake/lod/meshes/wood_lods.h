@@ -10,7 +10,6 @@ namespace coppice::bake {
 /// Meshes of one LoD with about the same number of triangles; the finest level has one mesh, all of the wood. In the first, small pieces
 /// that get no triangles give their area to neighbours, so that a bare wood stays as dense as it is. In the second they are left out, which
 /// is nearer to the image if a crown hides them. If trunk and boughs are one surface, two more are made of its limbs in the same ways.
-/// Limbs are apart, so these two have neither the joints nor the shading of the surface.
 using WoodLevel = std::vector<Mesh>;
 /// Meshes of a level that are not made of limbs come first: at most so many.
 inline constexpr std::size_t kWholeMeshes = 2;

@@ -1,10 +1,10 @@
 #include "tree_parts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <random>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "test_foliage.h"
@@ -36,52 +36,27 @@ Shape bare_tree() {
 }
 
 Shape forked_tree(float foot_radius_m) {
-  constexpr std::uint32_t kSides = 8, kTrunkRings = 5, kBoughRings = 4;
-  constexpr float kRadius_m = 0.14f, kFork_m = 2.0f, kLean = 0.6f;
+  constexpr std::uint32_t kSides = 6, kSections = 4;
+  constexpr float kForkRadius_m = 0.16f;
+  const glm::vec3 fork(0, 2.6f, 0);
   Shape wood;
-  const auto add_vertex = [&](const glm::vec3& at, const glm::vec3& out) {
-    wood.positions.push_back(at), wood.normals.push_back(glm::normalize(out)), wood.uvs.emplace_back(0.0f);
-    return static_cast<std::uint32_t>(wood.positions.size() - 1);
-  };
-  const auto out_at = [](std::uint32_t side) {
-    const float angle = 6.2831853f * static_cast<float>(side) / kSides;
-    return glm::vec3(std::cos(angle), 0, std::sin(angle));
-  };
-  using Ring = std::array<std::uint32_t, kSides>;
-  const auto join = [&](const Ring& low, const Ring& high) {
-    for (std::size_t i = 0; i < kSides; ++i) {
-      const std::size_t next = (i + 1) % kSides;
-      wood.indices.insert(wood.indices.end(), {low[i], low[next], high[i], high[i], low[next], high[next]});
-    }
-  };
-  Ring ring{};
-  for (std::uint32_t height = 0; height < kTrunkRings; ++height) {
-    const float share = static_cast<float>(height) / (kTrunkRings - 1);
-    Ring next{};
-    for (std::uint32_t i = 0; i < kSides; ++i)
-      next[i] = add_vertex(glm::mix(foot_radius_m, kRadius_m, share) * out_at(i) + glm::vec3(0, share * kFork_m, 0), out_at(i));
-    if (height > 0) join(ring, next);
-    ring = next;
-  }
-  // A seam across the last ring, from its first corner to its fifth, parts it into the first rings of the boughs.
-  std::array<std::uint32_t, 3> seam{};
-  for (std::uint32_t i = 0; i < 3; ++i)
-    seam[i] = add_vertex({kRadius_m * (0.5f - 0.5f * static_cast<float>(i)), kFork_m + 0.05f, 0}, {0, 1, 0});
-  for (const float side : {1.0f, -1.0f}) {
-    Ring low = side > 0 ? Ring{ring[0], ring[1], ring[2], ring[3], ring[4], seam[2], seam[1], seam[0]}
-                        : Ring{ring[4], ring[5], ring[6], ring[7], ring[0], seam[0], seam[1], seam[2]};
-    for (std::uint32_t step = 1; step <= kBoughRings; ++step) {
-      const float share = static_cast<float>(step) / kBoughRings;
-      const glm::vec3 middle(0, kFork_m + 1.5f * share, side * (0.05f + kLean * 1.5f * share));
-      Ring next{};
-      for (std::uint32_t i = 0; i < kSides; ++i) {
-        const glm::vec3 out = out_at(side > 0 ? i : i + 4);
-        next[i] = add_vertex(middle + glm::mix(0.7f * kRadius_m, 0.03f, share) * out, out);
+  const auto add_stem = [&](const glm::vec3& from, const glm::vec3& to, float from_radius_m, float to_radius_m) {
+    for (std::uint32_t ring = 0; ring <= kSections; ++ring)
+      for (std::uint32_t side = 0; side <= kSides; ++side) {
+        const float along = static_cast<float>(ring) / kSections, share = static_cast<float>(side % kSides) / kSides;
+        const glm::vec3 out(std::cos(6.2831853f * share), 0, std::sin(6.2831853f * share));
+        if (ring > 0 && side > 0) {
+          const auto next = static_cast<std::uint32_t>(wood.positions.size()), below = next - kSides - 1;
+          wood.indices.insert(wood.indices.end(), {below - 1, below, next - 1, next - 1, below, next});
+        }
+        wood.positions.push_back(glm::mix(from, to, along) + glm::mix(from_radius_m, to_radius_m, along) * out);
+        wood.normals.push_back(out);
+        wood.uvs.emplace_back(static_cast<float>(side) / kSides, along);
       }
-      join(low, next);
-      low = next;
-    }
-  }
+  };
+  add_stem({0, 0, 0}, fork, foot_radius_m, kForkRadius_m);
+  // The boughs begin with the trunk's last ring.
+  for (const float side : {1.0f, -1.0f}) add_stem(fork, fork + glm::vec3(0.9f * side, 1.5f, 0.3f * side), kForkRadius_m, 0.03f);
   return wood;
 }
 

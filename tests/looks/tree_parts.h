@@ -13,7 +13,7 @@ namespace coppice::test {
 /// A trunk of 3 m with six stout branches.
 Shape bare_tree();
 
-/// A trunk of 2 m that forks into two boughs, all one surface, as a skin modifier makes it.
+/// A trunk of 2.6 m that forks into two boughs, all one surface, as a skin modifier makes it.
 Shape forked_tree(float foot_radius_m);
 
 /// Cards of 26 x 39 cm, evenly in a crown of 2.4 m about 2.6 m up, in every direction.

@@ -339,7 +339,7 @@ TEST(Proxy, LineFitsWhatIsStraightAndNotWhatForks) {
   EXPECT_GT(misfit_m2(fork), 3.0 * 0.1 * 0.1);
 }
 
-/// A trunk and boughs of one surface: ring by ring each bough's first triangles share corners with the trunk.
+/// A trunk and boughs of one surface: the first corner of each bough is one of the trunk's.
 Mesh welded_tree() {
   Mesh mesh;
   append_tube(mesh, {0, 0, 0}, {0, 10, 0}, 0.5f, 0);
@@ -369,23 +369,6 @@ TEST(WoodPieces, APieceThatForksHasLimbs) {
   EXPECT_EQ(triangles, pieces[0].triangle_count());
   const std::vector<WoodPiece> tubes = split_wood(tree());
   for (const WoodPiece& tube : tubes) EXPECT_EQ(limbs_of(tube).size(), 1u) << "it does not fork";
-}
-
-TEST(WoodLods, ATrunkThatIsOneSurfaceWithItsBoughsKeepsItsWidth) {
-  Plant plant;
-  plant.wood = welded_tree();
-  plant.materials.emplace_back();
-  const BakedPlant baked = bare_plant(plant);
-  const auto chain = coppice::test::must(choose_wood_lods(baked, wood_levels(plant.wood)));
-  ASSERT_LE(chain.lods.back().triangle_materials.size(), 100u);
-  for (const Mesh& lod : chain.lods) {
-    const double area = projected_area_m2(lod.positions, lod.indices), whole = projected_area_m2(plant.wood.positions, plant.wood.indices);
-    EXPECT_NEAR(area / whole, 1.0, 0.15) << lod.triangle_materials.size() << " triangles";
-    PointBox<glm::vec3> foot;
-    for (const glm::vec3& position : lod.positions)
-      if (position.y < 1.0f) foot.add(position);
-    EXPECT_GT(std::max(foot.extent().x, foot.extent().z), 0.6f) << lod.triangle_materials.size() << " triangles: the trunk is a spike";
-  }
 }
 
 TEST(WoodPieces, TubesThatContinueEachOtherAreOne) {

@@ -365,9 +365,14 @@ Result<WoodLods> choose_wood_lods(const BakedPlant& plant, std::vector<WoodLevel
   COPPICE_TRY(rows, own_wood_errors(plant, meshes));
   std::size_t first = 0;
   for (WoodLevel& level : levels) {
+    const auto cost = [&](std::size_t i) {
+      constexpr double kLimbsFactor = 1.5;  // keeps a poplar, whose limbs have less error but look too light, as a whole
+      const double more = i < kWholeMeshes ? 0.0 : std::log(kLimbsFactor) * static_cast<double>(kErrorSizesPx.size());
+      return summed_logarithms(rows[first + i]) + more;
+    };
     std::size_t best = 0;
     for (std::size_t i = 1; i < level.size(); ++i)
-      if (summed_logarithms(rows[first + i]) < summed_logarithms(rows[first + best])) best = i;
+      if (cost(i) < cost(best)) best = i;
     append_row(rows[first + best], chosen.error_px);
     first += level.size();
     chosen.lods.push_back(std::move(level[best]));

@@ -27,7 +27,7 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 Result<std::vector<float>> measure_wood_error(const BakedPlant& plant, std::span<const Mesh* const> lods);
 
 /// Chooses for each level of wood the mesh whose image, among all leaf quads, is nearest to the finest's by these errors, and returns it
-/// with its errors.
+/// with its errors. The errors of meshes of limbs count one and a half times.
 /// levels  from wood_levels
 /// errors  as above
 Result<WoodLods> choose_wood_lods(const BakedPlant& plant, std::vector<WoodLevel> levels);

@@ -517,14 +517,12 @@ std::vector<std::vector<Candidate>> ways_to_split(const Mesh& wood) {
   return ways;
 }
 
-WoodLevel two_meshes(const Mesh& wood, std::vector<Candidate>& candidates, std::size_t target_count) {
-  WoodLevel meshes;
+void append_meshes(const Mesh& wood, std::vector<Candidate>& candidates, std::size_t target_count, WoodLevel& level) {
   for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
     Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
     turn_to_normals(mesh);
-    meshes.push_back(merge(mesh, split_by_material(mesh)));
+    level.push_back(merge(mesh, split_by_material(mesh)));
   }
-  return meshes;
 }
 
 }  // namespace
@@ -549,20 +547,14 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   std::vector<std::vector<Candidate>> ways = ways_to_split(wood);
   levels.push_back({merge(wood, split_by_material(wood))});
   std::size_t target_count = wood.triangle_materials.size() / kReduction;
-  std::size_t last_fewest = wood.triangle_materials.size(), last_most = last_fewest;  // the fewest and the most of a level's meshes
-  while (levels.size() < kMaxLods && last_most > kMinTriangles) {
+  std::size_t last_count = wood.triangle_materials.size();
+  while (levels.size() < kMaxLods && last_count > kMinTriangles) {
     WoodLevel level;
-    std::size_t fewest = last_fewest, most = 0;
-    for (std::vector<Candidate>& candidates : ways) {
-      WoodLevel meshes = two_meshes(wood, candidates, target_count);
-      const std::size_t own_count = meshes.front().triangle_materials.size();
-      if (static_cast<double>(own_count) > kMinProgress * static_cast<double>(last_fewest)) continue;
-      fewest = std::min(fewest, own_count), most = std::max(most, own_count);
-      std::ranges::move(meshes, std::back_inserter(level));
-    }
-    if (!level.empty()) {
+    for (std::vector<Candidate>& candidates : ways) append_meshes(wood, candidates, target_count, level);
+    const std::size_t count = level.front().triangle_materials.size();
+    if (static_cast<double>(count) <= kMinProgress * static_cast<double>(last_count)) {
       levels.push_back(std::move(level));
-      last_fewest = fewest, last_most = most;
+      last_count = count;
     }
     target_count /= kReduction;
     if (target_count < kTubeTriangles) break;

@@ -30,7 +30,7 @@ Header read_header(Bytes file, NaivePlant& plant) {
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
   Header header;
-  naive_must(bytes.u32() == 8, "version");
+  naive_must(bytes.u32() == 9, "version");
   header.chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
@@ -235,7 +235,7 @@ void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
     naive_must(is_share(material.alpha_cutoff) && is_share(material.roughness), "alpha_cutoff, roughness");
     naive_must(material.texture < plant.texture_count || material.texture == 0xffff, "material texture");
     naive_must(material.normal_map <= plant.texture_count, "normal_map");
-    naive_must((material.flags & ~0xff07u) == 0, "flags");
+    naive_must((material.flags & ~7u) == 0, "flags");
     naive_must((material.flags & 2) == 0 || plant.leaf_mesh_count > 0, "flags: leaf meshes alone, of which there is none");
     plant.materials.push_back(material);
   }

@@ -238,7 +238,9 @@ void damage_wind(Damage& damage, const Bytes& good) {
                          wind + offsetof(coppice_file_wind, bend_m));
   damage.set_reported_at("wind_bent", "wind bend", wind + offsetof(coppice_file_wind, height_m), 1e-3f,
                          wind + offsetof(coppice_file_wind, bend_m));
-  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, box_min) + 4, 1e-3f,
+  float top_m = 0;
+  std::memcpy(&top_m, good.data() + wind + offsetof(coppice_file_wind, box_max) + 4, sizeof top_m);
+  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, box_min) + 4, top_m - 1e-3f,
                          wind + offsetof(coppice_file_wind, bend_m));
 }
 

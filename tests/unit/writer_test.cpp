@@ -63,7 +63,7 @@ TEST(Writer, StoresChunksUnchanged) {
 
 TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
   const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 8, 0, 0, 0, 11, 0, 0, 0};
+  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 9, 0, 0, 0, 11, 0, 0, 0};
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
 }
 

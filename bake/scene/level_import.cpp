@@ -27,20 +27,13 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// The words of a name, apart by spaces.
-std::string words_of(const std::string& name) {
-  std::string text;
-  for (const std::string& word : name_words(name)) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
 /// Finds species by the names that editors give to nodes.
 class SpeciesNames {
  public:
   explicit SpeciesNames(std::span<const std::string> species) {
     for (std::size_t i = 0; i < species.size(); ++i) {
       exact_.try_emplace(species[i], i);
-      words_.try_emplace(words_of(species[i]), i);
+      words_.try_emplace(joined(name_words(species[i])), i);
     }
   }
 
@@ -52,7 +45,7 @@ class SpeciesNames {
     for (const std::string& form : forms)
       if (const auto found = exact_.find(form); !form.empty() && found != exact_.end()) return found->second;
     for (const std::string& form : forms)
-      if (const auto found = find_words(words_of(form))) return found;
+      if (const auto found = find_words(joined(name_words(form)))) return found;
     return {};
   }
 

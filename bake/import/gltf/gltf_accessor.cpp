@@ -105,6 +105,17 @@ Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int acces
   return values;
 }
 
+/// Appends an accessor of values as they lie in memory; returns its index.
+template <class Value>
+int append_values(tinygltf::Model& model, std::span<const Value> values, int type, int component_type) {
+  tinygltf::Accessor accessor;
+  accessor.type = type;
+  accessor.componentType = component_type;
+  accessor.count = values.size();
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(values.data());
+  return add_accessor(model, std::move(accessor), {bytes, bytes + values.size_bytes()});
+}
+
 }  // namespace
 
 std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view_index, std::size_t offset) {
@@ -221,6 +232,14 @@ int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vecto
   model.bufferViews.push_back(std::move(view));
   model.accessors.push_back(std::move(accessor));
   return static_cast<int>(model.accessors.size()) - 1;
+}
+
+int add_vec3(tinygltf::Model& model, std::span<const glm::vec3> values) {
+  return append_values(model, values, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT);
+}
+
+int add_uint32(tinygltf::Model& model, std::span<const std::uint32_t> values) {
+  return append_values(model, values, TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
 }
 
 std::string accessor_place(int accessor) {

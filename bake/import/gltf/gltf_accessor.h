@@ -50,6 +50,8 @@ std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view,
 
 /// Appends an accessor with a buffer and a view of its own; returns its index.
 int add_accessor(tinygltf::Model& model, tinygltf::Accessor accessor, std::vector<unsigned char> bytes);
+int add_vec3(tinygltf::Model& model, std::span<const glm::vec3> values);
+int add_uint32(tinygltf::Model& model, std::span<const std::uint32_t> values);
 
 /// Whether no component is infinite or NaN.
 template <glm::length_t Length, class Number>

@@ -196,8 +196,8 @@ int component_type(draco::DataType type) {
 }
 
 Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const std::string& place) {
-  std::vector<unsigned char> bytes(std::size_t{mesh.num_faces()} * 12);
-  std::size_t at = 0;
+  std::vector<std::uint32_t> indices;
+  indices.reserve(std::size_t{mesh.num_faces()} * 3);
   for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
     for (const draco::PointIndex& corner : mesh.face(face)) {
       const std::uint32_t index = corner.value();
@@ -205,14 +205,9 @@ Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const s
         return failed(Status::bad_file, "Draco index beyond the vertices",
                       place + ": triangle " + std::to_string(face.value()) + " has " + std::to_string(index) + " of " +
                           std::to_string(mesh.num_points()));
-      std::memcpy(bytes.data() + at, &index, sizeof index);
-      at += sizeof index;
+      indices.push_back(index);
     }
-  tinygltf::Accessor accessor;
-  accessor.type = TINYGLTF_TYPE_SCALAR;
-  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-  accessor.count = std::size_t{mesh.num_faces()} * 3;
-  return add_accessor(model, std::move(accessor), std::move(bytes));
+  return add_uint32(model, indices);
 }
 
 /// declared  the file's description of the attribute: Draco does not know whether it is normalised

@@ -138,16 +138,6 @@ void append_strip(const std::vector<glm::vec3>& positions, const Line& line, dou
   }
 }
 
-template <class Value>
-int add_values(tinygltf::Model& model, const std::vector<Value>& values, int type, int component_type) {
-  tinygltf::Accessor accessor;
-  accessor.type = type;
-  accessor.componentType = component_type;
-  accessor.count = values.size();
-  const auto* const bytes = reinterpret_cast<const unsigned char*>(values.data());
-  return add_accessor(model, std::move(accessor), {bytes, bytes + values.size() * sizeof(Value)});
-}
-
 Result<WidenedLines> widen(tinygltf::Model& model, tinygltf::Primitive& primitive) {
   const int position_accessor = primitive.attributes.at("POSITION");
   COPPICE_TRY(positions, read_positions(model, position_accessor));
@@ -173,8 +163,7 @@ Result<WidenedLines> widen(tinygltf::Model& model, tinygltf::Primitive& primitiv
     append_strip(positions, lines[i], std::min(widened.width, lengths[i] / kMinLengths), std::numbers::pi * turn, strips);
   }
 
-  std::map<std::string, int> attributes{
-      {"POSITION", add_values(model, strips.positions, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT)}};
+  std::map<std::string, int> attributes{{"POSITION", add_vec3(model, strips.positions)}};
   for (const auto& [name, accessor] : primitive.attributes) {
     if (std::ranges::find(kCarried, name) == kCarried.end()) continue;
     if (model.accessors.at(static_cast<std::size_t>(accessor)).count != positions.size())
@@ -182,7 +171,7 @@ Result<WidenedLines> widen(tinygltf::Model& model, tinygltf::Primitive& primitiv
     COPPICE_CHECK(move_into(attributes[name], add_copy_of_elements(model, accessor, strips.sources)));
   }
   primitive.attributes = std::move(attributes);
-  primitive.indices = add_values(model, strips.triangles, TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
+  primitive.indices = add_uint32(model, strips.triangles);
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   return widened;
 }

@@ -21,8 +21,8 @@ struct WidenedLines {
 /// 60 degrees are one line. All lines of a primitive have one width: of their median length a twentieth if most have one segment, as
 /// needles, else a fortieth, as blades; but at most a quarter of their own length. Strips next to each other are turned about their lines
 /// by different angles, so that a plant is as dense from any side. New vertices have the attributes of those that they stand beside,
-/// without normals, tangents and morph targets. errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length;
-/// unsupported: more than 2^21 ends of lines
+/// without normals, tangents and morph targets.
+/// errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length; unsupported: more than 2^21 ends of lines
 Result<std::vector<WidenedLines>> widen_lines(tinygltf::Model& model);
 
 /// A line for a person about those that the instances show; empty: none.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <map>
 #include <utility>
 #include <vector>
@@ -99,16 +98,6 @@ void place(const glm::dmat4& transform, glm::vec3& position, glm::vec3* normal) 
   *normal = length > 0.0 ? glm::vec3(turned / length) : *normal;
 }
 
-int add_points(tinygltf::Model& model, const Points& points) {
-  std::vector<unsigned char> bytes(points.size() * sizeof(glm::vec3));
-  std::memcpy(bytes.data(), points.data(), bytes.size());
-  tinygltf::Accessor accessor;
-  accessor.type = TINYGLTF_TYPE_VEC3;
-  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
-  accessor.count = points.size();
-  return add_accessor(model, std::move(accessor), std::move(bytes));
-}
-
 /// How a node shows its mesh.
 struct NodePose {
   const std::vector<glm::dmat4>* joints = nullptr;  ///< file space from the skin's mesh space; null: no skin
@@ -144,8 +133,8 @@ Result<void> pose_primitive(tinygltf::Model& model, const NodePose& pose, tinygl
   COPPICE_CHECK(morph(model, primitive, pose.weights, "POSITION", positions));
   if (!normals.empty()) COPPICE_CHECK(morph(model, primitive, pose.weights, "NORMAL", normals));
   if (pose.joints != nullptr) COPPICE_CHECK(move_vertices(model, primitive, pose, positions, normals));
-  primitive.attributes["POSITION"] = add_points(model, positions);
-  if (!normals.empty()) primitive.attributes["NORMAL"] = add_points(model, normals);
+  primitive.attributes["POSITION"] = add_vec3(model, positions);
+  if (!normals.empty()) primitive.attributes["NORMAL"] = add_vec3(model, normals);
   return {};
 }
 

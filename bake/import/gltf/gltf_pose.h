@@ -17,9 +17,8 @@ namespace coppice::bake {
 /// positions in the file's world space: their node's own transform does not count (mesh_instances). A primitive of a skinned mesh that has
 /// no joints stays where its node is. A vertex without weights follows its first joint. Nodes without a skinned primitive lose their skin.
 /// model   screened (gltf_screen.h), decompressed
-/// errors  `detail` names the primitive. bad_file: attributes of unequal length, a joint that the skin does not have, a position that is
-/// not
-///         finite; unsupported: more than 2^27 vertices and displacements together
+/// errors  `detail` names the primitive. bad_file: attributes of unequal length, a joint that the skin does not have, a position that
+///         is not finite; unsupported: more than 2^27 vertices and displacements together
 Result<void> apply_rest_pose(tinygltf::Model& model);
 
 /// One line that says what was posed, and that animation is not kept; empty if there is nothing of that.

@@ -263,9 +263,10 @@ Plane leaf_plane(const LeafShape& shape, std::size_t stalk, LeafPlane rule) {
   // The plane nearest to the points of a frond that droops to both sides is the one that sees it edge-on.
   constexpr double kMinShown = 0.5;
   Plane plane = best_plane(shape.points, stalk);
+  if (rule == LeafPlane::nearest) return plane;
   double area = 0.0;
   for (std::size_t t = 0; t < shape.materials.size(); ++t) area += glm::length(area_vector(shape, t));
-  if (rule == LeafPlane::shown && shown_area(shape, plane.normal) < kMinShown * area) plane.normal = most_shown_normal(shape);
+  if (shown_area(shape, plane.normal) < kMinShown * area) plane.normal = most_shown_normal(shape);
   return plane;
 }
 

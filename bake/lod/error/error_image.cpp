@@ -82,6 +82,15 @@ float error_px_of(const std::array<SquaredErrors, kErrorViewCount>& errors, std:
   return static_cast<float>(kErrorSizesPx[size] * std::sqrt(sum / kErrorViewCount) / kWhiteLuminance);
 }
 
+double changed_coverage(const ViewCoverage& source, const ViewCoverage& other) {
+  double changed = 0.0, covered = 0.0;
+  for (std::size_t view = 0; view < source.size(); ++view) {
+    changed += std::abs(other[view] - source[view]);
+    covered += source[view];
+  }
+  return covered > 0.0 ? changed / covered : 0.0;
+}
+
 float coverage_error_px(double share, std::uint32_t size_px) {
   constexpr double kErrorPerShare_px = 40.0, kSmall_px = 16.0;
   const double small = std::min(size_px / kSmall_px, 1.0);

@@ -43,6 +43,11 @@ SquaredErrors squared_errors(const LuminanceImage& source, const LuminanceImage&
 /// size_px * rmse / 255 over all views, px: see ARCHITECTURE.md, "Error table". size  index into kErrorSizesPx
 float error_px_of(const std::array<SquaredErrors, kErrorViewCount>& errors, std::size_t size);
 
+/// What each view of a plant covers, in any unit.
+using ViewCoverage = std::array<double, kErrorViewCount>;
+/// How much the views of another LoD gain or lose of their coverage, as a share of all; 0 if the source covers nothing.
+double changed_coverage(const ViewCoverage& source, const ViewCoverage& other);
+
 /// Converts the share of its coverage that a plant gains or loses to an error, px: squares hardly show it if the plant fills little of the
 /// image. At a threshold of 2 px a 20th is right; of a plant below 16 px more, since it is less visible.
 float coverage_error_px(double share, std::uint32_t size_px);

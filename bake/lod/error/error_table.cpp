@@ -207,12 +207,11 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
   COPPICE_TRY(renderer, make_renderer(plant));
   const std::vector<std::uint32_t> source_nodes = cut_nodes(plant.tree, plant.tree.leaf_count());
   std::vector<ColorImage> source(kErrorViewCount);
-  std::array<double, kErrorViewCount> source_coverage{};
+  ViewCoverage source_coverage{};
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     source[view] = render(renderer, source_nodes, renderer.projections[view]);
     source_coverage[view] = coverage_of(source[view]);
   });
-  const double covered = std::accumulate(source_coverage.begin(), source_coverage.end(), 0.0);
 
   ErrorTable table;
   table.leaf_counts = measured_leaf_counts(plant.tree.leaf_count());
@@ -221,14 +220,13 @@ Result<ErrorTable> measure_error_table(const BakedPlant& plant, const ProgressFu
     progress(static_cast<double>(level) / static_cast<double>(table.leaf_counts.size()));
     const std::vector<std::uint32_t> nodes = cut_nodes(plant.tree, table.leaf_counts[level]);
     std::array<SquaredErrors, kErrorViewCount> errors{};
-    std::array<double, kErrorViewCount> changes{};
+    ViewCoverage coverage{};
     parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
       const ColorImage image = render(renderer, nodes, renderer.projections[view]);
       errors[view] = squared_color_errors(source[view], image);
-      changes[view] = std::abs(coverage_of(image) - source_coverage[view]);
+      coverage[view] = coverage_of(image);
     });
-    const bool judges_coverage = nodes.size() <= kFewLeaves && covered > 0.0;
-    const double change = judges_coverage ? std::accumulate(changes.begin(), changes.end(), 0.0) / covered : 0.0;
+    const double change = nodes.size() <= kFewLeaves ? changed_coverage(source_coverage, coverage) : 0.0;
     for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
       table.error_px.push_back(std::max(error_px_of(errors, size), coverage_error_px(change, kErrorSizesPx[size])));
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -101,10 +100,12 @@ class TexturedCanvas {
     return nearer;
   }
 
-  LuminanceImage image = LuminanceImage(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
+  /// Number of pixels that show anything.
   [[nodiscard]] double covered() const {
     return static_cast<double>(image.size()) - static_cast<double>(std::ranges::count(depths_, kNoDepth));
   }
+
+  LuminanceImage image = LuminanceImage(std::size_t{kErrorImagePx} * kErrorImagePx, kWhiteLuminance);
 
  private:
   static float luminance_at(const LuminanceLevel& level, const glm::dvec2& uv) {
@@ -327,17 +328,16 @@ Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant) {
   for (const LeafMeshPart& part : plant.leaf_meshes.parts) parts.push_back(&part.mesh);
   COPPICE_TRY(scene, make_scene(plant, parts));
   std::array<SquaredErrors, kErrorViewCount> errors{};
-  std::array<double, kErrorViewCount> covered{}, changes{};
+  ViewCoverage mesh_coverage{}, quad_coverage{};
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas quads(scene.projections[view], scene.looks, scene.masks), meshes(quads);
     draw_quads(plant, scene.leaves, quads);
     for (const Mesh* part : parts) draw_leaves(*part, plant.materials, meshes);
     errors[view] = squared_errors(meshes.image, quads.image);
-    covered[view] = meshes.covered();
-    changes[view] = std::abs(quads.covered() - covered[view]);
+    mesh_coverage[view] = meshes.covered();
+    quad_coverage[view] = quads.covered();
   });
-  const double all = std::accumulate(covered.begin(), covered.end(), 0.0);
-  const double change = all > 0.0 ? std::accumulate(changes.begin(), changes.end(), 0.0) / all : 0.0;
+  const double change = changed_coverage(mesh_coverage, quad_coverage);
   std::vector<float> error_px;
   for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size) {
     const float own_px = std::max(error_px_of(errors, size), coverage_error_px(change, kErrorSizesPx[size]));

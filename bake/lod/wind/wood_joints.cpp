@@ -39,8 +39,6 @@ std::uint32_t add_middle(std::uint32_t a, std::uint32_t b, Mesh& mesh) {
   mesh.positions.push_back(0.5f * (mesh.positions[a] + mesh.positions[b]));
   mesh.normals.push_back(glm::length(normal) > 1e-6f ? glm::normalize(normal) : mesh.normals[a]);
   mesh.uvs.push_back(0.5f * (mesh.uvs[a] + mesh.uvs[b]));
-  if (!mesh.vertex_opacities.empty()) mesh.vertex_opacities.push_back(mesh.vertex_opacities[a]);
-  if (!mesh.vertex_alongs.empty()) mesh.vertex_alongs.push_back(mesh.vertex_alongs[a]);
   return static_cast<std::uint32_t>(mesh.positions.size() - 1);
 }
 

@@ -91,12 +91,6 @@ bool take_level(WordList& words, NodeName& name) {
   return false;
 }
 
-std::string joined(const WordList& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
 std::optional<WeakLevel> weak_level(WordList words) {
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const auto number = is_one_of(words[i], kWeakLevelWords) ? level_number(words[i + 1]) : std::nullopt;
@@ -140,6 +134,12 @@ std::vector<std::string> name_words(std::string_view name) {
     before = kind;
   }
   return words;
+}
+
+std::string joined(const WordList& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
 }
 
 NodeName read_node_name(std::string_view name) {

@@ -36,6 +36,8 @@ NodeName read_node_name(std::string_view name);
 /// The words of a name, lower case: "OakTree_02b" is oak, tree, 02, b. They end at what is neither letter nor digit, between letters and
 /// digits, and before a capital that follows a small letter. Only the first 256 bytes of a name count.
 std::vector<std::string> name_words(std::string_view name);
+/// Words apart by spaces, as in NodeName::stem.
+std::string joined(const std::vector<std::string>& words);
 
 /// Whether a word distinguishes things of one kind: a number, a single letter, "small", "old", "winter", "variant", ...
 bool is_variant_word(std::string_view word);

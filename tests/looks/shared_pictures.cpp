@@ -121,12 +121,12 @@ enum class Textures { none, png, png_and_ktx2 };  ///< KTX2 is not read
 
 GltfBuilder tree_of(Textures textures) {
   GltfBuilder builder;
-  const bool has_png = textures != Textures::none;
-  const auto image = [&](auto paint) { return has_png ? painted_png(64, 64, paint) : std::vector<std::uint8_t>(); };
-  const int leaves = add_surface(builder, {.name = "leaves", .image = image(oval_leaf), .alpha_cutoff = has_png ? 0.5f : 0.0f});
-  const int bark = add_surface(builder, {.name = "bark", .image = image(furrowed_bark)});
+  const int leaves = add_surface(builder, {.name = "leaves", .image = painted_png(64, 64, oval_leaf), .alpha_cutoff = 0.5f});
+  const int bark = add_surface(builder, {.name = "bark", .image = painted_png(64, 64, furrowed_bark)});
   add_shape(builder, crown({}), leaves, "crown");
   add_shape(builder, bare_tree(), bark, "trunk");
+  if (textures == Textures::none)
+    for (nlohmann::json& material : builder.json["materials"]) material["pbrMetallicRoughness"].erase("baseColorTexture");
   if (textures != Textures::png_and_ktx2) return builder;
   const std::vector<std::uint8_t> ktx{0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
   builder.json["images"].push_back({{"bufferView", builder.add_view(ktx)}, {"mimeType", "image/ktx2"}});

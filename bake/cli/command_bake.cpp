@@ -8,7 +8,7 @@
 #include "commands.h"
 #include "dry_run.h"
 #include "output.h"
-#include "plant_size.h"
+#include "bounds.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "text_number.h"

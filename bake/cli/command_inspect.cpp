@@ -9,7 +9,7 @@
 #include "coppice/format.h"
 #include "inspect.h"
 #include "output.h"
-#include "plant_size.h"
+#include "bounds.h"
 #include "printable.h"
 #include "scene_reader.h"
 #include "verify_scene.h"

@@ -13,7 +13,7 @@
 #include "gltf_write.h"
 #include "parallel_for.h"
 #include "plant_painter.h"
-#include "plant_size.h"
+#include "bounds.h"
 #include "printable.h"
 #include "text_number.h"
 #include "viewpoints.h"

@@ -18,9 +18,9 @@
 #include "gltf_materials.h"
 #include "gltf_pose.h"
 #include "gltf_triangles.h"
-#include "near_uvs.h"
-#include "plant_size.h"
+#include "bounds.h"
 #include "printable.h"
+#include "texture_regions.h"
 #include "triangle_soup.h"
 #include "vertex_colors.h"
 

@@ -11,7 +11,7 @@
 #include "gltf_builder.h"
 #include "imported.h"
 #include "mentions.h"
-#include "near_uvs.h"
+#include "texture_regions.h"
 #include "process.h"
 #include "results.h"
 

@@ -194,11 +194,11 @@ constexpr std::pair<std::string_view, std::string_view> kOtherFormats[] = {
 std::string conversion_advice(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const auto& [name, import] : kOtherFormats)
+  for (const auto& [name, operation] : kOtherFormats)
     if (extension == name)
       return "convert with: blender --background --factory-startup --python-expr \"import bpy; bpy.ops.wm.read_homefile(use_empty=True); "
              "bpy.ops." +
-             std::string(import) + "(filepath='" + path.filename().string() + "'); bpy.ops.export_scene.gltf(filepath='" +
+             std::string(operation) + "(filepath='" + path.filename().string() + "'); bpy.ops.export_scene.gltf(filepath='" +
              path.stem().string() + ".glb')\"";
   return {};
 }

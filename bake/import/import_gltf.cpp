@@ -9,6 +9,7 @@
 
 #include <tiny_gltf.h>
 
+#include "bounds.h"
 #include "coppice/format.h"
 #include "failure_text.h"
 #include "find_leaves.h"
@@ -18,7 +19,6 @@
 #include "gltf_materials.h"
 #include "gltf_pose.h"
 #include "gltf_triangles.h"
-#include "bounds.h"
 #include "printable.h"
 #include "texture_regions.h"
 #include "triangle_soup.h"

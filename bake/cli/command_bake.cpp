@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "bake_arguments.h"
+#include "bounds.h"
 #include "commands.h"
 #include "dry_run.h"
 #include "output.h"
-#include "plant_size.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "text_number.h"

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "bounds.h"
 #include "commands.h"
 #include "coppice/format.h"
 #include "inspect.h"
 #include "output.h"
-#include "plant_size.h"
 #include "printable.h"
 #include "scene_reader.h"
 #include "verify_scene.h"

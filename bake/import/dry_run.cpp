@@ -10,10 +10,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bounds.h"
 #include "gltf_write.h"
 #include "parallel_for.h"
 #include "plant_painter.h"
-#include "plant_size.h"
 #include "printable.h"
 #include "text_number.h"
 #include "viewpoints.h"

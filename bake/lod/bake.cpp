@@ -20,7 +20,6 @@
 #include "material_split.h"
 #include "mesh_error.h"
 #include "occlusion_areas.h"
-#include "plant_size.h"
 #include "printable.h"
 #include "progress.h"
 #include "stopwatch.h"

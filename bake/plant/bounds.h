@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <limits>
+#include <string>
 
 #include <glm/common.hpp>
 
@@ -18,7 +20,12 @@ struct PointBox {
     low = glm::min(low, point);
     high = glm::max(high, point);
   }
+  void add(const PointBox& other) {
+    low = glm::min(low, other.low);
+    high = glm::max(high, other.high);
+  }
   [[nodiscard]] Point extent() const { return high - low; }
+  [[nodiscard]] bool is_empty() const { return low.x > high.x; }
 };
 
 template <class Points>
@@ -33,5 +40,15 @@ Sphere bounding_sphere(const Foliage& foliage);
 
 /// Bounding sphere of a plant, about the centre of the box of leaf quads, wood and leaf meshes.
 Sphere plant_sphere(const Foliage& foliage, const Mesh& wood, const LeafMeshes& leaf_meshes = {});
+
+/// Width (x), height (y) and depth (z) of leaves and wood, metres.
+std::array<double, 3> plant_size_m(const Plant& plant);
+
+/// Writes a size as "5.31 m high, 3.1 x 3.2 m wide".
+std::string size_text(const std::array<double, 3>& size_m);
+
+/// Warns of a plant larger than 120 m or smaller than 1 cm, with the unit that its file may be in; empty for any other.
+/// metres_per_unit  the unit in which the file was read
+std::string size_warning(const std::array<double, 3>& size_m, double metres_per_unit);
 
 }  // namespace coppice::bake

@@ -11,9 +11,9 @@
 #include "gltf_builder.h"
 #include "imported.h"
 #include "mentions.h"
-#include "near_uvs.h"
 #include "process.h"
 #include "results.h"
+#include "texture_regions.h"
 
 namespace coppice::bake {
 namespace import_hints_test {

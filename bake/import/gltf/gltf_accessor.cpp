@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstring>
 #include <numeric>
-#include <span>
-#include <type_traits>
 #include <utility>
 
 #include <tiny_gltf.h>
@@ -14,8 +11,12 @@
 namespace coppice::bake {
 namespace {
 
-Error bad(const char* what, int accessor) {
-  return Error{Status::bad_file, what, Error::kNoOffset, accessor_place(accessor)};
+Error bad(const char* what, int accessor, const std::string& more = {}) {
+  return Error{Status::bad_file, what, Error::kNoOffset, accessor_place(accessor) + more};
+}
+
+Error no_such_attribute(int accessor) {
+  return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor)};
 }
 
 std::size_t component_bytes(int component_type) {
@@ -38,29 +39,17 @@ float to_float(T value, bool normalized) {
 }
 
 float load_float(const unsigned char* bytes, int component_type, bool normalized) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-      return to_float(load<std::int8_t>(bytes), normalized);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return to_float(load<std::uint8_t>(bytes), normalized);
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-      return to_float(load<std::int16_t>(bytes), normalized);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return to_float(load<std::uint16_t>(bytes), normalized);
-    default:
-      return load<float>(bytes);
-  }
+  if (component_type == TINYGLTF_COMPONENT_TYPE_BYTE) return to_float(load<std::int8_t>(bytes), normalized);
+  if (component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return to_float(load<std::uint8_t>(bytes), normalized);
+  if (component_type == TINYGLTF_COMPONENT_TYPE_SHORT) return to_float(load<std::int16_t>(bytes), normalized);
+  if (component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return to_float(load<std::uint16_t>(bytes), normalized);
+  return load<float>(bytes);
 }
 
 std::uint32_t load_index(const unsigned char* bytes, int component_type) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return load<std::uint8_t>(bytes);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return load<std::uint16_t>(bytes);
-    default:
-      return load<std::uint32_t>(bytes);
-  }
+  if (component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return load<std::uint8_t>(bytes);
+  if (component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(bytes);
+  return load<std::uint32_t>(bytes);
 }
 
 /// Calls store(element, bytes) for every element the accessor defines: first those of its buffer view, then the sparse ones over them.
@@ -86,25 +75,6 @@ Result<void> visit_elements(const tinygltf::Model& model, int accessor_index, st
   return {};
 }
 
-/// Reads vectors of as many components as a Vector has.
-template <class Vector>
-Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index) {
-  constexpr std::array<const char*, 3> kOthers{"not a VEC2", "not a VEC3", "not a VEC4"};
-  static_assert(TINYGLTF_TYPE_VEC2 == 2 && TINYGLTF_TYPE_VEC3 == 3 && TINYGLTF_TYPE_VEC4 == 4);
-  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
-  if (accessor.type != Vector::length()) return bad(kOthers[std::size_t{Vector::length()} - 2], accessor_index);
-  if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
-    return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
-  const std::size_t scalar_bytes = component_bytes(accessor.componentType);
-  std::vector<Vector> values(accessor.count, Vector(0.0f));
-  COPPICE_CHECK(
-      visit_elements(model, accessor_index, scalar_bytes * std::size_t{Vector::length()}, [&](std::size_t i, const unsigned char* bytes) {
-        for (int c = 0; c < Vector::length(); ++c)
-          values[i][c] = load_float(bytes + static_cast<std::size_t>(c) * scalar_bytes, accessor.componentType, accessor.normalized);
-      }));
-  return values;
-}
-
 /// Appends an accessor of values as they lie in memory; returns its index.
 template <class Value>
 int append_values(tinygltf::Model& model, std::span<const Value> values, int type, int component_type) {
@@ -124,24 +94,30 @@ std::span<const std::uint8_t> view_bytes(const tinygltf::Model& model, int view_
   return buffer.subspan(view.byteOffset, view.byteLength).subspan(offset);
 }
 
-Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec3>(model, accessor);
+template <class Vector>
+Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor_index) {
+  constexpr std::array<const char*, 3> kOthers{"not a VEC2", "not a VEC3", "not a VEC4"};
+  static_assert(TINYGLTF_TYPE_VEC2 == 2 && TINYGLTF_TYPE_VEC3 == 3 && TINYGLTF_TYPE_VEC4 == 4);
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
+  if (accessor.type != Vector::length()) return bad(kOthers[std::size_t{Vector::length()} - 2], accessor_index);
+  if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) return no_such_attribute(accessor_index);
+  const std::size_t scalar_bytes = component_bytes(accessor.componentType);
+  std::vector<Vector> values(accessor.count, Vector(0.0f));
+  COPPICE_CHECK(
+      visit_elements(model, accessor_index, scalar_bytes * std::size_t{Vector::length()}, [&](std::size_t i, const unsigned char* bytes) {
+        for (int c = 0; c < Vector::length(); ++c)
+          values[i][c] = load_float(bytes + static_cast<std::size_t>(c) * scalar_bytes, accessor.componentType, accessor.normalized);
+      }));
+  return values;
 }
-
-Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec2>(model, accessor);
-}
-
-Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor) {
-  return read_vectors<glm::vec4>(model, accessor);
-}
+template Result<std::vector<glm::vec2>> read_vectors(const tinygltf::Model&, int);
+template Result<std::vector<glm::vec3>> read_vectors(const tinygltf::Model&, int);
+template Result<std::vector<glm::vec4>> read_vectors(const tinygltf::Model&, int);
 
 Result<std::vector<glm::vec3>> read_positions(const tinygltf::Model& model, int accessor) {
-  COPPICE_TRY(positions, read_vec3(model, accessor));
+  COPPICE_TRY(positions, read_vectors<glm::vec3>(model, accessor));
   for (std::size_t i = 0; i < positions.size(); ++i)
-    if (!is_finite(positions[i]))
-      return Error{Status::bad_file, "position is not finite", Error::kNoOffset,
-                   accessor_place(accessor) + " element " + std::to_string(i)};
+    if (!is_finite(positions[i])) return bad("position is not finite", accessor, " element " + std::to_string(i));
   return positions;
 }
 
@@ -154,9 +130,8 @@ Result<std::vector<std::uint32_t>> read_vertex_order(const tinygltf::Model& mode
   COPPICE_TRY(order, read_indices(model, accessor));
   for (std::size_t i = 0; i < order.size(); ++i)
     if (order[i] >= vertex_count)
-      return Error{Status::bad_file, "index beyond the vertices", Error::kNoOffset,
-                   accessor_place(accessor) + " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " +
-                       std::to_string(vertex_count)};
+      return bad("index beyond the vertices", accessor,
+                 " element " + std::to_string(i) + " is " + std::to_string(order[i]) + " of " + std::to_string(vertex_count));
   return order;
 }
 
@@ -177,8 +152,8 @@ Result<int> add_copy_of_elements(tinygltf::Model& model, int accessor, std::span
 }
 
 Result<std::vector<glm::vec4>> read_colors(const tinygltf::Model& model, int accessor) {
-  if (model.accessors.at(static_cast<std::size_t>(accessor)).type == TINYGLTF_TYPE_VEC4) return read_vec4(model, accessor);
-  COPPICE_TRY(rgb, read_vec3(model, accessor));
+  if (model.accessors.at(static_cast<std::size_t>(accessor)).type == TINYGLTF_TYPE_VEC4) return read_vectors<glm::vec4>(model, accessor);
+  COPPICE_TRY(rgb, read_vectors<glm::vec3>(model, accessor));
   std::vector<glm::vec4> colors(rgb.size());
   for (std::size_t i = 0; i < rgb.size(); ++i) colors[i] = glm::vec4(rgb[i], 1.0f);
   return colors;
@@ -190,7 +165,7 @@ Result<std::vector<float>> read_first_components(const tinygltf::Model& model, i
   if (accessor.type != TINYGLTF_TYPE_SCALAR && !is_vector) return bad("neither a SCALAR nor a vector", accessor_index);
   const int type = accessor.componentType;
   if (type != TINYGLTF_COMPONENT_TYPE_FLOAT && (type < TINYGLTF_COMPONENT_TYPE_BYTE || type > TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT))
-    return Error{Status::unsupported, "vertex attribute of 32-bit integers", Error::kNoOffset, accessor_place(accessor_index)};
+    return no_such_attribute(accessor_index);
   const std::size_t components = is_vector ? static_cast<std::size_t>(accessor.type) : 1;
   std::vector<float> values(accessor.count, 0.0f);
   COPPICE_CHECK(visit_elements(model, accessor_index, component_bytes(type) * components, [&](std::size_t i, const unsigned char* bytes) {
@@ -244,6 +219,15 @@ int add_uint32(tinygltf::Model& model, std::span<const std::uint32_t> values) {
 
 std::string accessor_place(int accessor) {
   return "accessors[" + std::to_string(accessor) + "]";
+}
+
+std::string primitive_place(std::size_t mesh, std::size_t primitive) {
+  return "meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + "]";
+}
+
+Error at_place(const std::string& place, Error error) {
+  error.detail = error.detail.empty() ? place : place + ": " + error.detail;
+  return error;
 }
 
 }  // namespace coppice::bake

@@ -27,11 +27,11 @@ namespace coppice::bake {
 // errors  bad_file: another shape than asked for, or a sparse index beyond the accessor; unsupported: a component type that glTF does not
 //         allow for what is read
 
-Result<std::vector<glm::vec3>> read_vec3(const tinygltf::Model& model, int accessor);
-/// read_vec3. errors  bad_file also: a component that is not finite
+/// Reads vectors of as many components as a Vector has: glm::vec2, glm::vec3 or glm::vec4.
+template <class Vector>
+Result<std::vector<Vector>> read_vectors(const tinygltf::Model& model, int accessor);
+/// errors  bad_file also: a component that is not finite
 Result<std::vector<glm::vec3>> read_positions(const tinygltf::Model& model, int accessor);
-Result<std::vector<glm::vec2>> read_vec2(const tinygltf::Model& model, int accessor);
-Result<std::vector<glm::vec4>> read_vec4(const tinygltf::Model& model, int accessor);
 /// Reads the vertices of a primitive in order: its indices or, for accessor -1, all of them. errors  bad_file also: an index beyond them
 Result<std::vector<std::uint32_t>> read_vertex_order(const tinygltf::Model& model, int accessor, std::size_t vertex_count);
 /// Appends an accessor of the same form that holds these elements of another; returns its index.
@@ -59,7 +59,10 @@ bool is_finite(const glm::vec<Length, Number>& v) {
   return !glm::any(glm::isnan(v)) && !glm::any(glm::isinf(v));
 }
 
-/// Names an accessor in messages: "accessors[3]".
+/// Names an accessor or a primitive in messages: "accessors[3]", "meshes[2].primitives[0]".
 std::string accessor_place(int accessor);
+std::string primitive_place(std::size_t mesh, std::size_t primitive);
+/// The error with the place in front of its detail.
+Error at_place(const std::string& place, Error error);
 
 }  // namespace coppice::bake

@@ -1,9 +1,6 @@
 #include "gltf_compression.h"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <exception>
 #include <map>
@@ -13,7 +10,6 @@
 #include <string>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include <draco/compression/config/decoder_options.h>
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
@@ -24,6 +20,7 @@
 #include <tiny_gltf.h>
 
 #include "gltf_accessor.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -53,21 +50,9 @@ struct Coding {
 };
 
 Coding coding_of(Mode mode) {
-  switch (mode) {
-    case Mode::attributes:
-      return {0xa0, 0, meshopt_decodeVertexBuffer};
-    case Mode::triangles:
-      return {0xe0, 1, meshopt_decodeIndexBuffer};
-    case Mode::indices:
-      break;
-  }
+  if (mode == Mode::attributes) return {0xa0, 0, meshopt_decodeVertexBuffer};
+  if (mode == Mode::triangles) return {0xe0, 1, meshopt_decodeIndexBuffer};
   return {0xd0, 1, meshopt_decodeIndexSequence};
-}
-
-void apply_filter(const MeshoptView& view, std::vector<unsigned char>& bytes) {
-  if (view.filter == Filter::octahedral) meshopt_decodeFilterOct(bytes.data(), view.count, view.stride_bytes);
-  if (view.filter == Filter::quaternion) meshopt_decodeFilterQuat(bytes.data(), view.count, view.stride_bytes);
-  if (view.filter == Filter::exponential) meshopt_decodeFilterExp(bytes.data(), view.count, view.stride_bytes);
 }
 
 Result<std::vector<unsigned char>> decode(const MeshoptView& view, std::span<const unsigned char> coded) {
@@ -79,7 +64,9 @@ Result<std::vector<unsigned char>> decode(const MeshoptView& view, std::span<con
   std::vector<unsigned char> bytes(view.count * view.stride_bytes);
   if (coding.decode(bytes.data(), view.count, view.stride_bytes, coded.data(), coded.size()) != 0)
     return bad(Status::bad_file, "damaged meshopt data", view);
-  apply_filter(view, bytes);
+  if (view.filter == Filter::octahedral) meshopt_decodeFilterOct(bytes.data(), view.count, view.stride_bytes);
+  if (view.filter == Filter::quaternion) meshopt_decodeFilterQuat(bytes.data(), view.count, view.stride_bytes);
+  if (view.filter == Filter::exponential) meshopt_decodeFilterExp(bytes.data(), view.count, view.stride_bytes);
   return bytes;
 }
 
@@ -107,9 +94,8 @@ class BoundedDecoder final : public Decoder {
     constexpr bool kFacesFirst = std::is_same_v<Decoder, draco::MeshSequentialDecoder>;
     const std::uint32_t faces = kFacesFirst ? first : second, points = kFacesFirst ? second : first;
     if (faces > kMaxFacesPerByte * coded_bytes_ || points > kMaxPointsPerByte * coded_bytes_)
-      return refuse(
-          Status::bad_file, "Draco counts too large for its bytes",
-          std::to_string(faces) + " triangles and " + std::to_string(points) + " vertices in " + std::to_string(coded_bytes_) + " bytes");
+      return refuse(Status::bad_file, "Draco counts too large for its bytes",
+                    formatted("%u triangles and %u vertices in %ju bytes", faces, points, std::uintmax_t{coded_bytes_}));
     return Decoder::DecodeConnectivity();
   }
 
@@ -159,8 +145,7 @@ Result<DracoMesh> decode_stream(std::span<const unsigned char> coded, const std:
     return failed(Status::bad_file, "unknown Draco method", place);
   auto mesh = std::make_unique<draco::Mesh>();
   const draco::Status status = decoder->Decode(draco::DecoderOptions(), &buffer, mesh.get());
-  if (refusal.status != Status::ok)
-    return failed(refusal.status, refusal.what, refusal.detail.empty() ? place : place + ": " + refusal.detail);
+  if (refusal.status != Status::ok) return at_place(place, refusal);
   if (!status.ok()) return failed(Status::bad_file, "damaged Draco data", place);
   return mesh;
 }
@@ -177,22 +162,12 @@ Result<DracoMesh> decode_view(const tinygltf::Model& model, int view_index, cons
 
 /// Returns glTF's componentType; 0 if glTF has none.
 int component_type(draco::DataType type) {
-  switch (type) {
-    case draco::DT_INT8:
-      return TINYGLTF_COMPONENT_TYPE_BYTE;
-    case draco::DT_UINT8:
-      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
-    case draco::DT_INT16:
-      return TINYGLTF_COMPONENT_TYPE_SHORT;
-    case draco::DT_UINT16:
-      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
-    case draco::DT_UINT32:
-      return TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    case draco::DT_FLOAT32:
-      return TINYGLTF_COMPONENT_TYPE_FLOAT;
-    default:
-      return 0;
-  }
+  if (type == draco::DT_INT8) return TINYGLTF_COMPONENT_TYPE_BYTE;
+  if (type == draco::DT_UINT8) return TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+  if (type == draco::DT_INT16) return TINYGLTF_COMPONENT_TYPE_SHORT;
+  if (type == draco::DT_UINT16) return TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+  if (type == draco::DT_UINT32) return TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  return type == draco::DT_FLOAT32 ? TINYGLTF_COMPONENT_TYPE_FLOAT : 0;
 }
 
 Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const std::string& place) {
@@ -203,8 +178,7 @@ Result<int> add_indices(tinygltf::Model& model, const draco::Mesh& mesh, const s
       const std::uint32_t index = corner.value();
       if (index >= mesh.num_points())
         return failed(Status::bad_file, "Draco index beyond the vertices",
-                      place + ": triangle " + std::to_string(face.value()) + " has " + std::to_string(index) + " of " +
-                          std::to_string(mesh.num_points()));
+                      place + formatted(": triangle %u has %u of %u", face.value(), index, mesh.num_points()));
       indices.push_back(index);
     }
   return add_uint32(model, indices);
@@ -310,8 +284,7 @@ Result<void> decode_draco_primitives(tinygltf::Model& model) {
   Decoding decoding(model);
   for (std::size_t m = 0; m < model.meshes.size(); ++m)
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p)
-      COPPICE_CHECK(
-          decoding.replace(model.meshes[m].primitives[p], "meshes[" + std::to_string(m) + "].primitives[" + std::to_string(p) + "]"));
+      COPPICE_CHECK(decoding.replace(model.meshes[m].primitives[p], primitive_place(m, p)));
   return {};
 }
 

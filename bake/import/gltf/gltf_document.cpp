@@ -7,8 +7,6 @@
 #include <exception>
 #include <new>
 #include <optional>
-#include <span>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -22,6 +20,7 @@
 #include "gltf_screen.h"
 #include "image_limits.h"
 #include "text_bytes.h"
+#include "text_number.h"
 
 namespace coppice::bake {
 namespace {
@@ -50,11 +49,9 @@ Result<Parts> split_glb(std::span<const std::uint8_t> file) {
   if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return damaged("truncated GLB: shorter than its header", file.size());
   if (read_u32(file, 4) != 2) return Error{Status::unsupported, "GLB version other than 2", 4};
   const std::uint32_t length = read_u32(file, 8);
-  if (length > file.size()) {
-    Error error = damaged("truncated GLB: its header promises more bytes", 8);
-    error.detail = std::to_string(length) + " promised, " + std::to_string(file.size()) + " there";
-    return error;
-  }
+  if (length > file.size())
+    return Error{Status::bad_file, "truncated GLB: its header promises more bytes", 8,
+                 formatted("%u promised, %zu there", length, file.size())};
   file = file.first(length);
   if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes) return damaged("GLB length shorter than its header", 8);
   Parts parts;
@@ -187,29 +184,21 @@ Result<ModelPointer> load_screened(const ScreenedGltf& screened, const Source& s
 }
 
 /// Formats that Blender reads, with the operator that does it.
-struct OtherFormat {
-  std::string_view extension, import;
-};
-constexpr std::array<OtherFormat, 9> kOtherFormats{{{".obj", "wm.obj_import"},
-                                                    {".fbx", "import_scene.fbx"},
-                                                    {".usd", "wm.usd_import"},
-                                                    {".usda", "wm.usd_import"},
-                                                    {".usdc", "wm.usd_import"},
-                                                    {".usdz", "wm.usd_import"},
-                                                    {".dae", "wm.collada_import"},
-                                                    {".abc", "wm.alembic_import"},
-                                                    {".blend", "wm.open_mainfile"}}};
+constexpr std::pair<std::string_view, std::string_view> kOtherFormats[] = {
+    {".obj", "wm.obj_import"},     {".fbx", "import_scene.fbx"},  {".usd", "wm.usd_import"},
+    {".usda", "wm.usd_import"},    {".usdc", "wm.usd_import"},    {".usdz", "wm.usd_import"},
+    {".dae", "wm.collada_import"}, {".abc", "wm.alembic_import"}, {".blend", "wm.open_mainfile"}};
 
 }  // namespace
 
 std::string conversion_advice(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const OtherFormat& format : kOtherFormats)
-    if (extension == format.extension)
+  for (const auto& [name, operation] : kOtherFormats)
+    if (extension == name)
       return "convert with: blender --background --factory-startup --python-expr \"import bpy; bpy.ops.wm.read_homefile(use_empty=True); "
              "bpy.ops." +
-             std::string(format.import) + "(filepath='" + path.filename().string() + "'); bpy.ops.export_scene.gltf(filepath='" +
+             std::string(operation) + "(filepath='" + path.filename().string() + "'); bpy.ops.export_scene.gltf(filepath='" +
              path.stem().string() + ".glb')\"";
   return {};
 }

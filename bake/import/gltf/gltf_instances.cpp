@@ -83,12 +83,12 @@ Result<std::vector<glm::dmat4>> read_instances(const tinygltf::Model& model, con
   const tinygltf::Value& attributes = extension.Get("attributes");
   std::vector<glm::vec3> translations(count, glm::vec3(0.0f)), scales(count, glm::vec3(1.0f));
   std::vector<glm::vec4> rotations(count, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
-  const auto read = [&](const std::string& name, const auto& read_values, auto& values) {
-    return attributes.Has(name) ? move_into(values, read_values(model, attributes.Get(name).GetNumberAsInt())) : Result<void>();
+  const auto read = [&]<class Vector>(const std::string& name, std::vector<Vector>& values) {
+    return attributes.Has(name) ? move_into(values, read_vectors<Vector>(model, attributes.Get(name).GetNumberAsInt())) : Result<void>();
   };
-  COPPICE_CHECK(read("TRANSLATION", read_vec3, translations));
-  COPPICE_CHECK(read("ROTATION", read_vec4, rotations));
-  COPPICE_CHECK(read("SCALE", read_vec3, scales));
+  COPPICE_CHECK(read("TRANSLATION", translations));
+  COPPICE_CHECK(read("ROTATION", rotations));
+  COPPICE_CHECK(read("SCALE", scales));
   std::vector<glm::dmat4> transforms;
   for (std::size_t i = 0; i < count; ++i) {
     const glm::dvec4 r(rotations[i]);
@@ -104,11 +104,7 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
   std::vector<glm::dmat4> transforms{glm::dmat4(1.0)};
   if (const auto extension = node.extensions.find(kInstancing); extension != node.extensions.end()) {
     Result<std::vector<glm::dmat4>> read = read_instances(model, extension->second, instance_count(model, node));
-    if (!read) {
-      Error error = read.error();
-      error.detail = error.detail.empty() ? instancing_place(node_index) : instancing_place(node_index) + ": " + error.detail;
-      return error;
-    }
+    if (!read) return at_place(instancing_place(node_index), read.error());
     transforms = *std::move(read);
   }
   for (std::size_t i = 0; i < transforms.size(); ++i) {

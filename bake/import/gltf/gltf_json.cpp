@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace coppice::bake {
 namespace {
@@ -74,8 +73,7 @@ Result<std::uint64_t> JsonObject::index(const std::string& name, std::size_t lim
 
 Result<void> JsonObject::check_index(const std::string& name, std::size_t limit) const {
   COPPICE_TRY(index, integer(name, 0));
-  if (index < limit || !has(name)) return {};
-  return bad("index out of range", name, of_limit(index, limit));
+  return index < limit || !has(name) ? Result<void>() : bad("index out of range", name, of_limit(index, limit));
 }
 
 Result<void> JsonObject::check_indices(const std::string& name, std::size_t limit) const {

@@ -25,8 +25,11 @@ class JsonObject {
   [[nodiscard]] bool has(const std::string& name) const { return json_->contains(name); }
   /// Returns "place.name"; "place" without a name.
   [[nodiscard]] std::string place(const std::string& name = {}) const;
-  /// An error whose detail is "place.name" and `more`.
+  /// An error whose detail is "place.name" and `more`, or "place.name is value".
   [[nodiscard]] Error bad(const char* what, const std::string& name = {}, const std::string& more = {}) const;
+  [[nodiscard]] Error bad(const char* what, const std::string& name, std::uint64_t value) const {
+    return bad(what, name, " is " + std::to_string(value));
+  }
 
   /// Reads a whole number of 0 or more, which must be there or has a fallback.
   [[nodiscard]] Result<std::uint64_t> integer(const std::string& name) const;

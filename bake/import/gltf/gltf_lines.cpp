@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <span>
 #include <string_view>
 #include <utility>
 
@@ -185,12 +184,11 @@ Result<std::vector<WidenedLines>> widen_lines(tinygltf::Model& model) {
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       if (!is_line(primitive)) continue;
-      const std::string place = "meshes[" + std::to_string(m) + "].primitives[" + std::to_string(p) + "]";
       const int counted = primitive.indices >= 0 ? primitive.indices : primitive.attributes.at("POSITION");
       ends += model.accessors.at(static_cast<std::size_t>(counted)).count;
-      if (ends > kMaxLineEnds) return Error{Status::unsupported, "more than 2^21 ends of lines", Error::kNoOffset, place};
+      if (ends > kMaxLineEnds) return Error{Status::unsupported, "more than 2^21 ends of lines", Error::kNoOffset, primitive_place(m, p)};
       Result<WidenedLines> of = widen(model, primitive);
-      if (!of) return Error{of.error().status, of.error().what, of.error().offset, place + ": " + of.error().detail};
+      if (!of) return at_place(primitive_place(m, p), of.error());
       of->mesh = static_cast<std::uint32_t>(m);
       if (of->count > 0) widened.push_back(*of);
     }

@@ -37,6 +37,10 @@ Result<int> accessor_of(const tinygltf::Model& model, const std::map<std::string
   return bad("attributes of unequal length", name + " has " + std::to_string(count) + ", POSITION " + std::to_string(vertex_count));
 }
 
+bool is_used(double weight) {
+  return weight != 0.0;
+}
+
 /// Adds the weighted displacements of one attribute's morph targets.
 Result<void> morph(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::vector<double>& weights,
                    const std::string& name, Points& values) {
@@ -44,7 +48,7 @@ Result<void> morph(const tinygltf::Model& model, const tinygltf::Primitive& prim
     if (weights[t] == 0.0) continue;
     COPPICE_TRY(accessor, accessor_of(model, primitive.targets[t], name, values.size()));
     if (accessor < 0) continue;
-    COPPICE_TRY(displacements, read_vec3(model, accessor));
+    COPPICE_TRY(displacements, read_vectors<glm::vec3>(model, accessor));
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(weights[t]) * displacements[i];
   }
   return {};
@@ -64,8 +68,8 @@ Result<std::vector<JointSet>> read_joint_sets(const tinygltf::Model& model, cons
     COPPICE_TRY(weights, accessor_of(model, primitive.attributes, "WEIGHTS_" + number, vertex_count));
     if (joints < 0 || weights < 0) return sets;
     JointSet& set = sets.emplace_back();
-    COPPICE_CHECK(move_into(set.joints, read_vec4(model, joints)));
-    COPPICE_CHECK(move_into(set.weights, read_vec4(model, weights)));
+    COPPICE_CHECK(move_into(set.joints, read_vectors<glm::vec4>(model, joints)));
+    COPPICE_CHECK(move_into(set.weights, read_vectors<glm::vec4>(model, weights)));
   }
 }
 
@@ -126,10 +130,10 @@ Result<void> move_vertices(const tinygltf::Model& model, const tinygltf::Primiti
 }
 
 Result<void> pose_primitive(tinygltf::Model& model, const NodePose& pose, tinygltf::Primitive& primitive) {
-  COPPICE_TRY(positions, read_vec3(model, primitive.attributes.at("POSITION")));
+  COPPICE_TRY(positions, read_vectors<glm::vec3>(model, primitive.attributes.at("POSITION")));
   COPPICE_TRY(normal, accessor_of(model, primitive.attributes, "NORMAL", positions.size()));
   Points normals;
-  if (normal >= 0) COPPICE_CHECK(move_into(normals, read_vec3(model, normal)));
+  if (normal >= 0) COPPICE_CHECK(move_into(normals, read_vectors<glm::vec3>(model, normal)));
   COPPICE_CHECK(morph(model, primitive, pose.weights, "POSITION", positions));
   if (!normals.empty()) COPPICE_CHECK(morph(model, primitive, pose.weights, "NORMAL", normals));
   if (pose.joints != nullptr) COPPICE_CHECK(move_vertices(model, primitive, pose, positions, normals));
@@ -151,8 +155,7 @@ class Posing {
     const tinygltf::Mesh& source = model_.meshes.at(static_cast<std::size_t>(node.mesh));
     if (std::ranges::none_of(source.primitives, has_joints)) node.skin = -1;
     NodePose pose{nullptr, file_from_node_[node_index], node.weights.empty() ? source.weights : node.weights};
-    const bool is_morphed = std::ranges::any_of(pose.weights, [](double weight) { return weight != 0.0; });
-    if (node.skin < 0 && !is_morphed) return {};
+    if (node.skin < 0 && std::ranges::none_of(pose.weights, is_used)) return {};
     if (node.skin >= 0) COPPICE_CHECK(move_into(pose.joints, joint_transforms(node.skin)));
     // Nodes without weights of their own show the mesh alike.
     const std::pair key{node.mesh, node.skin};
@@ -175,17 +178,13 @@ class Posing {
     tinygltf::Primitive& primitive = mesh.primitives[p];
     values_ += kValuesOfAPrimitive;
     if (!is_shown(primitive)) return {};
-    const std::string place = "meshes[" + std::to_string(mesh_index) + "].primitives[" + std::to_string(p) + "]";
+    const std::string place = primitive_place(static_cast<std::size_t>(mesh_index), p);
     const std::uint64_t vertices = model_.accessors.at(static_cast<std::size_t>(primitive.attributes.at("POSITION"))).count;
-    const auto is_used = [](double weight) { return weight != 0.0; };
     values_ += vertices * (1 + static_cast<std::uint64_t>(std::ranges::count_if(pose.weights, is_used)));
     if (values_ > kMaxValues)
       return Error{Status::unsupported, "more than 2^27 vertices and displacements to pose", Error::kNoOffset, place};
-    Result<void> done = pose_primitive(model_, pose, primitive);
-    if (done) return {};
-    Error error = done.error();
-    error.detail = place + ": " + error.detail;
-    return error;
+    const Result<void> done = pose_primitive(model_, pose, primitive);
+    return done ? Result<void>() : at_place(place, done.error());
   }
 
   Result<const std::vector<glm::dmat4>*> joint_transforms(int skin_index) {
@@ -225,7 +224,7 @@ std::string pose_line(const tinygltf::Model& model) {
     if (node.mesh < 0) continue;
     const auto& weights = node.weights.empty() ? model.meshes.at(static_cast<std::size_t>(node.mesh)).weights : node.weights;
     if (node.skin >= 0) ++skinned;
-    if (std::ranges::any_of(weights, [](double weight) { return weight != 0.0; })) ++morphed;
+    if (std::ranges::any_of(weights, is_used)) ++morphed;
   }
   std::string text;
   const auto add = [&](std::size_t count, const char* how) {

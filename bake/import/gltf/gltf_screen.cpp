@@ -5,7 +5,6 @@
 #include <span>
 #include <utility>
 
-#include "gltf_compression.h"
 #include "gltf_json.h"
 #include "image_limits.h"
 
@@ -39,6 +38,10 @@ std::size_t component_count(const std::string& type) {
   return 0;
 }
 
+std::string range_text(std::uint64_t offset, std::uint64_t bytes, std::uint64_t of_bytes) {
+  return ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(of_bytes) + " bytes";
+}
+
 /// Whether `count` elements, at least one, `stride` bytes apart from `offset` on, fit into a view of `view_bytes`.
 bool fits(std::uint64_t count, std::uint64_t element_bytes, std::uint64_t stride, std::uint64_t offset, std::uint64_t view_bytes) {
   if (offset > view_bytes || view_bytes - offset < element_bytes) return false;
@@ -51,40 +54,29 @@ using Mode = MeshoptView::Mode;
 using Filter = MeshoptView::Filter;
 
 template <class Value, std::size_t N>
-Result<Value> read_choice(const JsonObject& object, const char* name, const std::array<std::pair<const char*, Value>, N>& choices) {
+Result<Value> read_choice(const JsonObject& object, const char* name, const std::pair<const char*, Value> (&choices)[N]) {
   COPPICE_TRY(text, object.text(name));
   for (const auto& [choice, value] : choices)
     if (text == choice) return value;
   return object.bad("unknown value", name, " is '" + text.substr(0, 32) + "'");
 }
 
-Result<Mode> read_mode(const JsonObject& extension) {
-  constexpr std::array<std::pair<const char*, Mode>, 3> kModes{
-      {{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}};
-  return extension.has("mode") ? read_choice(extension, "mode", kModes) : extension.bad("missing member", "mode");
-}
-
-Result<Filter> read_filter(const JsonObject& extension) {
-  constexpr std::array<std::pair<const char*, Filter>, 5> kFilters{{{"", Filter::none},
-                                                                    {"NONE", Filter::none},
-                                                                    {"OCTAHEDRAL", Filter::octahedral},
-                                                                    {"QUATERNION", Filter::quaternion},
-                                                                    {"EXPONENTIAL", Filter::exponential}}};
-  COPPICE_TRY(text, extension.text("filter"));
-  if (text == "COLOR")
-    return Error{Status::unsupported, "meshopt filter not supported", Error::kNoOffset, extension.place("filter") + " is COLOR"};
-  return read_choice(extension, "filter", kFilters);
-}
+constexpr std::pair<const char*, Mode> kModes[] = {
+    {"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}};
+constexpr std::pair<const char*, Filter> kFilters[] = {{"", Filter::none},
+                                                       {"NONE", Filter::none},
+                                                       {"OCTAHEDRAL", Filter::octahedral},
+                                                       {"QUATERNION", Filter::quaternion},
+                                                       {"EXPONENTIAL", Filter::exponential}};
 
 /// Checks the extension's rules for the element size.
 Result<void> check_meshopt_stride(const MeshoptView& view, const JsonObject& extension) {
   const std::size_t stride = view.stride_bytes;
   const bool fits_mode = view.mode == Mode::attributes ? stride % 4 == 0 && stride >= 4 && stride <= 256 : stride == 2 || stride == 4;
-  const std::string more = " is " + std::to_string(stride);
-  if (!fits_mode) return extension.bad("stride does not fit the mode", "byteStride", more);
+  if (!fits_mode) return extension.bad("stride does not fit the mode", "byteStride", stride);
   if (view.mode != Mode::attributes && view.filter != Filter::none) return extension.bad("indices have no filter", "filter");
   if ((view.filter == Filter::octahedral && stride != 4 && stride != 8) || (view.filter == Filter::quaternion && stride != 8))
-    return extension.bad("stride does not fit the filter", "byteStride", more);
+    return extension.bad("stride does not fit the filter", "byteStride", stride);
   return {};
 }
 
@@ -94,10 +86,9 @@ Result<void> check_meshopt_bytes(const MeshoptView& view, const JsonObject& exte
   if (buffers[buffer].is_fallback) return extension.bad("compressed data in a fallback buffer", "buffer");
   COPPICE_TRY(offset, extension.integer("byteOffset", 0));
   COPPICE_TRY(bytes, extension.integer("byteLength"));
-  if (bytes == 0 || offset > buffers[buffer].bytes || bytes > buffers[buffer].bytes - offset)
-    return extension.bad(
-        "compressed view runs past the end of its buffer", "",
-        ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffers[buffer].bytes) + " bytes");
+  const std::uint64_t buffer_bytes = buffers[buffer].bytes;
+  if (bytes == 0 || offset > buffer_bytes || bytes > buffer_bytes - offset)
+    return extension.bad("compressed view runs past the end of its buffer", "", range_text(offset, bytes, buffer_bytes));
   if (meshopt_is_plausible(view.mode, view.count, view.stride_bytes, bytes)) return {};
   return extension.bad("more elements than so many bytes can code", "count",
                        " is " + std::to_string(view.count) + " in " + std::to_string(bytes) + " bytes");
@@ -105,13 +96,16 @@ Result<void> check_meshopt_bytes(const MeshoptView& view, const JsonObject& exte
 
 Result<MeshoptView> read_meshopt(const JsonObject& extension, std::span<const ScreenedBuffer> buffers) {
   MeshoptView view;
-  COPPICE_CHECK(move_into(view.mode, read_mode(extension)));
-  COPPICE_CHECK(move_into(view.filter, read_filter(extension)));
+  if (!extension.has("mode")) return extension.bad("missing member", "mode");
+  COPPICE_CHECK(move_into(view.mode, read_choice(extension, "mode", kModes)));
+  if (extension.json().value("filter", Json()) == "COLOR")
+    return Error{Status::unsupported, "meshopt filter not supported", Error::kNoOffset, extension.place("filter") + " is COLOR"};
+  COPPICE_CHECK(move_into(view.filter, read_choice(extension, "filter", kFilters)));
   COPPICE_CHECK(move_into(view.count, extension.integer("count")));
   COPPICE_CHECK(move_into(view.stride_bytes, extension.integer("byteStride")));
   COPPICE_CHECK(check_meshopt_stride(view, extension));
   if (view.count == 0 || (view.mode == Mode::triangles && view.count % 3 != 0))
-    return extension.bad("count is no number of triangles or elements", "count", " is " + std::to_string(view.count));
+    return extension.bad("count is no number of triangles or elements", "count", view.count);
   COPPICE_CHECK(check_meshopt_bytes(view, extension, buffers));
   return view;
 }
@@ -164,8 +158,9 @@ Result<std::optional<MeshoptView>> take_meshopt(const JsonObject& view, std::siz
   return std::optional<MeshoptView>();
 }
 
-/// Checks KHR_texture_transform of a textureInfo.
-Result<void> check_texture_transform(const JsonObject& texture_info) {
+/// Checks a textureInfo, with KHR_texture_transform.
+Result<void> check_texture_info(const JsonObject& texture_info, std::size_t texture_count) {
+  COPPICE_CHECK(texture_info.check_index("index", texture_count));
   COPPICE_TRY(transform, texture_info.extension("KHR_texture_transform"));
   if (!transform) return {};
   COPPICE_CHECK(transform->check_numbers("offset", 2));
@@ -173,21 +168,6 @@ Result<void> check_texture_transform(const JsonObject& texture_info) {
   COPPICE_CHECK(transform->check_number("rotation"));
   COPPICE_TRY(set, transform->integer("texCoord", 0));
   return set <= kMaxInt ? Result<void>() : transform->bad("index out of range", "texCoord");
-}
-
-/// Checks EXT_texture_webp of a texture.
-Result<void> check_webp(const JsonObject& texture, std::size_t image_count) {
-  COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
-  return webp ? webp->check_index("source", image_count) : Result<void>();
-}
-
-/// Checks that a texture with KHR_texture_basisu, which is not read, names an image that is read.
-/// errors  unsupported: it names none; the error says how to convert the file
-Result<void> check_basisu_fallback(const JsonObject& texture) {
-  COPPICE_TRY(basisu, texture.extension("KHR_texture_basisu"));
-  COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
-  if (!basisu || webp || texture.has("source")) return {};
-  return Error{Status::unsupported, kKtxImage, Error::kNoOffset, basisu->place()};
 }
 
 /// Checks KHR_materials_pbrSpecularGlossiness of a material and writes its values as pbrMetallicRoughness: diffuse becomes the base colour,
@@ -198,10 +178,7 @@ Result<void> take_specular_glossiness(const JsonObject& material, std::size_t te
   COPPICE_CHECK(extension->check_numbers("diffuseFactor", 4));
   COPPICE_CHECK(extension->check_number("glossinessFactor"));
   COPPICE_TRY(texture, extension->object("diffuseTexture"));
-  if (texture) {
-    COPPICE_CHECK(texture->check_index("index", texture_count));
-    COPPICE_CHECK(check_texture_transform(*texture));
-  }
+  if (texture) COPPICE_CHECK(check_texture_info(*texture, texture_count));
   Json pbr = {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0 - extension->json().value("glossinessFactor", 1.0)}};
   if (extension->has("diffuseFactor")) pbr["baseColorFactor"] = extension->json()["diffuseFactor"];
   if (texture) pbr["baseColorTexture"] = texture->json();
@@ -344,8 +321,7 @@ class Screen {
     COPPICE_TRY(stride, view.integer("byteStride", 0));
     const std::uint64_t buffer_bytes = buffers[buffer].bytes;
     if (offset > buffer_bytes || bytes > buffer_bytes - offset)
-      return view.bad("buffer view runs past the end of its buffer", "",
-                      ": " + std::to_string(offset) + " + " + std::to_string(bytes) + " of " + std::to_string(buffer_bytes) + " bytes");
+      return view.bad("buffer view runs past the end of its buffer", "", range_text(offset, bytes, buffer_bytes));
     if (bytes == 0) return view.bad("empty buffer view", "byteLength");
     if (stride > 252 || stride % 4 != 0) return view.bad("stride not a multiple of 4 up to 252", "byteStride");
     COPPICE_TRY(meshopt, take_meshopt(view, views_.size(), buffers));
@@ -358,7 +334,7 @@ class Screen {
   Result<void> check_accessor(const JsonObject& accessor) {
     COPPICE_TRY(component_type, accessor.integer("componentType"));
     const std::uint64_t scalar_bytes = component_bytes(component_type);
-    if (scalar_bytes == 0) return accessor.bad("unknown component type", "componentType", " is " + std::to_string(component_type));
+    if (scalar_bytes == 0) return accessor.bad("unknown component type", "componentType", component_type);
     const auto type = accessor.text("type");
     if (!type || !accessor.has("type")) return accessor.bad("missing member", "type");
     const std::uint64_t element_bytes = scalar_bytes * component_count(*type);
@@ -423,8 +399,11 @@ class Screen {
 
   Result<void> check_texture(const JsonObject& texture) {
     COPPICE_CHECK(texture.check_index("source", length("images")));
-    if (is_required("KHR_texture_basisu")) COPPICE_CHECK(check_basisu_fallback(texture));
-    return check_webp(texture, length("images"));
+    COPPICE_TRY(basisu, is_required("KHR_texture_basisu") ? texture.extension("KHR_texture_basisu") : std::optional<JsonObject>());
+    COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
+    if (webp) return webp->check_index("source", length("images"));
+    if (!basisu || texture.has("source")) return {};
+    return Error{Status::unsupported, kKtxImage, Error::kNoOffset, basisu->place()};
   }
 
   Result<void> check_material(const JsonObject& material) {
@@ -432,10 +411,7 @@ class Screen {
     if (pbr) {
       COPPICE_CHECK(pbr->check_numbers("baseColorFactor", 4));
       COPPICE_TRY(texture, pbr->object("baseColorTexture"));
-      if (texture) {
-        COPPICE_CHECK(texture->check_index("index", length("textures")));
-        COPPICE_CHECK(check_texture_transform(*texture));
-      }
+      if (texture) COPPICE_CHECK(check_texture_info(*texture, length("textures")));
     }
     return take_specular_glossiness(material, length("textures"));
   }
@@ -465,7 +441,7 @@ class Screen {
 
   [[nodiscard]] Result<void> check_primitive(const JsonObject& primitive) const {
     COPPICE_TRY(mode, primitive.integer("mode", kTriangles));
-    if (mode > kTriangleFan) return primitive.bad("unknown mode", "mode", " is " + std::to_string(mode));
+    if (mode > kTriangleFan) return primitive.bad("unknown mode", "mode", mode);
     COPPICE_CHECK(primitive.check_index("indices", length("accessors")));
     COPPICE_CHECK(primitive.check_index("material", length("materials")));
     const auto attributes = primitive.object("attributes");

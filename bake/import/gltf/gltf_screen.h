@@ -23,17 +23,17 @@ inline constexpr std::array<std::string_view, 8> kReadExtensions{
     "KHR_texture_transform",      "EXT_texture_webp",        kLevelsExtension,          kVisibilityExtension};
 /// Others that a document may require: the screen itself reads them, or they change nothing that is read. A name that ends in '*' is a
 /// family. bake/import/README.md says how each is treated.
-inline constexpr std::array<std::string_view, 11> kOtherExtensions{"KHR_mesh_quantization",
-                                                                   "KHR_texture_basisu",
-                                                                   "KHR_materials_pbrSpecularGlossiness",
-                                                                   "KHR_materials_variants",
-                                                                   "KHR_materials_unlit",
-                                                                   "KHR_materials_emissive_strength",
-                                                                   "KHR_materials_diffuse_transmission",
-                                                                   "KHR_materials_transmission",
-                                                                   "KHR_materials_*",
-                                                                   "KHR_lights_punctual",
-                                                                   "KHR_xmp_json_ld"};
+inline constexpr std::string_view kOtherExtensions[] = {"KHR_mesh_quantization",
+                                                        "KHR_texture_basisu",
+                                                        "KHR_materials_pbrSpecularGlossiness",
+                                                        "KHR_materials_variants",
+                                                        "KHR_materials_unlit",
+                                                        "KHR_materials_emissive_strength",
+                                                        "KHR_materials_diffuse_transmission",
+                                                        "KHR_materials_transmission",
+                                                        "KHR_materials_*",
+                                                        "KHR_lights_punctual",
+                                                        "KHR_xmp_json_ld"};
 
 /// Whether an extension is read, or changes nothing that is read.
 bool is_supported_extension(std::string_view name);

@@ -18,6 +18,7 @@
 #include "gltf_accessor.h"
 #include "gltf_materials.h"
 #include "node_names.h"
+#include "text_number.h"
 #include "tree.h"
 
 namespace coppice::bake {
@@ -31,10 +32,6 @@ constexpr double kMaxCoordinate_m = 1e8;
 
 // A vertex without a wind weight.
 constexpr float kNoWeight = -1.0f;
-
-std::string primitive_place(std::size_t mesh, std::size_t primitive) {
-  return "meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + "]";
-}
 
 /// A primitive as the file holds it.
 struct RawPrimitive {
@@ -68,17 +65,16 @@ int attribute_accessor(const tinygltf::Primitive& primitive, const std::string& 
   return found == primitive.attributes.end() ? -1 : found->second;
 }
 
-/// Reads an optional attribute; empty if it is absent. read  read_vec3 or the like
+/// Reads an optional attribute; empty if it is absent. read  read_vectors or the like
 template <class Values>
 Result<Values> read_attribute(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& name,
                               std::size_t vertex_count, Result<Values> (*read)(const tinygltf::Model&, int)) {
   const int accessor = attribute_accessor(primitive, name);
   if (accessor < 0) return Values{};
-  if (model.accessors.at(static_cast<std::size_t>(accessor)).count != vertex_count)
-    return Error{Status::bad_file, "attributes of unequal length", Error::kNoOffset,
-                 name + " has " + std::to_string(model.accessors.at(static_cast<std::size_t>(accessor)).count) + ", POSITION " +
-                     std::to_string(vertex_count)};
-  return read(model, accessor);
+  const std::size_t count = model.accessors.at(static_cast<std::size_t>(accessor)).count;
+  if (count == vertex_count) return read(model, accessor);
+  return Error{Status::bad_file, "attributes of unequal length", Error::kNoOffset,
+               name + formatted(" has %zu, POSITION %zu", count, vertex_count)};
 }
 
 /// Finds for each vertex the first one that lies in the same place.
@@ -92,28 +88,21 @@ std::vector<std::uint32_t> first_at_place(const std::vector<glm::vec3>& position
   return first;
 }
 
-/// A triangle, named by the places of its corners.
-struct PlacedTriangle {
-  std::array<std::uint32_t, 3> places{};  ///< ascending
-  std::uint32_t triangle = 0;
-};
-
 /// Drops triangles whose corners lie where those of an earlier one do, in any order: some tools write each side of a surface as a triangle,
 /// but the renderer shows both sides of each. Triangles without area stay, since leaf detection counts them.
 void drop_repeated_triangles(RawPrimitive& raw) {
   const std::vector<std::uint32_t> first = first_at_place(raw.positions);
-  std::vector<PlacedTriangle> placed(raw.triangles.size() / 3);
-  for (std::uint32_t t = 0; t < placed.size(); ++t) {
-    placed[t].triangle = t;
-    for (std::uint32_t k = 0; k < 3; ++k) placed[t].places[k] = first[raw.triangles[3 * t + k]];
-    std::ranges::sort(placed[t].places);
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::uint32_t>> placed;  // places of corners, ascending; number
+  for (std::uint32_t t = 0; t < raw.triangles.size() / 3; ++t) {
+    placed.emplace_back(at_corners(first, raw.triangles, 3 * std::size_t{t}), t);
+    std::ranges::sort(placed.back().first);
   }
-  std::ranges::stable_sort(placed, {}, &PlacedTriangle::places);
+  std::ranges::sort(placed);
   std::vector<bool> is_kept(placed.size(), true);
   for (std::size_t i = 1; i < placed.size(); ++i) {
     const auto& [places, triangle] = placed[i];
     const bool has_area = places[0] != places[1] && places[1] != places[2];
-    is_kept[triangle] = !has_area || places != placed[i - 1].places;
+    is_kept[triangle] = !has_area || places != placed[i - 1].first;
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < is_kept.size(); ++t)
@@ -150,22 +139,6 @@ std::vector<float> read_alongs(const tinygltf::Model& model, const tinygltf::Pri
   return *std::move(alongs);
 }
 
-/// The alpha of colours as opacities: core/tree.h.
-std::vector<std::uint8_t> opacities_of(const std::vector<glm::vec4>& colors) {
-  std::vector<std::uint8_t> opacities;
-  opacities.reserve(colors.size());
-  for (const glm::vec4& color : colors) opacities.push_back(static_cast<std::uint8_t>(std::max(1L, std::lround(color.a * float{kOpaque}))));
-  return opacities;
-}
-
-/// Returns a colour in 0..1; white for anything else, NaN too.
-glm::vec4 usable_color(const glm::vec4& color) {
-  glm::vec4 usable(1.0f);
-  for (int c = 0; c < 4; ++c)
-    if (color[c] >= 0.0f && color[c] <= 1.0f) usable[c] = color[c];
-  return usable;
-}
-
 Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const PlacedPrimitive& placed) {
   RawPrimitive raw;
   const int position_accessor = attribute_accessor(primitive, "POSITION");
@@ -173,10 +146,13 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
   const std::size_t count = raw.positions.size();
   const std::uint32_t material = primitive.material < 0 ? kNone : static_cast<std::uint32_t>(primitive.material);
   const TextureUvs texture = texture_uvs(model, material);
-  COPPICE_CHECK(move_into(raw.normals, read_attribute(model, primitive, "NORMAL", count, read_vec3)));
-  COPPICE_CHECK(move_into(raw.uvs, read_attribute(model, primitive, "TEXCOORD_" + std::to_string(texture.set), count, read_vec2)));
+  COPPICE_CHECK(move_into(raw.normals, read_attribute(model, primitive, "NORMAL", count, read_vectors<glm::vec3>)));
+  COPPICE_CHECK(
+      move_into(raw.uvs, read_attribute(model, primitive, "TEXCOORD_" + std::to_string(texture.set), count, read_vectors<glm::vec2>)));
   if (placed.wind_color_set != 0u) COPPICE_CHECK(move_into(raw.colors, read_attribute(model, primitive, "COLOR_0", count, read_colors)));
-  for (glm::vec4& color : raw.colors) color = usable_color(color);
+  for (glm::vec4& color : raw.colors)
+    for (int c = 0; c < 4; ++c)
+      if (!(color[c] >= 0.0f && color[c] <= 1.0f)) color[c] = 1.0f;  // also for NaN
   if (texture.is_transformed)
     for (glm::vec2& uv : raw.uvs) uv = glm::vec2(texture.offset + texture.linear * glm::dvec2(uv));
   COPPICE_TRY(order, read_vertex_order(model, primitive.indices, count));
@@ -189,8 +165,8 @@ Result<RawPrimitive> read_primitive(const tinygltf::Model& model, const tinygltf
 std::vector<glm::vec3> summed_normals(const RawPrimitive& raw) {
   std::vector<glm::vec3> normals(raw.positions.size(), glm::vec3(0.0f));
   for (std::size_t i = 0; i < raw.triangles.size(); i += 3) {
-    const glm::vec3& a = raw.positions[raw.triangles[i]];
-    const glm::vec3 normal = glm::cross(raw.positions[raw.triangles[i + 1]] - a, raw.positions[raw.triangles[i + 2]] - a);
+    const auto& [a, b, c] = at_corners(raw.positions, raw.triangles, i);
+    const glm::vec3 normal = glm::cross(b - a, c - a);
     for (std::size_t k = 0; k < 3; ++k) normals[raw.triangles[i + k]] += normal;
   }
   return normals;
@@ -242,12 +218,9 @@ void append_normals(const RawPrimitive& raw, const glm::dmat3& scene_from_mesh, 
 void append_uvs(const RawPrimitive& raw, const std::string& place, Mesh& mesh, std::vector<std::string>& warnings) {
   std::size_t repaired_count = 0;
   for (std::size_t i = 0; i < raw.positions.size(); ++i) {
-    glm::vec2 uv = raw.uvs.empty() ? glm::vec2(0.0f) : raw.uvs[i];
-    if (!is_finite(uv)) {
-      uv = glm::vec2(0.0f);
-      ++repaired_count;
-    }
-    mesh.uvs.push_back(uv);
+    const glm::vec2 uv = raw.uvs.empty() ? glm::vec2(0.0f) : raw.uvs[i];
+    if (!is_finite(uv)) ++repaired_count;
+    mesh.uvs.push_back(is_finite(uv) ? uv : glm::vec2(0.0f));
   }
   if (repaired_count > 0) warnings.push_back(place + ": " + std::to_string(repaired_count) + " texture coordinates not finite, read as 0");
 }
@@ -289,17 +262,12 @@ Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uin
 Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings) {
   const MeshInstance& instance = placed.instance;
-  const std::uint32_t primitive_index = placed.primitive_index;
-  const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(primitive_index);
+  const tinygltf::Primitive& primitive = model.meshes.at(instance.mesh).primitives.at(placed.primitive_index);
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES) return {};
-  const std::string place = primitive_place(instance.mesh, primitive_index);
+  const std::string place = primitive_place(instance.mesh, placed.primitive_index);
   Mesh& mesh = soup.mesh;
   Result<RawPrimitive> raw = read_primitive(model, primitive, placed);
-  if (!raw) {
-    Error error = raw.error();
-    error.detail = place + ": " + error.detail;
-    return error;
-  }
+  if (!raw) return at_place(place, raw.error());
   const glm::dmat3 linear(instance.scene_from_mesh);
   const bool mirrored = glm::determinant(linear) < 0.0;
   const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
@@ -317,7 +285,10 @@ Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitiv
   // Elsewhere the alpha of colours means what anybody wants; beside _SPREAD it is opacity.
   const std::vector<float> alongs = read_alongs(model, primitive, vertex_count, place, warnings);
   append_values(alongs, vertex_count, all_count, 1.0f, mesh.vertex_alongs);
-  const auto opacities = alongs.empty() ? std::vector<std::uint8_t>() : opacities_of(raw->colors);
+  std::vector<std::uint8_t> opacities;
+  if (!alongs.empty())
+    for (const glm::vec4& color : raw->colors)
+      opacities.push_back(static_cast<std::uint8_t>(std::max(1L, std::lround(color.a * float{kOpaque}))));
   append_values(opacities, vertex_count, all_count, kOpaque, mesh.vertex_opacities);
   append_values(read_wind_weights(model, primitive, placed, place, warnings), vertex_count, all_count, kNoWeight, mesh.wind_weights);
   if (!raw->colors.empty() && names_wind(model.meshes.at(instance.mesh).name)) soup.wind_materials.insert(placed.material);

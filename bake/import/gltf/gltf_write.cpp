@@ -1,9 +1,6 @@
 #include "gltf_write.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -13,6 +10,7 @@
 #include <glm/gtc/type_precision.hpp>
 
 #include "atomic_file.h"
+#include "bounds.h"
 #include "check.h"
 #include "gltf_accessor.h"
 #include "gltf_document.h"
@@ -53,11 +51,7 @@ int add_values(tinygltf::Model& model, const std::vector<Value>& values, int typ
 }
 
 int add_positions(tinygltf::Model& model, const std::vector<glm::vec3>& positions) {
-  glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
-  for (const glm::vec3& position : positions) {
-    low = glm::min(low, position);
-    high = glm::max(high, position);
-  }
+  const auto [low, high] = box_of(positions);
   const int index = add_values(model, positions, TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT);
   model.accessors.back().minValues = {low.x, low.y, low.z};
   model.accessors.back().maxValues = {high.x, high.y, high.z};
@@ -79,7 +73,6 @@ bool is_translucent(const Mesh& mesh, std::size_t triangle) {
 /// Adds COLOR_0: white with the opacity as alpha.
 int add_opacities(tinygltf::Model& model, const std::vector<std::uint8_t>& opacities) {
   std::vector<glm::u8vec4> colors;
-  colors.reserve(opacities.size());
   for (const std::uint8_t opacity : opacities)
     colors.emplace_back(255, 255, 255, static_cast<std::uint8_t>((255u * opacity + kOpaque / 2) / kOpaque));
   const int index = add_values(model, colors, TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE);
@@ -93,8 +86,7 @@ void add_mesh(tinygltf::Model& model, const GltfPart& part, const std::vector<st
   std::vector<std::vector<std::uint32_t>> by_material(model.materials.size());
   for (std::size_t triangle = 0; triangle < mesh.triangle_materials.size(); ++triangle) {
     const std::uint32_t material = mesh.triangle_materials[triangle];
-    const bool translucent = is_translucent(mesh, triangle);
-    auto& indices = by_material[translucent ? blended[material] : material];
+    auto& indices = by_material[is_translucent(mesh, triangle) ? blended[material] : material];
     indices.insert(indices.end(), &mesh.indices[3 * triangle], &mesh.indices[3 * triangle] + 3);
   }
 
@@ -183,12 +175,6 @@ Result<void> check_mesh(const GltfPart& part, std::size_t material_count) {
   return {};
 }
 
-void check_materials(const std::vector<Material>& materials, const std::vector<Image>& images) {
-  for (const Material& material : materials) COPPICE_ASSERT(material.image == kNone || material.image < images.size());
-  for (const Image& image : images)
-    COPPICE_ASSERT(image.width > 0 && image.height > 0 && image.rgba.size() == std::size_t{4} * image.width * image.height);
-}
-
 Result<std::vector<std::uint8_t>> serialise(const tinygltf::Model& model) {
   tinygltf::TinyGLTF writer;
   std::ostringstream stream;
@@ -203,7 +189,9 @@ Result<std::vector<std::uint8_t>> serialise(const tinygltf::Model& model) {
 
 Result<std::vector<std::uint8_t>> encode_glb(const std::vector<GltfPart>& parts, const std::vector<Material>& materials,
                                              const std::vector<Image>& images) {
-  check_materials(materials, images);
+  for (const Material& material : materials) COPPICE_ASSERT(material.image == kNone || material.image < images.size());
+  for (const Image& image : images)
+    COPPICE_ASSERT(image.width > 0 && image.height > 0 && image.rgba.size() == std::size_t{4} * image.width * image.height);
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "coppice";
@@ -246,13 +234,7 @@ Result<std::vector<std::uint8_t>> encode_png(std::uint32_t width, std::uint32_t 
 Mesh foliage_mesh(const Foliage& foliage) {
   Mesh mesh;
   const bool any_normals = std::ranges::any_of(foliage.normals, [](std::uint16_t normals) { return normals != kFlatNormals; });
-  const std::size_t leaf_count = foliage.quads.size();
-  mesh.positions.reserve(4 * leaf_count);
-  mesh.normals.reserve(4 * leaf_count);
-  mesh.uvs.reserve(4 * leaf_count);
-  mesh.indices.reserve(6 * leaf_count);
-  mesh.triangle_materials.reserve(2 * leaf_count);
-  for (std::size_t leaf = 0; leaf < leaf_count; ++leaf) {
+  for (std::size_t leaf = 0; leaf < foliage.quads.size(); ++leaf) {
     const Quad& quad = foliage.quads[leaf];
     const Card& card = foliage.card_table[foliage.cards[leaf]];
     // The diagonals' cross product is the mean normal of a bent quad. A quad collapsed to a line has none and gets up.

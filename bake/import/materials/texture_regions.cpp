@@ -11,6 +11,7 @@
 #include <glm/gtc/type_precision.hpp>
 
 #include "texture_shown.h"
+#include "union_find.h"
 
 namespace coppice::bake {
 namespace {
@@ -152,7 +153,7 @@ class CutImages {
 /// Whether another material shows the material's image in another colour.
 bool is_shared_by_others(const std::vector<Material>& materials, const std::vector<Shown>& shown, std::size_t material) {
   for (std::size_t m = 0; m < materials.size(); ++m)
-    if (m != material && materials[m].image == materials[material].image && !shown[m].bounds.none() &&
+    if (m != material && materials[m].image == materials[material].image && !shown[m].bounds.is_empty() &&
         color_difference(shown[m].color.mean(), shown[material].color.mean()) > kAlikeColors)
       return true;
   return false;
@@ -166,7 +167,7 @@ std::vector<UvChange> cut_images(Plant& plant) {
   const std::vector<Material> before = plant.materials;
   for (std::size_t m = 0; m < plant.materials.size(); ++m) {
     Material& material = plant.materials[m];
-    if (material.image == kNone || shown[m].bounds.none()) continue;
+    if (material.image == kNone || shown[m].bounds.is_empty()) continue;
     const Image& image = plant.images[material.image];
     TextureRegion region = texture_region(shown[m].bounds, image);
     if (material.normal_map != kNone) region = snapped(region, image, plant.images[material.normal_map]);
@@ -180,6 +181,13 @@ std::vector<UvChange> cut_images(Plant& plant) {
     material.image = cut_already.take(before[m].image, region, shown[m].color.mean());
   }
   return changes;
+}
+
+// Textures along a trunk repeat less often than this.
+constexpr float kFar = 64.0f;
+
+bool is_far(const glm::vec2& uv) {
+  return std::abs(uv.x) >= kFar || std::abs(uv.y) >= kFar;
 }
 
 /// Keeps the images that materials show, in order of first use.
@@ -218,6 +226,22 @@ void cut_texture_regions(Plant& plant) {
   change_uvs(plant.wood, changes);
   drop_unused_images(plant.materials, plant.images);
   measure_shown_texels(plant);
+}
+
+void bring_uvs_near_zero(Mesh& mesh, std::span<const LeafRange> leaves) {
+  if (std::ranges::none_of(mesh.uvs, is_far)) return;
+  UnionFind sets(mesh.uvs.size());
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+    for (std::size_t k = 1; k < 3; ++k) sets.join(mesh.indices[i], mesh.indices[i + k]);
+  for (const LeafRange& leaf : leaves)
+    for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) sets.join(leaf_indices(mesh, leaf)[0], vertex);
+  std::vector<PointBox<glm::vec2>> boxes(mesh.uvs.size());
+  for (std::uint32_t i = 0; i < mesh.uvs.size(); ++i) boxes[sets.find(i)].add(mesh.uvs[i]);
+  for (std::uint32_t i = 0; i < mesh.uvs.size(); ++i) {
+    const PointBox<glm::vec2>& box = boxes[sets.find(i)];
+    const glm::vec2 middle = glm::floor(0.5f * box.low + 0.5f * box.high);
+    if (is_far(middle)) mesh.uvs[i] -= middle;
+  }
 }
 
 void drop_unused_materials(BakedPlant& plant) {

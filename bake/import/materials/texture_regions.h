@@ -1,26 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
+#include <span>
 
-#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 
+#include "bounds.h"
 #include "plant.h"
 
 namespace coppice::bake {
 
-/// Bounds of some texture coordinates; none before the first is added.
-struct UvBounds {
-  glm::dvec2 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-
-  void add(const glm::vec2& uv) { add(UvBounds{glm::dvec2(uv), glm::dvec2(uv)}); }
-  void add(const UvBounds& other) {
-    low = glm::min(low, other.low);
-    high = glm::max(high, other.high);
-  }
-  [[nodiscard]] bool none() const { return !(low.x <= high.x); }
-};
+/// Bounds of some texture coordinates.
+using UvBounds = PointBox<glm::dvec2>;
 
 /// Texels [first, last) of an image.
 struct TextureRegion {
@@ -41,6 +32,11 @@ TextureRegion texture_region(const UvBounds& bounds, const Image& image);
 /// normal maps are cut alike. Same plant, same result.
 /// plant  foliage, wood, materials and images change; images that no material names any more are dropped
 void cut_texture_regions(Plant& plant);
+
+/// Moves texture coordinates that lie far from 0 near it by whole numbers. Textures repeat, so that all looks the same; but cards and the
+/// file hold few places of a texture, for which thousands of repetitions are too many. The vertices of a leaf, and of triangles that share
+/// some, move together.
+void bring_uvs_near_zero(Mesh& mesh, std::span<const LeafRange> leaves);
 
 /// Drops materials that no card, leaf mesh or wood uses, and images that no material uses, and renumbers the rest.
 void drop_unused_materials(BakedPlant& plant);

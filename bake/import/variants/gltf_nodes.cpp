@@ -34,7 +34,7 @@ struct MeshFacts {
 Result<std::vector<glm::vec3>> positions_of(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto position = primitive.attributes.find("POSITION");
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES || position == primitive.attributes.end()) return std::vector<glm::vec3>();
-  return read_vec3(model, position->second);
+  return read_vectors<glm::vec3>(model, position->second);
 }
 
 void add_outermost(const std::vector<glm::vec3>& points, std::vector<glm::vec3>& outermost) {

@@ -63,7 +63,7 @@ struct GltfNodes {
 };
 
 /// instances  from mesh_instances; they must outlive the result
-/// errors     those of read_vec3 and read_indices
+/// errors     those of read_vectors and read_indices
 Result<GltfNodes> read_gltf_nodes(const tinygltf::Model& model, std::span<const MeshInstance> instances);
 
 /// The foot of the items: the box of their vertices in the lowest 15 % of their height; with more than 2^24 vertices, the middle of their

@@ -11,7 +11,6 @@
 #include <stb_image_resize.h>
 #include <webp/decode.h>
 
-#include "image_forms.h"
 #include "image_limits.h"
 #include "text_bytes.h"
 

@@ -1,6 +1,12 @@
 #pragma once
 
+// What the decoders of images have in common.
+
 #include <cstdint>
+#include <span>
+
+#include "plant.h"
+#include "result.h"
 
 namespace coppice::bake {
 
@@ -24,5 +30,13 @@ inline constexpr const char* kKtxImage = "KTX2 is not read; `gltf-transform ktxd
 // What git checks out in place of a large file.
 inline constexpr const char* kGitLfsPointer = "version https://git-lfs";
 inline constexpr const char* kIsGitLfsPointer = "a Git LFS pointer in place of the file; `git lfs pull` fetches it";
+
+/// Decodes a PNG of any kind to RGBA of 8 bits. It keeps the high bytes of 16 bits, and applies no colour profile or gamma.
+/// errors  those of decode_image; bad_file also: a wrong checksum, and anything that libpng has to guess
+Result<Image> decode_png(std::span<const std::uint8_t> bytes);
+
+/// Decodes a JPEG to opaque RGBA: baseline and progressive, grey, RGB, YCbCr, and CMYK and YCCK by their product. EXIF is ignored.
+/// errors  those of decode_image; unsupported also: 12 bits, lossless, arithmetic coding; bad_file also: what libjpeg would fill in
+Result<Image> decode_jpeg(std::span<const std::uint8_t> bytes);
 
 }  // namespace coppice::bake

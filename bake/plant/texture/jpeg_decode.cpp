@@ -1,7 +1,7 @@
 // libjpeg can report an error only by a jump out of its own frames. Functions below that such a jump leaves have only locals without
 // destructors; what needs a destructor belongs to the function that calls them.
 
-#include "image_forms.h"
+#include "image_limits.h"
 
 #include <csetjmp>
 #include <cstdio>  // before jpeglib.h, which uses FILE
@@ -10,8 +10,6 @@
 #include <jpeglib.h>
 // It needs the declarations of jpeglib.h.
 #include <jerror.h>
-
-#include "image_limits.h"
 
 namespace coppice::bake {
 namespace {

@@ -1,7 +1,7 @@
 // libpng reports an error by a jump out of its own frames. Functions below that such a jump leaves have only locals without destructors;
 // what needs a destructor belongs to the function that calls them.
 
-#include "image_forms.h"
+#include "image_limits.h"
 
 #include <csetjmp>
 #include <cstdio>
@@ -9,8 +9,6 @@
 #include <string>
 
 #include <png.h>
-
-#include "image_limits.h"
 
 namespace coppice::bake {
 namespace {

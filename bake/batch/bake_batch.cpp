@@ -11,20 +11,16 @@
 #include <utility>
 
 #include <tbb/info.h>
-#include <nlohmann/json.hpp>
 
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
 #include "plant_pictures.h"
+#include "plant_record.h"
 #include "temporary_file.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
-
-// For a result on its way from the process that made it. Reports and journals have plant_record.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds, peak_rss_bytes,
-                                   warnings, folder_failure, server_failure, sent, because, lost)
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -60,10 +56,6 @@ double overall_fraction(std::string_view stage, double fraction) {
   if (stage == "error table") return 0.93 + 0.05 * fraction;
   if (stage == "pack") return 0.98 + 0.02 * fraction;
   return 0.05 + 0.88 * fraction;
-}
-
-std::string json_text(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 /// A batch under way.
@@ -123,7 +115,7 @@ void look_up(BatchRun& run, std::vector<std::uint32_t>& order) {
       results.push_back(load_one(run.plants[plant], run.caches.jobs()));
       draw(run.plants[plant], run.options, results.back());
     }
-    return json_text(results);
+    return json_line(nlohmann::json(results));
   };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     std::vector<BatchResult> results(plants_of(job).size());  // of a job that failed: whoever bakes the plants finds out why
@@ -153,13 +145,12 @@ void bake_missing(BatchRun& run, const std::vector<std::uint32_t>& order) {
     BatchResult result =
         bake_one(plant, run.caches.jobs(), [&](const char* stage, double fraction) { job_progress(overall_fraction(stage, fraction)); });
     draw(plant, run.options, result);
-    return json_text(result);
+    return json_line(nlohmann::json(result));
   };
   callbacks.progressed = [&](std::size_t job, double fraction) { run.progressed(order[job], fraction); };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
-    BatchResult result;
+    BatchResult result{.error = end.failure};
     if (end.failure.empty()) result = nlohmann::json::parse(end.result).get<BatchResult>();
-    if (!end.failure.empty()) result.error = end.failure;
     result.peak_rss_bytes = end.peak_rss_bytes;
     result.lost = end.lost;
     const std::vector<std::string>& looked_up = run.results[order[job]].warnings;
@@ -235,7 +226,7 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
     if (!read && read.error().status == Status::out_of_memory) throw std::bad_alloc();
     if (read)
       for (const SourceContents::Variant& variant : read->variants) names.push_back(variant.name);
-    return json_text(names);
+    return json_line(names);
   };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
     failures[jobs[job]] = end.failure;

@@ -1,7 +1,6 @@
 #include "cached_bake.h"
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <system_error>
@@ -10,6 +9,7 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
+#include "stopwatch.h"
 
 namespace coppice::bake {
 namespace {
@@ -25,7 +25,6 @@ Result<void> keep(const JobCache& cache, const std::string& key, const CachedBak
   return {};
 }
 
-/// Sends what was baked to the server.
 void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
   const auto sent = cache.server->put(key, entry);
@@ -78,20 +77,13 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   return entry;
 }
 
-/// The output, whose folder is there, is then `bytes`: written only if it is anything else.
-Result<void> publish(const fs::path& output, const std::vector<std::uint8_t>& bytes) {
-  std::error_code error;
-  if (fs::is_regular_file(output, error)) {
-    const auto there = read_file(output);
-    if (there && *there == bytes) return {};
-  }
-  return write_file_atomically(output, bytes);
-}
-
-/// Publishes it, and says what is known of it.
+/// The output is then the entry's file: written only if it is anything else.
 Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
   if (!plant.output.empty()) {
-    COPPICE_CHECK(publish(plant.output, entry.bytes));
+    const auto there = read_file(plant.output);
+    if (!there || *there != entry.bytes) {
+      COPPICE_CHECK(write_file_atomically(plant.output, entry.bytes));
+    }
   }
   result.source_leaves = entry.source_leaves;
   result.file_bytes = entry.bytes.size();
@@ -130,9 +122,8 @@ Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& r
   return take_entry(plant, *entry, result);
 }
 
-/// What became of a plant by `work`, which fills it in.
 BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(BatchResult&)>& work) {
-  const auto start = std::chrono::steady_clock::now();
+  Stopwatch watch;
   BatchResult result;
   if (!plant.failure.empty()) {
     result.error = plant.failure;
@@ -143,7 +134,7 @@ BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(
     const Error& error = done.error();
     result.error = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = watch.lap();
   return result;
 }
 
@@ -189,7 +180,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   COPPICE_CHECK(make_cache(options.cache));
   jobs_.folder = options.cache;
   const LockKind kind = options.other_batches ? LockKind::shared : LockKind::alone;
-  COPPICE_TRY(lock, FileLock::take(options.cache / "lock", kind, "another bake-all is writing to this folder"));
+  COPPICE_TRY(lock, lock_file(options.cache / "lock", kind, "another bake-all is writing to this folder"));
   lock_.emplace(std::move(lock));
   return {};
 }

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "bake_batch.h"
-#include "file_lock.h"
 #include "http_cache.h"
 #include "key_parts.h"
 #include "result.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
 
@@ -58,7 +58,7 @@ class BatchCaches {
   void note_use(const BatchResult& result);
 
   JobCache jobs_;
-  std::optional<FileLock> lock_;
+  std::optional<Descriptor> lock_;                // of the folder
   std::unique_ptr<HttpCache> server_;             // where jobs_ points to
   std::unique_ptr<std::vector<KnownKey>> known_;  // likewise
   CacheReport report_;

@@ -6,13 +6,21 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "bake_batch.h"
 #include "result.h"
+#include "temporary_file.h"
 
 namespace coppice::bake {
+
+// A result on its way from the process that made it, and what a line of a journal has of it.
+NLOHMANN_JSON_SERIALIZE_ENUM(BatchOutcome,
+                             {{BatchOutcome::failed, "failed"}, {BatchOutcome::baked, "baked"}, {BatchOutcome::cached, "cached"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds,
+                                                peak_rss_bytes, warnings, folder_failure, server_failure, sent, because, lost)
 
 /// Of the foliage in the file, for each leaf of the plant that was modelled; 0 without any.
 double bytes_per_leaf(const BatchResult& result);
@@ -37,16 +45,13 @@ class Journal {
  public:
   /// Adds to what is there. errors  io
   static Result<Journal> open(const std::filesystem::path& path);
-  Journal(Journal&& other) noexcept;
-  Journal& operator=(Journal&&) = delete;
-  ~Journal();
   /// errors  io
   Result<void> add(const BatchPlant& plant, const BatchResult& result);
 
  private:
-  Journal(std::filesystem::path path, int file);
+  Journal(std::filesystem::path path, Descriptor file) : path_(std::move(path)), file_(std::move(file)) {}
   std::filesystem::path path_;
-  int file_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace coppice::bake

@@ -93,7 +93,7 @@ std::size_t count_of(const Batch& batch, BatchOutcome outcome) {
 }
 
 std::string batch_json(const Batch& batch) {
-  return batch_record(batch).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_file(batch_record(batch));
 }
 
 std::string batch_html(const Batch& batch) {
@@ -106,7 +106,7 @@ std::string batch_html(const Batch& batch) {
     if (const auto picture = read_file(picture_path(pictures, batch.results[i].key)))
       record["plants"][i]["picture"] = data_url("image/webp", *picture);
   }
-  const std::string data = json_for_script(record.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  const std::string data = json_for_script(json_line(record));
   const std::pair<std::string_view, std::string_view> parts[] = {
       {"{{style}}", batch_page::kStyle}, {"{{data}}", data}, {"{{script}}", batch_page::kScript}};
   return filled_page(batch_page::kPage, parts);

@@ -111,7 +111,7 @@ int run_one(const BakeCommand& arguments) {
   if (!bytes) return report_failure(arguments.input, bytes.error());
   print_warnings(arguments.input, report.warnings);
 
-  const std::string json = report_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  const std::string json = json_file(report_json(report));
   const std::string line =
       formatted("%s: %u leaves, %s, %s (foliage %.1f B/leaf; %s%s), %.1f s\n", shown(arguments.output).c_str(), report.source_leaves,
                 size_text(report.size_m).c_str(), readable_bytes(report.sizes.file_bytes).c_str(), bytes_per_leaf(report),
@@ -167,10 +167,8 @@ void add_bake_command(CLI::App& app, int* exit_code) {
   CLI::Option* dry_run = command->add_flag(
       "--dry-run", arguments->dry_run, "Print what each material's pieces are taken for and why; bake nothing and write no .coppice file");
   add_bake_options(*command, arguments->bake);
-  command->add_option("--threads", arguments->bake.options.thread_count, "Worker threads; 0 for all. The result is the same for any number")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N")
-      ->capture_default_str();
+  add_count_option(*command, "--threads", arguments->bake.options.thread_count,
+                   "Worker threads; 0 for all. The result is the same for any number");
   add_limit_options(*command, arguments->limits);
   add_output_option(*command, "--report", arguments->report, "Write times, sizes and foliage information to this JSON file")
       ->type_name("F.json");

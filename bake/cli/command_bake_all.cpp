@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -10,15 +10,18 @@
 
 #include "bake_arguments.h"
 #include "bake_batch.h"
-#include "batch_arguments.h"
 #include "batch_manifest.h"
 #include "batch_report.h"
+#include "cluster_batch.h"
 #include "commands.h"
 #include "output.h"
 #include "plant_cost.h"
 #include "plant_pictures.h"
 #include "plant_record.h"
+#include "printable.h"
 #include "progress_bar.h"
+#include "slurm.h"
+#include "stopwatch.h"
 #include "temporary_file.h"
 #include "text_number.h"
 
@@ -29,8 +32,11 @@ struct BakeAllCommand {
   std::filesystem::path input, output, report, html, journal;
   BakeRequest bake;
   LimitArguments limits;
-  CacheArguments cache;
-  ClusterArguments cluster;
+  std::string cache, cache_mode = "read-write";
+  bool no_cache = false, explain = false;
+  bool slurm = false, print = false;
+  std::filesystem::path coppice;
+  std::vector<std::string> sbatch_options;
   std::uint32_t job_count = 0, thread_count = 0;
   std::uint32_t shard = 1, shard_count = 1;
   bool pictures = false;  ///< for somebody else's page
@@ -91,6 +97,18 @@ void share_threads(const BakeAllCommand& arguments, Batch& batch) {
     plant.options.thread_count = std::max(1u, (arguments.thread_count + batch.job_count - 1) / std::max(1u, batch.job_count));
 }
 
+/// Fills in the caches of the batch. errors  as parse_cache_location and credentials_of_environment
+Result<void> set_caches(const BakeAllCommand& arguments, BatchOptions& options) {
+  options.explain = arguments.explain;
+  if (arguments.no_cache) return {};
+  options.cache = arguments.output / kOwnCache;
+  if (arguments.cache.empty()) return {};
+  COPPICE_TRY(location, parse_cache_location(arguments.cache));
+  COPPICE_TRY(credentials, credentials_of_environment());
+  options.shared = {std::move(location), arguments.cache_mode == "read" ? CacheMode::read : CacheMode::read_write, std::move(credentials)};
+  return {};
+}
+
 Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_TRY(plants, checked_plants(arguments));
   Batch batch;
@@ -99,9 +117,9 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   batch.job_count = arguments.job_count > 0 ? arguments.job_count : default_job_count(batch.plants);
   share_threads(arguments, batch);
   ProgressBar bar(arguments.quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
-  const auto start = std::chrono::steady_clock::now();
+  Stopwatch watch;
   BatchOptions options{{}, batch.job_count, job_limits(arguments.limits)};
-  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, options));
+  COPPICE_CHECK(set_caches(arguments, options));
   options.cache_reported = [&batch](const CacheReport& report) { batch.cache = report; };
   options.other_batches = is_a_part(arguments);
   if (arguments.pictures || !arguments.html.empty()) options.pictures = picture_folder(arguments.output);
@@ -117,7 +135,7 @@ Result<Batch> run_batch(const BakeAllCommand& arguments) {
   COPPICE_TRY(results, bake_batch(batch.plants, options, [&bar](const BatchStatus& status) { show_batch(bar, status); }));
   if (!journaled) return journaled.error();
   batch.results = std::move(results);
-  batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  batch.seconds = watch.lap();
   return batch;
 }
 
@@ -163,23 +181,79 @@ std::vector<std::string> task_options(const BakeAllCommand& arguments) {
   if (!arguments.html.empty()) words.emplace_back("--pictures");
   if (arguments.limits.max_memory_mb > 0) add("--max-memory-mb", std::to_string(arguments.limits.max_memory_mb));
   if (arguments.limits.max_seconds > 0.0) add("--max-seconds", formatted("%.9g", arguments.limits.max_seconds));
-  if (arguments.cache.explain) words.emplace_back("--explain");
-  if (arguments.cache.none) words.emplace_back("--no-cache");
-  const std::vector<std::string> of_cache = shared_cache_options(arguments.cache);
-  words.insert(words.end(), of_cache.begin(), of_cache.end());
+  if (arguments.explain) words.emplace_back("--explain");
+  if (arguments.no_cache) words.emplace_back("--no-cache");
+  if (!arguments.no_cache && !arguments.cache.empty())
+    words.insert(words.end(), {"--cache-mode", arguments.cache_mode, "--cache", arguments.cache});
   return words;
+}
+
+/// A script's comments and JSON hold no newline and nothing but UTF-8.
+Result<void> check_words(const ClusterBatch& batch) {
+  std::vector<std::string> words{batch.output_folder.string(), batch.coppice.string()};
+  words.insert(words.end(), batch.task_options.begin(), batch.task_options.end());
+  words.insert(words.end(), batch.sbatch_options.begin(), batch.sbatch_options.end());
+  for (const std::string& word : words)
+    if (!is_printable(word)) return Error{Status::invalid_argument, "tasks' scripts cannot hold this", Error::kNoOffset, printable(word)};
+  return {};
 }
 
 Result<ClusterBatch> cluster_batch_of(const BakeAllCommand& arguments) {
   ClusterBatch batch;
   batch.output_folder = arguments.output;
   COPPICE_CHECK(move_into(batch.plants, checked_plants(arguments)));
-  COPPICE_CHECK(set_caches(arguments.cache, arguments.output, batch.options));
+  COPPICE_CHECK(set_caches(arguments, batch.options));
   batch.options.look_up_only = batch.options.other_batches = true;
   batch.options.explain = false;
   batch.task_options = task_options(arguments);
-  COPPICE_CHECK(prepare_cluster_batch(arguments.cluster, batch));
+  batch.sbatch_options = arguments.sbatch_options;
+  batch.coppice = arguments.coppice;
+  std::error_code error;
+  if (batch.coppice.empty()) batch.coppice = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return system_error("cannot tell where this program is", "/proc/self/exe", error.value());
+  for (const BatchPlant& plant : batch.plants) {
+    COPPICE_TRY(entry, manifest_entry(plant, batch.output_folder));
+    batch.entries.push_back(std::move(entry));
+  }
+  COPPICE_CHECK(check_words(batch));
   return batch;
+}
+
+volatile std::sig_atomic_t interrupted = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): a signal handler's
+
+/// While it lives, Ctrl-C is a wish to leave.
+class LeaveOnInterrupt {
+ public:
+  LeaveOnInterrupt() {
+    interrupted = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &action, &before_);
+  }
+  LeaveOnInterrupt(const LeaveOnInterrupt&) = delete;
+  LeaveOnInterrupt& operator=(const LeaveOnInterrupt&) = delete;
+  ~LeaveOnInterrupt() { ::sigaction(SIGINT, &before_, nullptr); }
+
+ private:
+  struct sigaction before_ {};
+};
+
+/// Bakes with a progress bar and lines about what was submitted and lost. Ctrl-C leaves, and the tasks go on.
+Result<std::optional<std::vector<BatchResult>>> follow_on_cluster(ClusterBatch& batch, bool quiet) {
+  ProgressBar bar(quiet ? ProgressBar::Visibility::never : ProgressBar::Visibility::on_terminal);
+  batch.progress = [&bar](const BatchStatus& status) { show_batch(bar, status); };
+  batch.warn = [&bar](const std::string& line) {
+    bar.clear();
+    std::fprintf(stderr, "coppice: %s\n", printable(line).c_str());
+  };
+  batch.say = [&batch, quiet](const std::string& line) {
+    if (!quiet) batch.warn(line);
+  };
+  batch.is_stopped = [] { return interrupted != 0; };
+  const LeaveOnInterrupt leave;
+  auto results = bake_on_cluster(batch);
+  bar.clear();
+  return results;
 }
 
 /// Ctrl-C does not end what the cluster does.
@@ -193,12 +267,12 @@ int run_on_cluster(BakeAllCommand arguments) {
     return report_failure(arguments.output, possible.error());
   arguments.output = absolute_folder(arguments.output);
   arguments.input = absolute_folder(arguments.input);
-  if (const auto cache = parse_cache_location(arguments.cache.where); cache && !cache->folder.empty())
-    arguments.cache.where = absolute_folder(cache->folder).string();
-  const auto start = std::chrono::steady_clock::now();
+  if (const auto cache = parse_cache_location(arguments.cache); cache && !cache->folder.empty())
+    arguments.cache = absolute_folder(cache->folder).string();
+  Stopwatch watch;
   auto cluster = cluster_batch_of(arguments);
   if (!cluster) return report_failure(arguments.input, cluster.error());
-  if (arguments.cluster.print) {
+  if (arguments.print) {
     const auto script = write_tasks(*cluster);
     if (!script) return report_failure(arguments.input, script.error());
     std::fputs(script->c_str(), stdout);
@@ -212,7 +286,7 @@ int run_on_cluster(BakeAllCommand arguments) {
   batch.output_folder = arguments.output;
   batch.plants = std::move(cluster->plants);
   batch.results = **std::move(results);
-  batch.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  batch.seconds = watch.lap();
   return report_batch(arguments, batch);
 }
 
@@ -233,12 +307,51 @@ void add_shard_option(CLI::App& command, BakeAllCommand& arguments) {
       ->type_name("I/N");
 }
 
+void add_cache_options(CLI::App& command, BakeAllCommand& arguments) {
+  command
+      .add_option("--cache", arguments.cache,
+                  "A cache that people and machines share: a folder, in place of OUT/.coppice-cache, or an address like https://host/path, "
+                  "behind it; without it that of COPPICE_CACHE. Credentials are in COPPICE_CACHE_CREDENTIALS (USER:PASSWORD or Bearer "
+                  "TOKEN) or ~/.netrc. A cache that is of no use costs seconds, and no plant")
+      ->type_name("FOLDER|URL")
+      ->envname(kCacheVariable);
+  command.add_option("--cache-mode", arguments.cache_mode, "Whether results are sent to the shared cache, or it is only read")
+      ->check(CLI::IsMember({"read", "read-write"}))
+      ->type_name("read|read-write")
+      ->capture_default_str();
+  command.add_flag("--no-cache", arguments.no_cache, "Bake everything and keep nothing but the outputs");
+  command.add_flag("--explain", arguments.explain,
+                   "Say why each plant was baked: what its key differs in from the nearest entry in the cache");
+}
+
+void add_cluster_options(CLI::App& command, BakeAllCommand& arguments) {
+  command.add_flag("--slurm", arguments.slurm,
+                   "Bake on the nodes of a Slurm cluster. OUT and the inputs must be in folders that all nodes share. What follows -- are "
+                   "options of sbatch. The same command again takes up where this one was stopped");
+  command.add_flag("--print", arguments.print,
+                   "With --slurm: print the script of the tasks instead of submitting it, for other schedulers");
+  command
+      .add_option("--coppice", arguments.coppice, "With --slurm: where the nodes have this program; by default where this machine has it")
+      ->type_name("PATH");
+  command.add_option("sbatch", arguments.sbatch_options, "With --slurm, after --: options of sbatch, as in -- -p long --mem 8G")
+      ->type_name("-- OPTION ...");
+}
+
 void check_arguments(const BakeAllCommand& arguments) {
-  check_cache_arguments(arguments.cache);
-  check_cluster_arguments(arguments.cluster);
-  if (arguments.cluster.slurm && is_a_part(arguments))
+  if (arguments.cache_mode == "read" && arguments.cache.empty())
+    throw CLI::ValidationError("--cache-mode", std::string("there is no shared cache: name one with --cache or ") + kCacheVariable);
+  if (const std::string word = refused_sbatch_option(arguments.sbatch_options); !word.empty())
+    throw CLI::ValidationError(word, "not with bake-all, which submits, finds and waits for the tasks itself");
+  const auto needs_slurm = [&](bool given, const std::string& name, const char* why) {
+    if (given && !arguments.slurm) throw CLI::ValidationError(name, why);
+  };
+  needs_slurm(arguments.print, "--print", "needs --slurm");
+  needs_slurm(!arguments.coppice.empty(), "--coppice", "needs --slurm");
+  if (!arguments.sbatch_options.empty())
+    needs_slurm(true, arguments.sbatch_options.front(), "one input too many; options of sbatch need --slurm");
+  if (arguments.slurm && is_a_part(arguments))
     throw CLI::ValidationError("--slurm", "deals out all plants by itself: not with --shard or --journal");
-  if (arguments.cluster.slurm && arguments.thread_count > 0)
+  if (arguments.slurm && arguments.thread_count > 0)
     throw CLI::ValidationError("--threads", "a task has the processors that Slurm gives it: -- --cpus-per-task N");
   // The entries of a list may have what the command lacks.
   std::error_code error;
@@ -246,6 +359,11 @@ void check_arguments(const BakeAllCommand& arguments) {
 }
 
 }  // namespace
+
+std::string sbatch_hint(const std::vector<std::string>& words) {
+  const auto has = [&words](const char* word) { return std::ranges::find(words, word) != words.end(); };
+  return has("--slurm") && !has("--") ? "Options of sbatch follow --, as in --slurm -- -p long\n" : "";
+}
 
 void add_bake_all_command(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<BakeAllCommand>();
@@ -266,23 +384,15 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
   add_output_option(*command, "-o,--output", arguments->output, "Folder for the .coppice files; made if it is missing")
       ->required()
       ->type_name("OUT/");
-  command
-      ->add_option("--jobs", arguments->job_count,
+  add_count_option(*command, "--jobs", arguments->job_count,
                    "Plants at a time; 0 for as many as there are processors and as fit into half of the free memory. The result is the "
-                   "same for any number")
-      ->check(CLI::Range(0u, 1024u))
-      ->type_name("N")
-      ->capture_default_str();
-  command
-      ->add_option("--threads", arguments->thread_count,
-                   "Processors to use, for all plants together; 0 for all. The result is the same for any number")
-      ->check(CLI::Range(0u, 1024u))
-      ->type_name("N")
-      ->capture_default_str();
+                   "same for any number");
+  add_count_option(*command, "--threads", arguments->thread_count,
+                   "Processors to use, for all plants together; 0 for all. The result is the same for any number");
   add_shard_option(*command, *arguments);
   add_bake_options(*command, arguments->bake);
   add_limit_options(*command, arguments->limits);
-  add_cache_options(*command, arguments->cache);
+  add_cache_options(*command, *arguments);
   add_output_option(*command, "--report", arguments->report, "Write what became of each plant to this JSON file")->type_name("F.json");
   add_output_option(*command, "--html", arguments->html,
                     "Write a page that opens in any browser, without a network: what became of each plant, with a picture of it near and "
@@ -294,11 +404,11 @@ void add_bake_all_command(CLI::App& app, int* exit_code) {
                     "Add a line to this file for each plant as soon as it has ended: its entry of --report. Other coppices with a journal "
                     "may bake into OUT at the same time")
       ->type_name("F.jsonl");
-  add_cluster_options(*command, arguments->cluster);
+  add_cluster_options(*command, *arguments);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but warnings and errors");
   command->callback([arguments, exit_code] {
     check_arguments(*arguments);
-    *exit_code = arguments->cluster.slurm ? run_on_cluster(*arguments) : run(*arguments);
+    *exit_code = arguments->slurm ? run_on_cluster(*arguments) : run(*arguments);
   });
 }
 

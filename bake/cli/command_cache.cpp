@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "batch_arguments.h"
+#include "cache_location.h"
 #include "cache_upkeep.h"
 #include "commands.h"
 #include "output.h"
@@ -101,7 +101,7 @@ Result<Said> act(const CacheCommand& arguments) {
 int run(const CacheCommand& arguments) {
   const auto said = act(arguments);
   if (!said) return report_failure("cache", said.error());
-  const std::string text = arguments.json ? said->json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : said->text;
+  const std::string text = arguments.json ? json_file(said->json) : said->text;
   std::fputs(text.c_str(), stdout);
   return said->exit_code;
 }

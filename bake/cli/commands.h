@@ -24,6 +24,9 @@ void add_scene_command(CLI::App& app, int* exit_code);
 void add_view_command(CLI::App& app, int* exit_code);
 void add_completion_command(CLI::App& app, int* exit_code);
 
+/// A hint for a command line of bake-all that was refused because it lacks the -- before options of sbatch; else empty.
+std::string sbatch_hint(const std::vector<std::string>& words);
+
 /// Becomes coppice-lab where the command line is one of `evaluate`, or a shell completes one.
 /// words    without the program's name
 /// returns  the exit code where coppice-lab cannot be started; nothing for other commands

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "batch_arguments.h"
 #include "command_line.h"
 #include "commands.h"
 #include "coppice/coppice.h"

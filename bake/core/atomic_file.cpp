@@ -15,14 +15,6 @@ Error not_plain(const char* what, const std::filesystem::path& path) {
   return Error{Status::io, what, Error::kNoOffset, path.string() + ": not a plain file"};
 }
 
-/// Closes an open file on every way out.
-struct Descriptor {
-  int number = -1;
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
-  }
-};
-
 /// Finds the file to write: follows a symbolic link, and refuses what is not a plain file.
 Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
   if (path.empty()) return Error{Status::io, "cannot write", Error::kNoOffset, "the output has no name"};
@@ -53,16 +45,6 @@ Result<void> read_all(int descriptor, std::span<std::uint8_t> bytes, const std::
   return {};
 }
 
-Result<std::vector<std::uint8_t>> read_open_file(int descriptor, const std::filesystem::path& path, std::uint64_t max_bytes) {
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0) return system_error("cannot read", path, errno);
-  if (S_ISDIR(status.st_mode)) return system_error("cannot read", path, EISDIR);
-  if (!S_ISREG(status.st_mode)) return not_plain("cannot read", path);
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), max_bytes)));
-  COPPICE_CHECK(read_all(descriptor, bytes, path));
-  return bytes;
-}
-
 }  // namespace
 
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
@@ -75,6 +57,17 @@ Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<co
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
   COPPICE_TRY(file, stage_file(path, bytes));
   return file.publish();
+}
+
+Result<Descriptor> lock_file(const std::filesystem::path& path, LockKind kind, const char* busy) {
+  Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (file.number() < 0) return system_error("cannot use the folder", path, errno);
+  struct flock whole {};
+  whole.l_type = kind == LockKind::shared ? F_RDLCK : F_WRLCK;
+  whole.l_whence = SEEK_SET;
+  if (::fcntl(file.number(), F_SETLK, &whole) == 0) return file;
+  if (errno != EACCES && errno != EAGAIN) return system_error("cannot lock", path, errno);
+  return Error{Status::io, busy, Error::kNoOffset, path.parent_path().string()};
 }
 
 Result<void> make_folder_of(const std::filesystem::path& path) {
@@ -100,9 +93,15 @@ std::uint64_t bytes_of_file(const std::filesystem::path& path) {
 
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
   // Without O_NONBLOCK a pipe would be waited for here, and a serial line.
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
-  if (file.number < 0) return system_error("cannot read", path, errno);
-  return read_open_file(file.number, path, max_bytes);
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.number() < 0) return system_error("cannot read", path, errno);
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0) return system_error("cannot read", path, errno);
+  if (S_ISDIR(status.st_mode)) return system_error("cannot read", path, EISDIR);
+  if (!S_ISREG(status.st_mode)) return not_plain("cannot read", path);
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), max_bytes)));
+  COPPICE_CHECK(read_all(file.number(), bytes, path));
+  return bytes;
 }
 
 }  // namespace coppice::bake

@@ -21,6 +21,17 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::span<
 /// errors  those of write_file_atomically
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
+enum class LockKind : std::uint8_t {
+  alone,  ///< nobody else has the lock
+  shared  ///< others who share it may have it too
+};
+
+/// Locks a file, which other machines of a network file system see too; makes it if it is missing. The process holds the lock until the
+/// file is closed; processes that it forks do not.
+/// busy    the message of the error where another process has the lock
+/// errors  io
+Result<Descriptor> lock_file(const std::filesystem::path& path, LockKind kind, const char* busy);
+
 /// Creates the folder that will hold `path`, and its missing parents. errors  io
 Result<void> make_folder_of(const std::filesystem::path& path);
 

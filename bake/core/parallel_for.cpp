@@ -14,44 +14,24 @@
 namespace coppice::bake {
 namespace {
 
-class ForkJoin {
- public:
 #ifdef COPPICE_THREAD_SANITIZER
-  void fork() {
-    __tsan_release(&forked_);
-  }
-  void enter() {
-    __tsan_acquire(&forked_);
-  }
-  void leave() {
-    __tsan_release(&joined_);
-  }
-  void join() {
-    __tsan_acquire(&joined_);
-  }
-
- private:
-  char forked_ = 0, joined_ = 0;  // two variables: with one, what a body did would seem to come before the next body that starts
+constexpr auto release = __tsan_release, acquire = __tsan_acquire;
 #else
-  void fork() {}
-  void enter() {}
-  void leave() {}
-  void join() {}
+constexpr auto release = [](void*) {}, acquire = release;
 #endif
-};
 
 }  // namespace
 
 void run_parallel(std::size_t count, std::size_t grain, RunIndices run, const void* body) {
   using Range = tbb::blocked_range<std::size_t>;
-  ForkJoin order;
-  order.fork();
-  tbb::parallel_for(Range(0, count, grain), [&order, run, body](const Range& range) {
-    order.enter();
+  char forked = 0, joined = 0;  // two variables: with one, what a body did would seem to come before the next body that starts
+  release(&forked);
+  tbb::parallel_for(Range(0, count, grain), [&forked, &joined, run, body](const Range& range) {
+    acquire(&forked);
     run(body, range.begin(), range.end());
-    order.leave();
+    release(&joined);
   });
-  order.join();
+  acquire(&joined);
 }
 
 }  // namespace coppice::bake

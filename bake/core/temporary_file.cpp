@@ -103,19 +103,14 @@ bool is_abandoned(const std::filesystem::path& path) {
   if (maker.process == 0) return false;
   if (maker.is_here && (::kill(maker.process, 0) == 0 || errno != ESRCH)) return false;
   if (!maker.is_here && !is_old(path)) return false;
-  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
-  if (file < 0) return false;
-  const bool unheld = ::flock(file, LOCK_EX | LOCK_NB) == 0;
-  ::close(file);
-  return unheld;
+  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW));
+  return file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0;
 }
 
 /// A rename survives a power cut only once the folder is on disk. Some file systems cannot sync folders; the file is whole either way.
 void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.number() >= 0) ::fsync(opened.number());
 }
 
 }  // namespace
@@ -132,6 +127,10 @@ Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, cons
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return {};
+}
+
+Descriptor::~Descriptor() {
+  if (number_ >= 0) ::close(number_);
 }
 
 TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)

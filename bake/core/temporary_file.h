@@ -3,10 +3,24 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <utility>
 
 #include "result.h"
 
 namespace coppice::bake {
+
+/// An open file of the operating system, which is closed at the end. number  negative: there is none
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  ~Descriptor();
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
 
 /// An open file beside a target. publish() makes it the target; otherwise the destructor removes it. If the process may end without
 /// destructors, remove_own_temporaries() removes it; remove_abandoned_temporaries() removes what a killed process left.

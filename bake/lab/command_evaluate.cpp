@@ -252,10 +252,8 @@ void declare_evaluate(CLI::App& command, int* exit_code) {
   add_picture_options(command, *arguments);
   add_outputs(command, *arguments);
   add_bake_options(command, arguments->bake, {OptionGroup::classes, OptionGroup::units, OptionGroup::plant});
-  command.add_option("--threads", arguments->options.thread_count, "Worker threads; 0 for all. The figures are the same for any number")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N")
-      ->capture_default_str();
+  add_count_option(command, "--threads", arguments->options.thread_count,
+                   "Worker threads; 0 for all. The figures are the same for any number");
   add_limit_options(command, arguments->limits);
   command.callback([arguments, exit_code] {
     if (arguments->input.empty() && (!arguments->paper || !arguments->source.empty() || !arguments->level_sets.empty()))

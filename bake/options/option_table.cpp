@@ -10,6 +10,7 @@
 #include "atomic_file.h"
 #include "class_rules.h"
 #include "raster.h"
+#include "text_bytes.h"
 #include "text_number.h"
 #include "viewpoints.h"
 
@@ -144,7 +145,7 @@ std::string rules_text(const std::vector<ClassRule>& rules) {
     list.push_back(
         {{"material", rule.material}, {"class", part}, {"min_triangles", rule.min_triangles}, {"max_triangles", rule.max_triangles}});
   }
-  return Json{{"classes", std::move(list)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_line(Json{{"classes", std::move(list)}});
 }
 
 std::vector<BakeOption> bake_group() {

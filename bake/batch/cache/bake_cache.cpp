@@ -18,12 +18,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 std::string entry_checksum(std::span<const std::uint8_t> bytes, const Json& record) {
-  const std::string text = text_of(record);
+  const std::string text = json_file(record);
   return checksum_of(std::array{as_text(bytes), std::string_view(text)});
 }
 
@@ -122,7 +118,7 @@ std::vector<KeyPart> parts_of_record(std::span<const std::uint8_t> record) {
 std::string record_text(const CachedBake& entry) {
   Json record = record_of(entry);
   record["checksum"] = entry_checksum(entry.bytes, record_of(entry));
-  return text_of(record);
+  return json_file(record);
 }
 
 Result<CachedBake> read_entry(std::span<const std::uint8_t> record, std::vector<std::uint8_t> bytes, const std::string& key) {

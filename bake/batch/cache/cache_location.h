@@ -13,6 +13,9 @@ namespace coppice::bake {
 /// The cache of an output folder, in it.
 inline constexpr const char* kOwnCache = ".coppice-cache";
 
+/// The environment variable that names a shared cache where --cache does not.
+inline constexpr const char* kCacheVariable = "COPPICE_CACHE";
+
 enum class CacheMode { read, read_write };
 
 /// Counts the failures of a cache in a row. After three of them it is used no more.

@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "atomic_file.h"
-#include "file_lock.h"
 #include "plant_cost.h"
 #include "plant_record.h"
 #include "slurm.h"
@@ -267,9 +266,9 @@ class ClusterRun {
 }  // namespace
 
 Result<std::optional<std::vector<BatchResult>>> bake_on_cluster(const ClusterBatch& batch) {
-  const fs::path lock_file = cluster_folder(batch) / "lock";
-  COPPICE_CHECK(make_folder_of(lock_file));
-  COPPICE_TRY(lock, FileLock::take(lock_file, LockKind::alone, "another bake-all waits for this batch"));
+  const fs::path path = cluster_folder(batch) / "lock";
+  COPPICE_CHECK(make_folder_of(path));
+  COPPICE_TRY(lock, lock_file(path, LockKind::alone, "another bake-all waits for this batch"));
   return ClusterRun(batch).bake();
 }
 

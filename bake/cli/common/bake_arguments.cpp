@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <string>
 
 #include "output.h"
 #include "temporary_file.h"
@@ -25,6 +24,10 @@ void add_bake_options(CLI::App& command, BakeRequest& request, std::initializer_
     CLI::Option* added = command.add_option_function<std::string>(name, set, option.help)->type_name(option.type);
     if (const auto value = option.get({})) added->default_str(*value);
   }
+}
+
+void add_count_option(CLI::App& command, const std::string& name, std::uint32_t& count, const std::string& help) {
+  command.add_option(name, count, help)->check(CLI::Range(0, 1024))->type_name("N")->capture_default_str();
 }
 
 void check_bake_request(const BakeRequest& request) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <string>
 #include <vector>
 
 #include "job_processes.h"
@@ -18,6 +19,9 @@ namespace coppice::bake {
 
 /// Adds the options of some groups, all without any. `request` gets what is given when the command is parsed, and must outlive the command.
 void add_bake_options(CLI::App& command, BakeRequest& request, std::initializer_list<OptionGroup> groups = {});
+
+/// Adds an option for a number of threads or processes, 0 to 1024.
+void add_count_option(CLI::App& command, const std::string& name, std::uint32_t& count, const std::string& help);
 
 /// Throws CLI::ValidationError for options that do not go together.
 void check_bake_request(const BakeRequest& request);

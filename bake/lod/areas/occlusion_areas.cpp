@@ -8,18 +8,43 @@
 #include <glm/matrix.hpp>
 
 #include "alpha_mask.h"
-#include "area_objects.h"
+#include "area_device.h"
 #include "bounds.h"
-#include "raster.h"
+#include "leaf_area_frag.h"
+#include "leaf_area_vert.h"
+#include "whole_view_vert.h"
 
 namespace coppice::bake {
 namespace {
 
+constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 constexpr std::uint32_t kVerticesPerLeaf = 6;
 /// Queries in one submission: enough that waiting for it costs little, few enough for drivers that end submissions that take seconds.
 constexpr std::uint32_t kQueryCount = 8192;
 /// A driver that takes longer hangs. A processor may do the GPU's work, so the limit is high.
 constexpr std::uint64_t kMaxWait_ns = 600'000'000'000;
+
+// These structs have the layouts of shaders/areas/leaf_area.glsl.
+
+struct AreaLeaf {
+  std::array<glm::vec3, 4> corners{};  ///< from the centre of the bounding sphere, relative to its radius
+  std::array<glm::vec2, 4> uvs{};
+  std::uint32_t mask = 0;
+};
+static_assert(sizeof(AreaLeaf) == 84);
+
+struct AreaMask {
+  std::uint32_t width = 0, height = 0;  ///< 0: no holes
+  std::uint32_t first_word = 0;
+};
+static_assert(sizeof(AreaMask) == 12);
+
+struct AreaPush {
+  glm::mat4 clip_from_sphere{1.0f};
+  VkDeviceAddress leaves = 0, masks = 0, holes = 0;
+};
+static_assert(sizeof(AreaPush) == 88);
+constexpr VkShaderStageFlags kAreaPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
 /// Maps metres from the sphere's centre, relative to its radius, to clip space: the camera of raster.h. Depth has a margin on both sides,
 /// so that rounding clips no leaf and no leaf is as far as a cleared pixel.
@@ -65,6 +90,157 @@ MaskBits mask_bits(const std::vector<AlphaMask>& masks) {
   return bits;
 }
 
+// Functions that fail leave in their last argument what they created: the destructor of AreaMeasurer destroys it in any case.
+
+/// A storage buffer in mapped, coherent memory.
+struct AreaBuffer {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  void* mapped = nullptr;
+  VkDeviceAddress address = 0;
+  VkDeviceSize bytes = 0;
+};
+
+struct AreaDepth {
+  VkImage image = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  VkImageView view = VK_NULL_HANDLE;
+};
+
+struct AreaPipelines {
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkShaderModule leaf = VK_NULL_HANDLE, holes = VK_NULL_HANDLE, whole_view = VK_NULL_HANDLE;
+  VkPipeline fill_depth = VK_NULL_HANDLE;        ///< draws leaves and keeps the nearest depth
+  VkPipeline count_leaf = VK_NULL_HANDLE;        ///< draws leaves and counts samples of equal depth
+  VkPipeline count_background = VK_NULL_HANDLE;  ///< draws three vertices and counts samples of depth 1, the cleared value
+};
+
+Result<void> allocate(const AreaDevice& gpu, const VkMemoryRequirements& needs, VkMemoryPropertyFlags properties,
+                      VkMemoryAllocateFlags allocate_flags, VkDeviceMemory& memory) {
+  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, .flags = allocate_flags};
+  VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .pNext = &flags, .allocationSize = needs.size};
+  for (; info.memoryTypeIndex < gpu.memory.memoryTypeCount; ++info.memoryTypeIndex) {
+    const bool allowed = (needs.memoryTypeBits >> info.memoryTypeIndex & 1u) != 0;
+    if (!allowed || (gpu.memory.memoryTypes[info.memoryTypeIndex].propertyFlags & properties) != properties) continue;
+    return check_vulkan(gpu.vk.vkAllocateMemory(gpu.device, &info, nullptr, &memory), "vkAllocateMemory");
+  }
+  return Error{Status::unsupported, "the Vulkan device has no memory of the kind that areas need"};
+}
+
+/// bytes  > 0
+Result<void> create_area_buffer(const AreaDevice& gpu, VkDeviceSize bytes, AreaBuffer& buffer) {
+  buffer.bytes = bytes;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                .size = bytes,
+                                .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkCreateBuffer(gpu.device, &info, nullptr, &buffer.buffer), "vkCreateBuffer"));
+  VkMemoryRequirements needs{};
+  gpu.vk.vkGetBufferMemoryRequirements(gpu.device, buffer.buffer, &needs);
+  COPPICE_CHECK(allocate(gpu, needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                         VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT, buffer.memory));
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkBindBufferMemory(gpu.device, buffer.buffer, buffer.memory, 0), "vkBindBufferMemory"));
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkMapMemory(gpu.device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.mapped), "vkMapMemory"));
+  const VkBufferDeviceAddressInfo address{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.buffer};
+  buffer.address = gpu.vk.vkGetBufferDeviceAddress(gpu.device, &address);
+  return {};
+}
+
+Result<void> create_area_depth(const AreaDevice& gpu, std::uint32_t side_px, AreaDepth& depth) {
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .imageType = VK_IMAGE_TYPE_2D,
+                               .format = kDepthFormat,
+                               .extent = {side_px, side_px, 1},
+                               .mipLevels = 1,
+                               .arrayLayers = 1,
+                               .samples = VK_SAMPLE_COUNT_1_BIT,
+                               .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT};
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkCreateImage(gpu.device, &info, nullptr, &depth.image), "vkCreateImage"));
+  VkMemoryRequirements needs{};
+  gpu.vk.vkGetImageMemoryRequirements(gpu.device, depth.image, &needs);
+  COPPICE_CHECK(allocate(gpu, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, depth.memory));
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkBindImageMemory(gpu.device, depth.image, depth.memory, 0), "vkBindImageMemory"));
+  const VkImageViewCreateInfo view{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                   .image = depth.image,
+                                   .viewType = VK_IMAGE_VIEW_TYPE_2D,
+                                   .format = kDepthFormat,
+                                   .subresourceRange = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 1, 0, 1}};
+  return check_vulkan(gpu.vk.vkCreateImageView(gpu.device, &view, nullptr, &depth.view), "vkCreateImageView");
+}
+
+void destroy_area_buffer(const AreaDevice& gpu, AreaBuffer& buffer) {
+  gpu.vk.vkDestroyBuffer(gpu.device, buffer.buffer, nullptr);
+  gpu.vk.vkFreeMemory(gpu.device, buffer.memory, nullptr);
+  buffer = {};
+}
+
+struct PipelineKind {
+  VkShaderModule vertex = VK_NULL_HANDLE;
+  VkShaderModule fragment = VK_NULL_HANDLE;  ///< may be null
+  bool depth_write = false;                  ///< and the test is for nearer; else for equal
+};
+
+Result<void> create_module(const AreaDevice& gpu, std::span<const std::uint32_t> words, VkShaderModule& module) {
+  const VkShaderModuleCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
+  return check_vulkan(gpu.vk.vkCreateShaderModule(gpu.device, &info, nullptr, &module), "vkCreateShaderModule");
+}
+
+Result<void> create_pipeline(const AreaDevice& gpu, VkPipelineLayout layout, const PipelineKind& kind, VkPipeline& pipeline) {
+  const auto stage = [](VkShaderStageFlagBits bit, VkShaderModule module) {
+    return VkPipelineShaderStageCreateInfo{
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = bit, .module = module, .pName = "main"};
+  };
+  const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, kind.vertex), stage(VK_SHADER_STAGE_FRAGMENT_BIT, kind.fragment)};
+  const VkPipelineVertexInputStateCreateInfo vertex_input{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  const VkPipelineInputAssemblyStateCreateInfo assembly{.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
+                                                        .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
+  const VkPipelineViewportStateCreateInfo viewport{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO, .viewportCount = 1, .scissorCount = 1};
+  const VkPipelineRasterizationStateCreateInfo raster{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO, .cullMode = VK_CULL_MODE_NONE, .lineWidth = 1.0f};
+  const VkPipelineMultisampleStateCreateInfo samples{.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
+                                                     .rasterizationSamples = VK_SAMPLE_COUNT_1_BIT};
+  const VkPipelineDepthStencilStateCreateInfo depth{.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
+                                                    .depthTestEnable = VK_TRUE,
+                                                    .depthWriteEnable = kind.depth_write ? VK_TRUE : VK_FALSE,
+                                                    .depthCompareOp = kind.depth_write ? VK_COMPARE_OP_LESS : VK_COMPARE_OP_EQUAL};
+  const std::array dynamic_states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
+  const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
+                                                 .dynamicStateCount = static_cast<std::uint32_t>(dynamic_states.size()),
+                                                 .pDynamicStates = dynamic_states.data()};
+  const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
+                                                .depthAttachmentFormat = kDepthFormat};
+  const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
+                                          .pNext = &rendering,
+                                          .stageCount = kind.fragment == VK_NULL_HANDLE ? 1u : 2u,
+                                          .pStages = stages.data(),
+                                          .pVertexInputState = &vertex_input,
+                                          .pInputAssemblyState = &assembly,
+                                          .pViewportState = &viewport,
+                                          .pRasterizationState = &raster,
+                                          .pMultisampleState = &samples,
+                                          .pDepthStencilState = &depth,
+                                          .pDynamicState = &dynamic,
+                                          .layout = layout};
+  return check_vulkan(gpu.vk.vkCreateGraphicsPipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
+                      "vkCreateGraphicsPipelines");
+}
+
+/// masked  whether any leaf has holes; without holes there is no fragment shader
+Result<void> create_pipelines(const AreaDevice& gpu, bool masked, AreaPipelines& pipelines) {
+  const VkPushConstantRange range{kAreaPushStages, 0, sizeof(AreaPush)};
+  const VkPipelineLayoutCreateInfo layout{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .pushConstantRangeCount = 1, .pPushConstantRanges = &range};
+  COPPICE_CHECK(check_vulkan(gpu.vk.vkCreatePipelineLayout(gpu.device, &layout, nullptr, &pipelines.layout), "vkCreatePipelineLayout"));
+  COPPICE_CHECK(create_module(gpu, leaf_area_vert_spirv, pipelines.leaf));
+  COPPICE_CHECK(create_module(gpu, leaf_area_frag_spirv, pipelines.holes));
+  COPPICE_CHECK(create_module(gpu, whole_view_vert_spirv, pipelines.whole_view));
+  const VkShaderModule fragment = masked ? pipelines.holes : VK_NULL_HANDLE;
+  COPPICE_CHECK(create_pipeline(gpu, pipelines.layout, {pipelines.leaf, fragment, true}, pipelines.fill_depth));
+  COPPICE_CHECK(create_pipeline(gpu, pipelines.layout, {pipelines.leaf, fragment, false}, pipelines.count_leaf));
+  return create_pipeline(gpu, pipelines.layout, {pipelines.whole_view, VK_NULL_HANDLE, false}, pipelines.count_background);
+}
+
 class AreaMeasurer : public OcclusionAreas {
  public:
   AreaMeasurer(std::unique_ptr<AreaDevice> device, const Scene& scene)
@@ -79,8 +255,14 @@ class AreaMeasurer : public OcclusionAreas {
 
   ~AreaMeasurer() override {
     for (AreaBuffer* buffer : {&leaves_, &masks_, &holes_}) destroy_area_buffer(*gpu_, *buffer);
-    destroy_area_depth(*gpu_, depth_);
-    destroy_area_pipelines(*gpu_, pipelines_);
+    vk().vkDestroyImageView(gpu_->device, depth_.view, nullptr);
+    vk().vkDestroyImage(gpu_->device, depth_.image, nullptr);
+    vk().vkFreeMemory(gpu_->device, depth_.memory, nullptr);
+    for (const VkPipeline pipeline : {pipelines_.fill_depth, pipelines_.count_leaf, pipelines_.count_background})
+      vk().vkDestroyPipeline(gpu_->device, pipeline, nullptr);
+    for (const VkShaderModule module : {pipelines_.leaf, pipelines_.holes, pipelines_.whole_view})
+      vk().vkDestroyShaderModule(gpu_->device, module, nullptr);
+    vk().vkDestroyPipelineLayout(gpu_->device, pipelines_.layout, nullptr);
     vk().vkDestroyQueryPool(gpu_->device, queries_, nullptr);
     vk().vkDestroyFence(gpu_->device, fence_, nullptr);
     vk().vkDestroyCommandPool(gpu_->device, command_pool_, nullptr);
@@ -93,7 +275,7 @@ class AreaMeasurer : public OcclusionAreas {
     COPPICE_CHECK(upload(std::as_bytes(std::span(bits.masks)), masks_));
     COPPICE_CHECK(upload(std::as_bytes(std::span(bits.words)), holes_));
     COPPICE_CHECK(create_area_depth(*gpu_, resolution_px_, depth_));
-    COPPICE_CHECK(create_area_pipelines(*gpu_, !bits.words.empty(), pipelines_));
+    COPPICE_CHECK(create_pipelines(*gpu_, !bits.words.empty(), pipelines_));
     return create_commands();
   }
 
@@ -104,12 +286,8 @@ class AreaMeasurer : public OcclusionAreas {
       find_asked(request, v, asked);
       for (std::size_t leaf = 0; request.changed.empty() && leaf <= request.quads.size(); ++leaf) areas_px[leaf * views_.size() + v] = 0;
       for (std::size_t done = 0; done < asked.size();) {
-        if (targets_.size() == kQueryCount) {
-          COPPICE_CHECK(finish(areas_px));
-        }
-        if (targets_.empty()) {
-          COPPICE_CHECK(begin());
-        }
+        if (targets_.size() == kQueryCount) COPPICE_CHECK(finish(areas_px));
+        if (targets_.empty()) COPPICE_CHECK(begin());
         const std::size_t count = std::min(kQueryCount - targets_.size(), asked.size() - done);
         record(v, std::span(asked).subspan(done, count), request.quads.size(), done == 0);
         done += count;
@@ -249,7 +427,6 @@ class AreaMeasurer : public OcclusionAreas {
     vk().vkCmdEndRendering(commands_);
   }
 
-  /// Runs the recorded commands and reads their counts.
   Result<void> finish(std::span<std::uint32_t> areas_px) {
     const std::vector<std::size_t> targets = std::exchange(targets_, {});
     COPPICE_CHECK(check_vulkan(vk().vkEndCommandBuffer(commands_), "vkEndCommandBuffer"));

@@ -8,8 +8,6 @@
 // gives the same areas; another driver may give others.
 
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "area_request.h"
 #include "plant.h"

@@ -5,22 +5,17 @@
 #include "leaf_cards.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <numbers>
-#include <span>
+#include <numeric>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 
 #include "alpha_mask.h"
 #include "bounds.h"
-#include "coppice/format.h"
 #include "leaf_normals.h"
 #include "leaf_quads.h"
 #include "parallel_for.h"
@@ -83,58 +78,39 @@ std::array<std::int32_t, 2> range(const std::array<double, 3>& values, std::uint
           static_cast<std::int32_t>(std::clamp(std::floor(high - 0.5), -1.0, last))};
 }
 
-/// The topmost texel at each sample of a card's image; alpha is 0 where there is none.
-class LeafCanvas {
- public:
-  /// size  samples on each side
-  LeafCanvas(const Plant& plant, const CardFrame& frame, std::uint32_t size)
-      : plant_(plant),
-        frame_(frame),
-        size_(size),
-        heights_(std::size_t{size} * size, -std::numeric_limits<double>::infinity()),
-        texels_(heights_.size(), glm::vec4(0.0f)) {}
-
-  void draw(const LeafRange& leaf) {
-    for (std::size_t t = 0; t < leaf.triangle_count; ++t) draw(leaf.first_triangle + t);
+/// [size * size] The leaf's topmost texel at each sample of a card's image; alpha is 0 where there is none.
+std::vector<glm::vec4> draw_samples(const Plant& plant, const LeafRange& leaf, const CardFrame& frame, std::uint32_t size) {
+  const Mesh& mesh = plant.foliage;
+  std::vector<double> heights(std::size_t{size} * size, -std::numeric_limits<double>::infinity());
+  std::vector<glm::vec4> texels(heights.size(), glm::vec4(0.0f));
+  for (std::size_t triangle = leaf.first_triangle; triangle < std::size_t{leaf.first_triangle} + leaf.triangle_count; ++triangle) {
+    const Material& material = plant.materials[mesh.triangle_materials[triangle]];
+    const std::array corners = at_corners(mesh.positions, mesh.indices, 3 * triangle);
+    const std::array uvs = at_corners(mesh.uvs, mesh.indices, 3 * triangle);
+    std::array<glm::dvec3, 3> at;
+    for (std::size_t i = 0; i < 3; ++i) at[i] = frame.at(glm::dvec3(corners[i]), size);
+    const double area = cross(at[1] - at[0], at[2] - at[0]);
+    if (area == 0.0) continue;
+    const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x}, size);
+    const auto [first_y, last_y] = range({at[0].y, at[1].y, at[2].y}, size);
+    for (std::int32_t y = first_y; y <= last_y; ++y)
+      for (std::int32_t x = first_x; x <= last_x; ++x) {
+        const glm::dvec3 point(x + 0.5, y + 0.5, 0.0);
+        const glm::dvec3 weight =
+            glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) /
+            area;
+        if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
+        const double height = weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z;
+        const std::size_t sample = static_cast<std::size_t>(y) * size + static_cast<std::size_t>(x);
+        if (height <= heights[sample]) continue;
+        const glm::dvec2 uv = weight.x * glm::dvec2(uvs[0]) + weight.y * glm::dvec2(uvs[1]) + weight.z * glm::dvec2(uvs[2]);
+        const glm::vec4 texel = color_at(material, plant.images, uv);
+        if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) continue;
+        heights[sample] = height;
+        texels[sample] = glm::vec4(glm::vec3(texel), 1.0f);
+      }
   }
-  [[nodiscard]] const glm::vec4& texel(std::uint32_t x, std::uint32_t y) const { return texels_[std::size_t{y} * size_ + x]; }
-
- private:
-  void draw(std::size_t triangle);
-
-  const Plant& plant_;
-  CardFrame frame_;
-  std::uint32_t size_;
-  std::vector<double> heights_;
-  std::vector<glm::vec4> texels_;
-};
-
-void LeafCanvas::draw(std::size_t triangle) {
-  const Mesh& mesh = plant_.foliage;
-  const Material& material = plant_.materials[mesh.triangle_materials[triangle]];
-  const std::array corners = at_corners(mesh.positions, mesh.indices, 3 * triangle);
-  const std::array uvs = at_corners(mesh.uvs, mesh.indices, 3 * triangle);
-  std::array<glm::dvec3, 3> at;
-  for (std::size_t i = 0; i < 3; ++i) at[i] = frame_.at(glm::dvec3(corners[i]), size_);
-  const double area = cross(at[1] - at[0], at[2] - at[0]);
-  if (area == 0.0) return;
-  const auto [first_x, last_x] = range({at[0].x, at[1].x, at[2].x}, size_);
-  const auto [first_y, last_y] = range({at[0].y, at[1].y, at[2].y}, size_);
-  for (std::int32_t y = first_y; y <= last_y; ++y)
-    for (std::int32_t x = first_x; x <= last_x; ++x) {
-      const glm::dvec3 point(x + 0.5, y + 0.5, 0.0);
-      const glm::dvec3 weight =
-          glm::dvec3(cross(at[1] - point, at[2] - point), cross(at[2] - point, at[0] - point), cross(at[0] - point, at[1] - point)) / area;
-      if (weight.x < 0.0 || weight.y < 0.0 || weight.z < 0.0) continue;
-      const double height = weight.x * at[0].z + weight.y * at[1].z + weight.z * at[2].z;
-      const std::size_t sample = static_cast<std::size_t>(y) * size_ + static_cast<std::size_t>(x);
-      if (height <= heights_[sample]) continue;
-      const glm::dvec2 uv = weight.x * glm::dvec2(uvs[0]) + weight.y * glm::dvec2(uvs[1]) + weight.z * glm::dvec2(uvs[2]);
-      const glm::vec4 texel = color_at(material, plant_.images, uv);
-      if (material.alpha_cutoff > 0.0f && texel.a < material.alpha_cutoff) continue;
-      heights_[sample] = height;
-      texels_[sample] = glm::vec4(glm::vec3(texel), 1.0f);
-    }
+  return texels;
 }
 
 using Sketch = std::array<std::uint8_t, 4 * std::size_t{kSketchSide_px} * kSketchSide_px>;
@@ -159,12 +135,11 @@ Quad hold_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
     return plant.materials[material].alpha_cutoff > 0.0f && plant.materials[material].image != kNone;
   });
   if (!is_masked) return held;
-  LeafCanvas canvas(plant, card_frame(held), kHoldSide_px);
-  canvas.draw(leaf);
+  const std::vector<glm::vec4> samples = draw_samples(plant, leaf, card_frame(held), kHoldSide_px);
   PointBox<glm::uvec2> shown;
   for (std::uint32_t y = 0; y < kHoldSide_px; ++y)
     for (std::uint32_t x = 0; x < kHoldSide_px; ++x)
-      if (canvas.texel(x, y).a != 0.0f) shown.add({x, y});
+      if (samples[std::size_t{y} * kHoldSide_px + x].a != 0.0f) shown.add({x, y});
   if (shown.low.x > shown.high.x) return held;
   return crop(held, glm::dvec2(shown.low) / double{kHoldSide_px}, glm::dvec2(shown.high + 1u) / double{kHoldSide_px});
 }
@@ -217,26 +192,17 @@ void assign(const std::vector<Sketch>& sketches, Clusters& clusters) {
 
 /// The sketch nearest to the mean of a cluster; the first of equals.
 std::size_t medoid(const std::vector<Sketch>& sketches, const Clusters& clusters, std::uint32_t cluster) {
-  std::array<std::uint64_t, Sketch{}.size()> sum{};
-  std::uint64_t count = 0;
-  for (std::size_t i = 0; i < sketches.size(); ++i) {
-    if (clusters.cluster_of[i] != cluster) continue;
-    ++count;
-    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += sketches[i][k];
-  }
-  if (count == 0) return clusters.medoids[cluster];  // the same sketch is another medoid
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < sketches.size(); ++i)
+    if (clusters.cluster_of[i] == cluster) members.push_back(i);
+  if (members.empty()) return clusters.medoids[cluster];  // the same sketch is another medoid
   Sketch mean{};
-  for (std::size_t k = 0; k < sum.size(); ++k) mean[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
-  std::size_t best = clusters.medoids[cluster];
-  std::uint32_t smallest = std::numeric_limits<std::uint32_t>::max();
-  for (std::size_t i = 0; i < sketches.size(); ++i) {
-    if (clusters.cluster_of[i] != cluster) continue;
-    const std::uint32_t difference = squared_difference(sketches[i], mean);
-    if (difference >= smallest) continue;
-    smallest = difference;
-    best = i;
+  for (std::size_t k = 0; k < mean.size(); ++k) {
+    std::uint64_t sum = members.size() / 2;
+    for (const std::size_t i : members) sum += sketches[i][k];
+    mean[k] = static_cast<std::uint8_t>(sum / members.size());
   }
-  return best;
+  return *std::ranges::min_element(members, {}, [&](std::size_t i) { return squared_difference(sketches[i], mean); });
 }
 
 /// Starts with one cluster, and adds one for the sketch least like its medoid until all are alike. Then medoids move to the middle of their
@@ -269,32 +235,20 @@ bool is_exact(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
   });
 }
 
-/// A rectangle across `direction`, as large as the leaf's box. Its area is 0 if the leaf is a line from there.
-struct Outlook {
-  CardFrame frame;
-  double area_m2 = 0.0;
-};
-
-Outlook outlook(const Mesh& mesh, const LeafRange& leaf, const glm::dvec3& direction, const glm::dvec3& side) {
+/// The area of the leaf's outline, seen along `direction`.
+double outline_m2(const Plant& plant, const LeafRange& leaf, const glm::dvec3& direction, const glm::dvec3& side) {
   const glm::dvec3 x = glm::normalize(side - glm::dot(side, direction) * direction), y = glm::cross(direction, x);
   PointBox<glm::dvec2> box;
-  for (const std::uint32_t vertex : leaf_indices(mesh, leaf)) {
-    const glm::dvec3 point(mesh.positions[vertex]);
+  for (const std::uint32_t vertex : leaf_indices(plant.foliage, leaf)) {
+    const glm::dvec3 point(plant.foliage.positions[vertex]);
     box.add({glm::dot(point, x), glm::dot(point, y)});
   }
   const glm::dvec2 size = box.extent();
-  if (!(size.x > 0.0 && size.y > 0.0)) return {};
-  return {{box.low.x * x + box.low.y * y, x / size.x, y / size.y, direction}, size.x * size.y};
-}
-
-double outline_m2(const Plant& plant, const LeafRange& leaf, const Outlook& outlook) {
-  if (outlook.area_m2 == 0.0) return 0.0;
-  LeafCanvas canvas(plant, outlook.frame, kOutlineSide);
-  canvas.draw(leaf);
-  std::uint32_t count = 0;
-  for (std::uint32_t y = 0; y < kOutlineSide; ++y)
-    for (std::uint32_t x = 0; x < kOutlineSide; ++x) count += canvas.texel(x, y).a > 0.0f ? 1u : 0u;
-  return outlook.area_m2 * count / (kOutlineSide * kOutlineSide);
+  if (!(size.x > 0.0 && size.y > 0.0)) return 0.0;  // a line from there
+  const CardFrame frame{box.low.x * x + box.low.y * y, x / size.x, y / size.y, direction};
+  const auto count =
+      std::ranges::count_if(draw_samples(plant, leaf, frame, kOutlineSide), [](const glm::vec4& texel) { return texel.a > 0.0f; });
+  return size.x * size.y * static_cast<double>(count) / (kOutlineSide * kOutlineSide);
 }
 
 /// A square image of tiles whose sides are powers of two: as long as a mip level has a texel per tile, no texel mixes two of them.
@@ -330,8 +284,7 @@ std::uint32_t source_side_px(const Plant& plant, const LeafRange& leaf, const Ma
 /// Writes a leaf's image into the atlas in sRGB, its colours relative to `base_color`. Holes get the leaf's mean colour, for readers that
 /// filter without weighting by alpha.
 void paste(const CardImage& image, const glm::vec4& base_color, std::uint32_t tile, Atlas& atlas) {
-  glm::vec4 sum(0.0f);
-  for (const glm::vec4& texel : image.texels) sum += texel;
+  const glm::vec4 sum = std::accumulate(image.texels.begin(), image.texels.end(), glm::vec4(0.0f));
   const glm::uvec2 origin = atlas.origin_px(tile);
   for (std::uint32_t y = 0; y < image.side_px; ++y)
     for (std::uint32_t x = 0; x < image.side_px; ++x) {
@@ -354,7 +307,6 @@ Card tile_card(std::uint32_t material, const Atlas& atlas, std::uint32_t tile) {
   return {material, {{{low.x, high.y}, {high.x, high.y}, {high.x, low.y}, {low.x, low.y}}}};
 }
 
-/// The leaves of one material that get a card image.
 struct DrawnLeaves {
   std::vector<std::size_t> leaves;
   std::vector<Sketch> sketches;
@@ -379,7 +331,6 @@ std::vector<double> mean_fullness(const Plant& plant, const DrawnLeaves& drawn, 
   return means;
 }
 
-/// Scales a quad about its middle.
 Quad scaled(const Quad& quad, double scale) {
   const glm::vec3 middle = 0.25f * (quad[0] + quad[1] + quad[2] + quad[3]);
   Quad result;
@@ -441,27 +392,27 @@ void draw_leaf_cards(Plant& plant, std::span<FittedLeaf> fitted) {
 }  // namespace
 
 CardImage draw_leaf(const Plant& plant, const LeafRange& leaf, const Quad& quad, std::uint32_t side_px, std::uint32_t samples) {
-  LeafCanvas canvas(plant, card_frame(quad), side_px * samples);
-  canvas.draw(leaf);
+  const std::uint32_t side = side_px * samples;
+  const std::vector<glm::vec4> texels = draw_samples(plant, leaf, card_frame(quad), side);
   CardImage image{side_px, std::vector<glm::vec4>(std::size_t{side_px} * side_px, glm::vec4(0.0f))};
   const float share = 1.0f / static_cast<float>(samples * samples);
-  for (std::uint32_t y = 0; y < side_px * samples; ++y)
-    for (std::uint32_t x = 0; x < side_px * samples; ++x)
-      image.texels[std::size_t{y / samples} * side_px + x / samples] += share * canvas.texel(x, y);
+  for (std::uint32_t y = 0; y < side; ++y)
+    for (std::uint32_t x = 0; x < side; ++x)
+      image.texels[std::size_t{y / samples} * side_px + x / samples] += share * texels[std::size_t{y} * side + x];
   return image;
 }
 
 double fullness(const Plant& plant, const LeafRange& leaf, const Quad& quad) {
   const glm::dvec3 x = glm::normalize(glm::dvec3(quad[2]) - glm::dvec3(quad[3])),
                    normal = glm::normalize(glm::cross(x, glm::dvec3(quad[0]) - glm::dvec3(quad[3]))), y = glm::cross(normal, x);
-  const double flat_m2 = outline_m2(plant, leaf, outlook(plant.foliage, leaf, normal, x));
+  const double flat_m2 = outline_m2(plant, leaf, normal, x);
   double shown_m2 = 0.0, flat_shown_m2 = 0.0;
   for (int i = 0; i < kDirections; ++i) {
     // Spreads directions evenly over the half sphere: equal steps of height, turned by the golden angle.
     const double height = (i + 0.5) / kDirections, turn = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double radius = std::sqrt(1.0 - height * height);
     const glm::dvec3 direction = radius * std::cos(turn) * x + radius * std::sin(turn) * y + height * normal;
-    shown_m2 += outline_m2(plant, leaf, outlook(plant.foliage, leaf, direction, x));
+    shown_m2 += outline_m2(plant, leaf, direction, x);
     flat_shown_m2 += flat_m2 * height;
   }
   if (!(flat_shown_m2 > 0.0)) return 1.0;

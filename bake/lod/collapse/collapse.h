@@ -2,8 +2,7 @@
 
 // Options and results of every collapse: collapse_image.h, collapse_information.h, collapse_geometric.h.
 
-#include <cstdint>
-#include <vector>
+#include <algorithm>
 
 #include "plant.h"
 #include "result.h"
@@ -33,9 +32,18 @@ struct CollapseResult {
 };
 
 /// errors  invalid_argument: a number of candidates that is out of range
-Result<void> check_candidate_count(const CollapseOptions& options);
+inline Result<void> check_candidate_count(const CollapseOptions& options) {
+  if (options.candidate_count >= 1 && options.candidate_count <= kMaxCandidateCount) return {};
+  return Error{Status::invalid_argument, "number of candidates is not between 1 and 4096", Error::kNoOffset,
+               std::to_string(options.candidate_count)};
+}
 
 /// The leaf counts of CollapseResult::levels for a plant of leaf_count >= 1 leaves.
-std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count);
+inline std::vector<std::uint32_t> level_leaf_counts(std::uint32_t leaf_count) {
+  std::vector<std::uint32_t> counts;
+  for (const std::uint64_t thousandths : {800u, 600u, 400u, 200u, 100u, 50u, 25u})
+    counts.push_back(std::max(1u, static_cast<std::uint32_t>(leaf_count * thousandths / 1000)));
+  return counts;
+}
 
 }  // namespace coppice::bake

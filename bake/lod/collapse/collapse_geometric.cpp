@@ -9,6 +9,7 @@
 #include "check.h"
 #include "collapse_down.h"
 #include "greedy_union.h"
+#include "leaf_shade.h"
 #include "live_visibility.h"
 #include "quad_merge.h"
 #include "stopwatch.h"
@@ -16,21 +17,12 @@
 namespace coppice::bake {
 namespace {
 
-/// Unit normal; zero for a quad without area. The cross product of the diagonals is the mean normal of a bent quad.
-glm::dvec3 normal_of(const Quad& quad) {
-  const glm::dvec3 across = glm::cross(glm::dvec3(quad[2]) - glm::dvec3(quad[0]), glm::dvec3(quad[3]) - glm::dvec3(quad[1]));
-  const double length = glm::length(across);
-  return length > 0.0 ? across / length : glm::dvec3(0.0);
-}
-
-/// Does a sequence's merges in order.
 class Replay {
  public:
   Replay(LiveVisibility visibility, const CollapseSequence& sequence, bool count_background)
       : visibility_(std::move(visibility)), sequence_(sequence), count_background_(count_background) {}
 
   [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(visibility_, count_background_); }
-
   [[nodiscard]] std::uint64_t evaluations() const { return sequence_.evaluations; }
 
   Merge step() {
@@ -67,7 +59,7 @@ double leaf_dissimilarity(const Quad& first, const Quad& second, double leaf_siz
   const double first_area = quad_area(first), second_area = quad_area(second), sum = first_area + second_area;
   const double distance = leaf_size_m > 0.0 ? distance_m / leaf_size_m : 0.0;
   const double size = sum > 0.0 ? std::abs(first_area - second_area) / sum : 0.0;
-  const double normal = 1.0 - std::min(1.0, std::abs(glm::dot(normal_of(first), normal_of(second))));
+  const double normal = 1.0 - std::min(1.0, std::abs(glm::dot(quad_normal(first), quad_normal(second))));
   return distance + size + normal;
 }
 

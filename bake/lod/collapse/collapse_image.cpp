@@ -6,20 +6,17 @@
 #include "collapse_image.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <compare>
 #include <functional>
 #include <limits>
 #include <numeric>
 #include <queue>
-#include <span>
 #include <tuple>
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 
 #include "alpha_mask.h"
 #include "bounds.h"
@@ -71,10 +68,7 @@ struct Choices {
   void remove_if(Predicate&& predicate) {
     count = static_cast<std::uint32_t>(std::remove_if(pairs.begin(), pairs.begin() + count, predicate) - pairs.begin());
   }
-  void sort() {
-    for (std::uint32_t i = 1; i < count; ++i)
-      for (std::uint32_t at = i; at > 0 && is_better(pairs[at], pairs[at - 1]); --at) std::swap(pairs[at], pairs[at - 1]);
-  }
+  void sort() { std::sort(pairs.begin(), pairs.begin() + count, is_better); }
   void offer(const WeighedPair& pair) {
     if (count == kMax && !is_better(pair, pairs.back())) return;
     count = std::min<std::uint32_t>(count + 1, kMax);
@@ -83,7 +77,6 @@ struct Choices {
   }
 };
 
-/// In the order of the queue.
 struct QueueEntry {
   std::int64_t cost = 0;
   std::uint32_t leaf = 0, stamp = 0;
@@ -118,7 +111,6 @@ class ImageCollapse {
   }
 
   [[nodiscard]] std::uint64_t evaluations() const { return evaluations_; }
-
   [[nodiscard]] FixedBits foliage_information() const { return bake::foliage_information(image_, options_.count_background); }
 
   Merge step() {

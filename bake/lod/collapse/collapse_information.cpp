@@ -6,14 +6,15 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include "bounds.h"
 #include "collapse_down.h"
 #include "live_visibility.h"
-#include "measured_visibility.h"
 #include "mutual_information.h"
 #include "octree.h"
 #include "parallel_for.h"
@@ -24,7 +25,86 @@
 namespace coppice::bake {
 namespace {
 
-/// A partner that is being evaluated.
+/// The remaining leaves, with areas that somebody else measures: after every merge, and, for every merge whose cost is computed, all areas
+/// that it can change. This is the paper's own way, with N_l + 1 passes a view; LiveVisibility gets the same from lists. Has the members of
+/// that which Collapse uses, but merges are evaluated one after the other. If measuring fails, areas stay and failure() says why: the
+/// collapse goes on, quickly, and its result is worth nothing.
+class MeasuredVisibility : public LeafAreas {
+ public:
+  static constexpr bool kOneAtATime = true;
+  struct Scratch {};
+  struct OwnedPixels {};
+
+  /// foliage  as render_item_buffers checks it; views  over its bounding sphere
+  MeasuredVisibility(const Foliage& foliage, const std::vector<Viewpoint>& views, std::uint32_t resolution_px, const MeasureAreas& measure)
+      : LeafAreas(foliage, views.size()), resolution_px_(resolution_px), measure_(measure), live_(foliage.leaf_count()) {
+    const Sphere sphere = bounding_sphere(foliage);
+    for (const Viewpoint& view : views) projections_.push_back(make_projection(view, sphere, resolution_px));
+    std::iota(live_.begin(), live_.end(), 0u);
+    const std::vector<std::uint32_t> px = measured(live_, {});
+    const auto background_px = px.end() - static_cast<std::ptrdiff_t>(views.size());
+    std::copy(px.begin(), background_px, areas_px_.begin());
+    std::copy_backward(background_px, px.end(), areas_px_.end());
+  }
+
+  [[nodiscard]] const Result<void>& failure() const { return failure_; }
+  [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }
+  void owned_pixels(std::uint32_t, OwnedPixels&) const {}
+
+  /// Measures the areas after the merge.
+  void changes_of(const LeafMerge& merge, const OwnedPixels&, Scratch&, AreaChanges& changes) {
+    leaves_[merge.result] = merge.leaf;
+    std::vector<PixelBox> changed(view_count());
+    for (std::size_t v = 0; v < changed.size(); ++v)
+      for (const std::uint32_t id : {merge.first, merge.second, merge.result})
+        changed[v] = united(changed[v], pixel_box(project(projections_[v], leaves_[id].quad), projections_[v].resolution_px));
+    std::vector<std::uint32_t> outcomes = live_;
+    std::erase(outcomes, merge.first);
+    std::erase(outcomes, merge.second);
+    outcomes.push_back(merge.result);
+    const std::vector<std::uint32_t> after_px = measured(outcomes, changed);
+    outcomes.push_back(background());
+    changes.outcomes.clear();
+    changes.delta_px.clear();
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      const std::span<const std::uint32_t> before = areas(outcomes[i]), after = std::span(after_px).subspan(i * view_count(), view_count());
+      if (std::ranges::equal(after, before)) continue;
+      changes.outcomes.push_back(outcomes[i]);
+      for (std::size_t v = 0; v < after.size(); ++v) changes.delta_px.push_back(static_cast<std::int32_t>(after[v] - before[v]));
+    }
+  }
+
+  void apply(const LeafMerge& merge, const AreaChanges& changes) {
+    leaves_[merge.result] = merge.leaf;
+    std::erase(live_, merge.first);
+    std::erase(live_, merge.second);
+    live_.push_back(merge.result);
+    for (std::uint32_t v = 0; v < view_count(); ++v) add_changes(changes, v);
+  }
+
+ private:
+  /// returns  [(ids.size() + 1) * view_count] row per leaf, the background's last, px
+  std::vector<std::uint32_t> measured(const std::vector<std::uint32_t>& ids, std::span<const PixelBox> changed) {
+    std::vector<Quad> quads;
+    std::vector<std::uint32_t> cards, areas_px;
+    const auto append_areas = [&](std::uint32_t outcome) { areas_px.insert(areas_px.end(), areas(outcome).begin(), areas(outcome).end()); };
+    for (const std::uint32_t id : ids) {
+      quads.push_back(leaves_[id].quad);
+      cards.push_back(leaves_[id].card);
+      append_areas(id);
+    }
+    append_areas(background());
+    if (failure_) failure_ = measure_({quads, cards, changed}, areas_px);
+    return areas_px;
+  }
+
+  std::uint32_t resolution_px_;
+  std::vector<Projection> projections_;  ///< [view]
+  const MeasureAreas& measure_;
+  std::vector<std::uint32_t> live_;  ///< ascending
+  Result<void> failure_;
+};
+
 struct Candidate {
   LeafMerge merge;
   PairCorners corners{};
@@ -32,7 +112,6 @@ struct Candidate {
   FixedBits cost = 0;
 };
 
-/// Working memory of one thread.
 template <class Visibility>
 struct Scratch {
   typename Visibility::Scratch visibility;

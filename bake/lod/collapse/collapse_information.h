@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "area_request.h"
 #include "collapse.h"
 #include "plant.h"

@@ -5,14 +5,10 @@
 
 #include <algorithm>
 #include <compare>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <queue>
 #include <utility>
-#include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "check.h"
 #include "octree.h"

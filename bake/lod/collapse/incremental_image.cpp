@@ -28,6 +28,7 @@ constexpr float kMinShare = 1.0f / 2048.0f;
 /// How many pixels ahead of a walk memory is prefetched.
 constexpr std::size_t kListsAhead = 16, kEntriesAhead = 8;
 constexpr float kOpacityUnit = 1.0f / kOpaque;
+constexpr std::array kNoLeaves{kNone, kNone};
 
 Channels channels_of(const Shade& shade) {
   return Channels{static_cast<float>(shade[0]), static_cast<float>(shade[1]), static_cast<float>(shade[2]), static_cast<float>(shade[3])};
@@ -107,25 +108,21 @@ Shade leaf_shade(const ShadingNormals& normals, float albedo, const glm::vec3& t
 
 IncrementalImage::IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
                                    const ItemBuffers& buffers, const ImageErrorOptions& options)
-    : id_count_(2 * shown.foliage.leaf_count() - 1),
+    : LeafAreas(shown.foliage, buffers.view_count),
       options_(options),
       cards_{shown.foliage.card_table, std::move(masks)},
       sphere_(bounding_sphere(shown.foliage)),
       viewpoints_(views),
       views_(buffers.view_count),
-      leaves_(id_count_),
-      pixels_(id_count_),
-      areas_px_(std::size_t{id_count_ + 1} * buffers.view_count, 0) {
+      pixels_(id_count()) {
   for (std::size_t m = 0; m < shown.materials.size(); ++m)
     albedo_.push_back(mean_texel_luminance(shown.materials[m], shown.images, cards_.masks[m]));
   const Foliage& foliage = shown.foliage;
   set_resolution(buffers.resolution_px);
   set_coverage_weight(static_cast<double>(options.coverage_weight));
   parallel_for(foliage.leaf_count(), [&](std::uint32_t i) {
-    leaves_[i] = {.quad = foliage.quads[i],
-                  .card = foliage.cards[i],
-                  .normals = foliage.normals.empty() ? kFlatNormals : foliage.normals[i],
-                  .normal_sum = source_normal_sum(foliage, i)};
+    leaves_[i].normals = foliage.normals.empty() ? kFlatNormals : foliage.normals[i];
+    leaves_[i].normal_sum = source_normal_sum(foliage, i);
     pixels_[i] = pixels_of(leaves_[i]);
   });
   parallel_for(view_count(), [&](std::uint32_t v) {
@@ -156,11 +153,28 @@ void IncrementalImage::set_resolution(std::uint32_t resolution_px) {
   }
 }
 
-/// Draws the present image from fragments and colours.
+/// Composites a pixel's fragments, nearest first, without two leaves.
+/// last  the fragment that nothing shows through, or kNothing
+inline IncrementalImage::FixedChannels IncrementalImage::composite(const View& view, std::uint32_t pixel,
+                                                                   const std::array<std::uint32_t, 2>& without, LeafFragment& last) const {
+  Layers layers;
+  last = kNothing;
+  for (const auto& [fragment, color] : view.fragments.at(pixel)) {
+    const std::uint32_t id = fragment_leaf(fragment);
+    if (id == without[0] || id == without[1]) continue;
+    layers.put(color);
+    if (!layers.is_closed()) continue;
+    last = fragment;
+    layers.share = 0.0f;
+    break;
+  }
+  return __builtin_convertvector((layers.channels() + layers.share * kBackground) * kFixedUnit + 0.5f, FixedChannels);
+}
+
 void IncrementalImage::draw(View& view) const {
   view.shown.resize(pixels_per_view());
   view.last.resize(pixels_per_view());
-  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) draw_pixel(view, pixel);
+  for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) view.shown[pixel] = composite(view, pixel, kNoLeaves, view.last[pixel]);
   view.farthest.resize(std::size_t{tiles_per_row_} * tiles_per_row_);
   for (std::uint32_t tile = 0; tile < view.farthest.size(); ++tile) find_farthest(view, tile);
 }
@@ -182,28 +196,6 @@ void IncrementalImage::add_difference(View& view, std::uint32_t pixel, const Fix
   const std::uint32_t x = pixel % resolution_px_, y = pixel / resolution_px_;
   for (std::size_t scale = 0; scale < options_.scales.size(); ++scale)
     view.differences[scale][(y >> shift_of(scale)) * blocks_per_row(scale) + (x >> shift_of(scale))] += change;
-}
-
-/// Composites a pixel's fragments, nearest first, without two leaves, which may be kNone.
-/// last  the fragment that nothing shows through, or kNothing
-inline IncrementalImage::FixedChannels IncrementalImage::composite(const View& view, std::uint32_t pixel,
-                                                                   const std::array<std::uint32_t, 2>& without, LeafFragment& last) const {
-  Layers layers;
-  last = kNothing;
-  for (const auto& [fragment, color] : view.fragments.at(pixel)) {
-    const std::uint32_t id = fragment_leaf(fragment);
-    if (id == without[0] || id == without[1]) continue;
-    layers.put(color);
-    if (!layers.is_closed()) continue;
-    last = fragment;
-    layers.share = 0.0f;
-    break;
-  }
-  return __builtin_convertvector((layers.channels() + layers.share * kBackground) * kFixedUnit + 0.5f, FixedChannels);
-}
-
-void IncrementalImage::draw_pixel(View& view, std::uint32_t pixel) const {
-  view.shown[pixel] = composite(view, pixel, {kNone, kNone}, view.last[pixel]);
 }
 
 double IncrementalImage::lost_coverage() const {
@@ -235,7 +227,6 @@ Shade IncrementalImage::color_of(const View& view, const Lit& leaf) {
   return color;
 }
 
-/// Weight of a pixel's squared difference.
 double IncrementalImage::pixel_weight() const {
   return static_cast<double>(options_.pixel_weight << (2 * kLargestShift)) * pixel_area_;
 }
@@ -412,7 +403,7 @@ MergeCost IncrementalImage::gain(const Weighing& weighing, const PairCorners& co
     if (i + kEntriesAhead < walk.size()) view.fragments.prefetch_entries(walk[i + kEntriesAhead].pixel);
     const auto [pixel, depth] = walk[i];
     const bool is_released = scratch.stamp[pixel] == scratch.now;
-    const LeafFragment merged = make_fragment(depth, id_count_);
+    const LeafFragment merged = make_fragment(depth, id_count());
     if (!is_released && merged > view.last[pixel]) continue;
     const Channels rest = is_released ? scratch.rest[pixel] : unfixed(view.shown[pixel]);
     const Channels gain = gained(weighing, pixel, merged, opaque, rest);
@@ -489,7 +480,7 @@ void IncrementalImage::apply(const LeafMerge& merge) {
     sort_and_unite(pixels);
     for (const std::uint32_t pixel : pixels) {
       const FixedChannels before = view.shown[pixel];
-      draw_pixel(view, pixel);
+      view.shown[pixel] = composite(view, pixel, kNoLeaves, view.last[pixel]);
       add_difference(view, pixel, view.shown[pixel] - before);
       tiles.push_back(tile_of(pixel));
     }
@@ -520,9 +511,9 @@ void IncrementalImage::halve(std::span<const std::uint32_t> live) {
     for (const std::uint32_t id : live) {
       const Shade color = color_of(view, lit(leaves_[id]));
       for (const auto& [pixel, depth] : pixels_[id].in(v)) view.fragments.insert(pixel, {make_fragment(depth, id), color});
-      areas_px_[std::size_t{id} * view_count() + v] = 0;
+      area_px(id, v) = 0;
     }
-    areas_px_[std::size_t{background()} * view_count() + v] = 0;
+    area_px(background(), v) = 0;
     for (std::uint32_t pixel = 0; pixel < pixels_per_view(); ++pixel) ++front_area(v, pixel);
     draw(view);
     view.source.resize(pixels_per_view());

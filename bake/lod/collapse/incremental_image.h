@@ -9,21 +9,13 @@
 // its leaves and an opacity: a pixel composites its leaves front to back. Errors are summed over pixels and over square blocks of pixels:
 // blocks are what a viewer sees from far away, and forgive a leaf that moved by a pixel. The image differs from the first one only where a
 // merged leaf shows or a removed leaf did, so the cost of a merge takes a walk over the pixels of its three leaves. One walk finds the best
-// opacity of a merged leaf together with its cost (merge_cost.h).
+// opacity of a merged leaf together with its cost (MergeCost).
 //
 // As leaves grow, pixels can: halve() changes to images of half the side, in which all errors keep their meaning.
-
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "alpha_mask.h"
 #include "fragment_lists.h"
 #include "live_visibility.h"
-#include "merge_cost.h"
 #include "pair_silhouette.h"
 #include "plant.h"
 #include "visibility.h"
@@ -64,6 +56,32 @@ struct ImageErrorOptions {
   double reach_weight = 1.2e-5;  ///< times sqrt(leaf count) times reach^4: area that is assumed to be wrong in every view, px at 256 px
 };
 
+/// What a merge adds to the error if the merged leaf has opacity o: constant + opacity o + opacity2 o^2. In each pixel and block the image
+/// is linear in the opacity of one leaf, so the error is a parabola.
+struct MergeCost {
+  double constant = 0.0, opacity = 0.0, opacity2 = 0.0;
+  /// opacity_steps  core/tree.h
+  [[nodiscard]] double at(std::uint8_t opacity_steps) const {
+    const double o = static_cast<double>(opacity_steps) / kOpaque;
+    return constant + (opacity + opacity2 * o) * o;
+  }
+  /// Whether any view shows the merged leaf.
+  [[nodiscard]] bool is_seen() const { return opacity2 > 0.0; }
+  /// The cheapest opacity; of equals the smallest. is_seen() must hold.
+  [[nodiscard]] std::uint8_t best_opacity() const {
+    std::uint8_t best = 1;
+    for (std::uint8_t steps = 2; steps <= kOpaque; ++steps)
+      if (at(steps) < at(best)) best = steps;
+    return best;
+  }
+
+  MergeCost& operator+=(const MergeCost& other) {
+    constant += other.constant, opacity += other.opacity, opacity2 += other.opacity2;
+    return *this;
+  }
+  [[nodiscard]] MergeCost operator*(double weight) const { return {constant * weight, opacity * weight, opacity2 * weight}; }
+};
+
 /// Selects views first, first + stride, ...
 struct ViewSubset {
   std::uint32_t first = 0, stride = 1;
@@ -76,7 +94,8 @@ struct MergeTrial {
   ViewSubset views = {};
 };
 
-class IncrementalImage {
+/// areas() are the pixels in which an outcome is in front, whatever its opacity.
+class IncrementalImage : public LeafAreas {
  public:
   /// Four channels at once.
   using Channels = float __attribute__((vector_size(16)));
@@ -103,15 +122,7 @@ class IncrementalImage {
   IncrementalImage(const ShownFoliage& shown, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers,
                    const ImageErrorOptions& options);
 
-  [[nodiscard]] std::uint32_t view_count() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return resolution_px_ * resolution_px_; }
-  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
-  [[nodiscard]] std::uint32_t background() const { return id_count_; }
-  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// Pixels in which an outcome (leaf id or background) is in front, whatever its opacity. [view_count] px; 0 for ids that are not live.
-  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
-    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count(), view_count());
-  }
   /// The area of a pixel in first-resolution pixels: 1, 4, 16, ...
   [[nodiscard]] double pixel_area() const { return pixel_area_; }
 
@@ -186,12 +197,9 @@ class IncrementalImage {
   [[nodiscard]] std::uint32_t tile_of(std::uint32_t pixel) const {
     return ((pixel / resolution_px_) >> kTileShift) * tiles_per_row_ + ((pixel % resolution_px_) >> kTileShift);
   }
-  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
-    return fragment == kNothing ? background() : fragment_leaf(fragment);
-  }
   /// The area of the outcome that a pixel of view v now shows in front.
   [[nodiscard]] std::uint32_t& front_area(std::uint32_t v, std::uint32_t pixel) {
-    return areas_px_[std::size_t{outcome_of(views_[v].fragments.front(pixel))} * view_count() + v];
+    return area_px(outcome_of(views_[v].fragments.front(pixel)), v);
   }
   [[nodiscard]] double pixel_weight() const;
   [[nodiscard]] double block_weight(std::size_t scale) const;
@@ -211,7 +219,6 @@ class IncrementalImage {
   void draw(View& view) const;
   void measure(View& view) const;
   void add_difference(View& view, std::uint32_t pixel, const FixedChannels& change) const;
-  void draw_pixel(View& view, std::uint32_t pixel) const;
   void find_farthest(View& view, std::uint32_t tile) const;
   double release(std::uint32_t v, Weighing& weighing) const;
   MergeCost gain(const Weighing& weighing, const PairCorners& corners, const Card& card, const Shade& shade) const;
@@ -225,7 +232,7 @@ class IncrementalImage {
 
   static constexpr std::uint32_t kTileShift = 3;
 
-  std::uint32_t id_count_ = 0, resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
+  std::uint32_t resolution_px_ = 0, tiles_per_row_ = 0, halvings_ = 0;
   double rows_per_pixel_ = 0.0;  ///< for a multiplication in place of a division
   double pixel_area_ = 1.0;
   double coverage_unit_ = 0.0;  ///< error of a squared excess of one px^2, over 255^2
@@ -236,9 +243,7 @@ class IncrementalImage {
   Sphere sphere_;
   std::vector<Viewpoint> viewpoints_;
   std::vector<View> views_;
-  std::vector<LiveLeaf> leaves_;         ///< [id_count]
-  std::vector<LeafPixels> pixels_;       ///< [id_count] empty if not live
-  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count]
+  std::vector<LeafPixels> pixels_;  ///< [id_count] empty if not live
 };
 
 }  // namespace coppice::bake

@@ -1,7 +1,7 @@
 #include "leaf_reach.h"
 
 #include <algorithm>
-#include <array>
+#include <set>
 
 #include <glm/geometric.hpp>
 
@@ -32,26 +32,18 @@ double squared_distance_to_triangle(const glm::dvec3& point, const glm::dvec3& a
 
 }  // namespace
 
-ReachPoints reach_points(const Quad& quad) {
-  return {quad.begin(), quad.end()};
-}
-
 ReachPoints merged_reach_points(const ReachPoints& first, const ReachPoints& second) {
   static const std::array<glm::vec3, 7> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}}};
   ReachPoints all = first;
   all.insert(all.end(), second.begin(), second.end());
   if (all.size() <= 2 * axes.size()) return all;
-  std::vector<std::size_t> outermost;
+  std::set<ReachPoints::iterator> outermost;
   for (const glm::vec3& axis : axes) {
-    const auto before = [&](const glm::vec3& a, const glm::vec3& b) { return glm::dot(axis, a) < glm::dot(axis, b); };
-    const auto after = [&](const glm::vec3& a, const glm::vec3& b) { return before(b, a); };
-    outermost.push_back(static_cast<std::size_t>(std::min_element(all.begin(), all.end(), before) - all.begin()));
-    outermost.push_back(static_cast<std::size_t>(std::min_element(all.begin(), all.end(), after) - all.begin()));
+    const auto along = [&](const glm::vec3& point) { return glm::dot(axis, point); };
+    outermost.insert({std::ranges::min_element(all, {}, along), std::ranges::max_element(all, {}, along)});
   }
-  std::sort(outermost.begin(), outermost.end());
-  outermost.erase(std::unique(outermost.begin(), outermost.end()), outermost.end());
   ReachPoints result;
-  for (const std::size_t i : outermost) result.push_back(all[i]);
+  for (const auto point : outermost) result.push_back(*point);
   return result;
 }
 

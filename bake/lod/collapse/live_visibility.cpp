@@ -1,9 +1,7 @@
 #include "live_visibility.h"
 
-#include <algorithm>
 #include <utility>
 
-#include "alpha_mask.h"
 #include "bounds.h"
 #include "parallel_for.h"
 
@@ -54,21 +52,16 @@ class LiveVisibility::ChangeWriter {
 
 LiveVisibility::LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views,
                                const ItemBuffers& buffers)
-    : view_count_(buffers.view_count),
+    : LeafAreas(foliage, buffers.view_count),
       pixels_per_view_(buffers.pixels_per_view()),
-      id_count_(2 * foliage.leaf_count() - 1),
       cards_{foliage.card_table, std::move(masks)},
-      views_(buffers.view_count),
-      leaves_(id_count_),
-      areas_px_(std::size_t{id_count_ + 1} * view_count_, 0) {
-  for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {.quad = foliage.quads[i], .card = foliage.cards[i]};
+      views_(buffers.view_count) {
   const Sphere sphere = bounding_sphere(foliage);
   parallel_for(view_count_, [&](std::uint32_t v) {
     View& view = views_[v];
     view.projection = make_projection(views[v], sphere, buffers.resolution_px);
     view.fragments = PixelLists<LeafFragment>(buffers, v, [](LeafFragment fragment) { return fragment; });
-    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel)
-      ++areas_px_[std::size_t{outcome_of(view.fragments.front(pixel))} * view_count_ + v];
+    for (std::uint32_t pixel = 0; pixel < pixels_per_view_; ++pixel) ++area_px(outcome_of(view.fragments.front(pixel)), v);
   });
 }
 
@@ -88,9 +81,7 @@ void LiveVisibility::correct(std::span<const std::uint32_t> measured_px) {
 }
 
 void LiveVisibility::areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const {
-  const std::span<const std::uint32_t> now = areas(outcome);
-  row.assign(now.begin(), now.end());
-  for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
+  LeafAreas::areas_after(outcome, delta_px, row);
   if (corrections_px_.empty()) return;
   for (std::size_t v = 0; v < row.size(); ++v) {
     const std::int32_t corrected_px = static_cast<std::int32_t>(row[v]) + corrections_px_[std::size_t{outcome} * view_count_ + v];
@@ -158,7 +149,7 @@ void LiveVisibility::add(std::uint32_t v, const LeafMerge& merge, const Scratch&
 }
 
 void LiveVisibility::changes_of(const LeafMerge& merge, const OwnedPixels& first_owned, Scratch& scratch, AreaChanges& changes) const {
-  ChangeWriter writer(view_count_, id_count_ + 1, scratch, changes);
+  ChangeWriter writer(view_count_, id_count() + 1, scratch, changes);
   scratch.rest.resize(pixels_per_view_);
   owned_pixels(merge.second, scratch.owned);
   for (std::uint32_t v = 0; v < view_count_; ++v) {
@@ -175,12 +166,11 @@ void LiveVisibility::apply(const LeafMerge& merge, const AreaChanges& changes) {
     for (const std::uint32_t removed : {merge.first, merge.second}) {
       for_each_fragment(view.projection, cards_, leaves_[removed], removed,
                         [&](std::uint32_t pixel, LeafFragment f) { view.fragments.remove(pixel, f); });
-      areas_px_[std::size_t{removed} * view_count_ + v] = 0;
+      area_px(removed, v) = 0;
     }
     for_each_fragment(view.projection, cards_, merge.leaf, merge.result,
                       [&](std::uint32_t pixel, LeafFragment f) { view.fragments.insert(pixel, f); });
-    for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
-      areas_px_[std::size_t{changes.outcomes[i]} * view_count_ + v] += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
+    add_changes(changes, v);
   });
 }
 

@@ -7,9 +7,6 @@
 // Then the new leaf takes each pixel that it covers from its present owner, if the new leaf is nearer. The sums are integers.
 
 #include <algorithm>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #include "alpha_mask.h"
 #include "fragment_lists.h"
@@ -71,6 +68,50 @@ struct AreaChanges {
   }
 };
 
+/// The leaves of a collapse, and what each outcome covers in each view. Ids: N source leaves, then merge results. A leaf's outcome is its
+/// id; the background's follows the last one.
+class LeafAreas {
+ public:
+  LeafAreas(const Foliage& foliage, std::size_t view_count)
+      : view_count_(static_cast<std::uint32_t>(view_count)),
+        id_count_(2 * foliage.leaf_count() - 1),
+        leaves_(id_count_),
+        areas_px_((leaves_.size() + 1) * view_count, 0) {
+    for (std::uint32_t i = 0; i < foliage.leaf_count(); ++i) leaves_[i] = {.quad = foliage.quads[i], .card = foliage.cards[i]};
+  }
+
+  [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
+  /// All ids are below it.
+  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
+  [[nodiscard]] std::uint32_t background() const { return id_count_; }
+  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
+  /// [view_count] px; 0 for ids that are not live.
+  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
+    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
+  }
+  /// The areas of a live outcome after a change.
+  /// delta_px  [view_count]; empty: no change
+  /// row       receives [view_count] px
+  void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const {
+    row.assign(areas(outcome).begin(), areas(outcome).end());
+    for (std::size_t v = 0; v < delta_px.size(); ++v) row[v] += static_cast<std::uint32_t>(delta_px[v]);
+  }
+
+ protected:
+  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
+    return fragment == kNothing ? background() : fragment_leaf(fragment);
+  }
+  [[nodiscard]] std::uint32_t& area_px(std::uint32_t outcome, std::uint32_t v) { return areas_px_[std::size_t{outcome} * view_count_ + v]; }
+  void add_changes(const AreaChanges& changes, std::uint32_t v) {
+    for (std::size_t i = 0; i < changes.outcomes.size(); ++i)
+      area_px(changes.outcomes[i], v) += static_cast<std::uint32_t>(changes.row(i, view_count_)[v]);
+  }
+
+  std::uint32_t view_count_, id_count_;
+  std::vector<LiveLeaf> leaves_;         ///< [id_count]
+  std::vector<std::uint32_t> areas_px_;  ///< [(id_count + 1) * view_count] row per outcome
+};
+
 /// The pixels in which a leaf is in front, view by view, and what would be in front there without it.
 struct OwnedPixels {
   struct Pixel {
@@ -81,7 +122,7 @@ struct OwnedPixels {
   std::vector<Pixel> pixels;
 };
 
-class LiveVisibility {
+class LiveVisibility : public LeafAreas {
  public:
   static constexpr bool kOneAtATime = false;  ///< merges may be evaluated in parallel
   using OwnedPixels = bake::OwnedPixels;
@@ -100,21 +141,8 @@ class LiveVisibility {
   /// measured_px  [(leaf_count + 1) * view_count] row per leaf, the background's last
   void correct(std::span<const std::uint32_t> measured_px);
 
-  [[nodiscard]] std::uint32_t view_count() const { return view_count_; }
   [[nodiscard]] std::uint32_t pixels_per_view() const { return pixels_per_view_; }
-  /// All ids are below it: N source leaves, then merge results.
-  [[nodiscard]] std::uint32_t id_count() const { return id_count_; }
-  /// The background's outcome; leaves' outcomes are their ids.
-  [[nodiscard]] std::uint32_t background() const { return id_count_; }
-  [[nodiscard]] const LiveLeaf& leaf(std::uint32_t id) const { return leaves_[id]; }
-  /// [view_count] px, without corrections; 0 for ids that are not live.
-  [[nodiscard]] std::span<const std::uint32_t> areas(std::uint32_t outcome) const {
-    return std::span(areas_px_).subspan(std::size_t{outcome} * view_count_, view_count_);
-  }
-
-  /// The areas of a live outcome after a change, with corrections if correct() has been called.
-  /// delta_px  [view_count]; empty: no change
-  /// row       receives [view_count] px
+  /// As LeafAreas::areas_after, with corrections if correct() has been called. areas() has none.
   void areas_after(std::uint32_t outcome, std::span<const std::int32_t> delta_px, std::vector<std::uint32_t>& row) const;
 
   void owned_pixels(std::uint32_t id, OwnedPixels& owned) const;
@@ -133,18 +161,13 @@ class LiveVisibility {
   };
 
   LiveVisibility(const Foliage& foliage, std::vector<AlphaMask> masks, const std::vector<Viewpoint>& views, const ItemBuffers& buffers);
-  [[nodiscard]] std::uint32_t outcome_of(LeafFragment fragment) const {
-    return fragment == kNothing ? background() : fragment_leaf(fragment);
-  }
   class ChangeWriter;
   void release(std::uint32_t v, const LeafMerge& merge, const OwnedPixels& owned, Scratch& scratch, ChangeWriter& writer) const;
   void add(std::uint32_t v, const LeafMerge& merge, const Scratch& scratch, ChangeWriter& writer) const;
 
-  std::uint32_t view_count_ = 0, pixels_per_view_ = 0, id_count_ = 0;
+  std::uint32_t pixels_per_view_ = 0;
   MaskedCards cards_;
   std::vector<View> views_;
-  std::vector<LiveLeaf> leaves_;              ///< [id_count]
-  std::vector<std::uint32_t> areas_px_;       ///< [(id_count + 1) * view_count] row per outcome
   std::vector<std::int32_t> corrections_px_;  ///< [(id_count + 1) * view_count] from correct(); empty: none
 };
 

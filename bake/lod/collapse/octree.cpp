@@ -52,10 +52,7 @@ void LeafOctree::insert(std::uint32_t id, const glm::dvec3& centroid) {
 void LeafOctree::remove(std::uint32_t id) {
   const Entry& entry = entries_[id];
   if (entry.next != kNone) entries_[entry.next].previous = entry.previous;
-  if (entry.previous != kNone)
-    entries_[entry.previous].next = entry.next;
-  else
-    heads_[index_of(depth_, entry.cell)] = entry.next;
+  (entry.previous != kNone ? entries_[entry.previous].next : heads_[index_of(depth_, entry.cell)]) = entry.next;
   change_counts(entry.cell, ~0u);
 }
 
@@ -111,11 +108,8 @@ void LeafOctree::cell_candidates_of(std::uint32_t id, std::uint32_t count, std::
 
 void LeafOctree::candidates_of(std::uint32_t id, std::uint32_t count, std::vector<std::uint32_t>& candidates) {
   gather_round(id, count);
-  const auto nearer = [](const Near& a, const Near& b) {
-    return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance : a.id < b.id;
-  };
   const std::size_t kept = std::min<std::size_t>(count, gathered_.size());
-  std::partial_sort(gathered_.begin(), gathered_.begin() + static_cast<std::ptrdiff_t>(kept), gathered_.end(), nearer);
+  std::partial_sort(gathered_.begin(), gathered_.begin() + static_cast<std::ptrdiff_t>(kept), gathered_.end());
   candidates.clear();
   for (std::size_t i = 0; i < kept; ++i) candidates.push_back(gathered_[i].id);
 }

@@ -2,12 +2,6 @@
 
 // Selects the leaves that a leaf may be collapsed with: the paper's octree cells.
 
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-#include <glm/vec3.hpp>
-
 #include "plant.h"
 
 namespace coppice::bake {
@@ -51,6 +45,7 @@ class LeafOctree {
   struct Near {
     double squared_distance = 0.0;
     std::uint32_t id = 0;
+    auto operator<=>(const Near&) const = default;
   };
 
   [[nodiscard]] static std::size_t index_of(std::uint32_t level, const Cell& cell);

@@ -1,12 +1,9 @@
 #include "pair_silhouette.h"
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 
 #include "bounds.h"
 
@@ -25,7 +22,6 @@ struct Basis {
   glm::dvec3 right, up;
 };
 
-/// View axes along the six axes of an icosahedron.
 std::array<Basis, kDirections> icosahedron_axes() {
   const double golden = (1.0 + std::sqrt(5.0)) / 2.0;
   const std::array<glm::dvec3, 6> axes{{{0, 1, golden}, {0, 1, -golden}, {1, golden, 0}, {1, -golden, 0}, {golden, 0, 1}, {golden, 0, -1}}};

@@ -4,9 +4,7 @@
 // small bit images from a few directions. A cheap first look; incremental_image.h then judges the best few in the crown.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 
 #include "plant.h"
 #include "quad_merge.h"

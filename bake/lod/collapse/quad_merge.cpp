@@ -1,7 +1,6 @@
 #include "quad_merge.h"
 
 #include <algorithm>
-#include <span>
 
 #include <glm/geometric.hpp>
 

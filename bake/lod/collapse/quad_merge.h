@@ -1,10 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-
-#include <glm/vec3.hpp>
-
 #include "plant.h"
 
 namespace coppice::bake {

@@ -1,11 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
-#include <glm/vec3.hpp>
-
 #include "plant.h"
 #include "visibility.h"
 

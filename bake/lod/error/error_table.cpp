@@ -1,7 +1,6 @@
 #include "error_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numeric>

@@ -1,9 +1,7 @@
 #include "mesh_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include <glm/geometric.hpp>

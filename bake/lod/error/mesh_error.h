@@ -1,8 +1,5 @@
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "plant.h"
 #include "result.h"
 #include "wood_lods.h"

@@ -1,18 +1,14 @@
 #include "leaf_mesh_parts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <numeric>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "bounds.h"
-#include "coppice/format.h"
 
 namespace coppice::bake {
 namespace {
@@ -33,9 +29,8 @@ bool is_quad(const Mesh& mesh, const LeafRange& leaf, const Quad& quad) {
     if (corner == quad.end()) return false;
     ++uses[static_cast<std::size_t>(corner - quad.begin())];
   }
-  const bool has_all = std::ranges::none_of(uses, [](std::uint32_t count) { return count == 0; });
   const bool same_edge = uses[0] == 2 && uses[2] == 2;
-  return has_all && (same_edge || is_parallelogram(quad));
+  return std::ranges::count(uses, 0u) == 0 && (same_edge || is_parallelogram(quad));
 }
 
 /// Moves the bits of x to every third place.
@@ -67,11 +62,11 @@ class PartBuilder {
  public:
   explicit PartBuilder(const Mesh& source) : source_(source), leaf_of_(source.positions.size(), kNone), vertex_of_(leaf_of_.size()) {}
 
-  void start() { parts.emplace_back(); }
-
   void add(const LeafRange& leaf, const glm::vec3& stalk) {
     LeafMeshPart& part = parts.back();
-    const glm::vec2 shift = uv_shift(leaf);
+    PointBox<glm::vec2> uvs;
+    for (const std::uint32_t vertex : leaf_indices(source_, leaf)) uvs.add(source_.uvs[vertex]);
+    const glm::vec2 shift = glm::floor(uvs.low);
     for (const std::uint32_t vertex : leaf_indices(source_, leaf)) {
       if (leaf_of_[vertex] != leaf.first_triangle) {
         leaf_of_[vertex] = leaf.first_triangle;
@@ -90,12 +85,6 @@ class PartBuilder {
   std::vector<LeafMeshPart> parts;
 
  private:
-  [[nodiscard]] glm::vec2 uv_shift(const LeafRange& leaf) const {
-    PointBox<glm::vec2> box;
-    for (const std::uint32_t vertex : leaf_indices(source_, leaf)) box.add(source_.uvs[vertex]);
-    return glm::floor(box.low);
-  }
-
   const Mesh& source_;
   std::vector<std::uint32_t> leaf_of_;    ///< [vertex] first triangle of the last leaf that used it
   std::vector<std::uint32_t> vertex_of_;  ///< [vertex] its number in that leaf's part
@@ -129,7 +118,7 @@ KeptLeafMeshes keep_leaf_meshes(const Plant& plant, const Foliage& foliage) {
     if (more > COPPICE_MAX_LEAF_MESH_TRIANGLES) return too_large(triangles);
     if (in_part >= fair_share || in_part + more > COPPICE_MAX_LEAF_MESH_TRIANGLES) {
       if (builder.parts.size() == COPPICE_MAX_LEAF_MESHES) return too_large(triangles);
-      builder.start();
+      builder.parts.emplace_back();
       in_part = 0;
     }
     builder.add(plant.leaves[leaf], foliage.quads[leaf][0]);

@@ -2,9 +2,6 @@
 
 // The finest level of a plant: its leaves as they were modelled.
 
-#include <cstdint>
-#include <string>
-
 #include "plant.h"
 
 namespace coppice::bake {

@@ -1,18 +1,13 @@
 #include "wood_lods.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 #include <meshoptimizer.h>
 #include <glm/geometric.hpp>
@@ -212,7 +207,6 @@ Candidate candidate_of(WoodPiece&& piece) {
   return {std::move(piece), std::move(versions), std::move(choices), {}};
 }
 
-/// Sets the choices for a LoD with pixels of this width.
 void set_choices(Candidate& candidate, double pixel_m) {
   candidate.choices = candidate.all;
   const double seen_m = 0.5 * std::max(std::min(candidate.piece.girth_m(), candidate.piece.thickness_m()), pixel_m);
@@ -308,12 +302,11 @@ std::size_t nearest_taker(const std::vector<Candidate>& candidates, std::span<co
   const auto rank_of = [&](std::size_t i) { return candidates[i].piece.curve_rank; };
   const auto middle = std::ranges::lower_bound(proxies, piece.curve_rank, {}, rank_of);
   const auto first = middle - std::min(kLookedAt, middle - proxies.begin());
-  const auto last = middle + std::min(kLookedAt, proxies.end() - middle);
   std::size_t nearest = kNone;
   double nearest_m = std::numeric_limits<double>::infinity();
-  for (auto it = first; it != last; ++it) {
-    const double distance_m = glm::distance(candidates[*it].piece.center, piece.center);
-    if (distance_m < nearest_m && may_take(*it)) nearest = *it, nearest_m = distance_m;
+  for (const std::size_t i : std::span(first, middle + std::min(kLookedAt, proxies.end() - middle))) {
+    const double distance_m = glm::distance(candidates[i].piece.center, piece.center);
+    if (distance_m < nearest_m && may_take(i)) nearest = i, nearest_m = distance_m;
   }
   return nearest;
 }
@@ -437,14 +430,10 @@ void append_piece(const Mesh& source, const WoodPiece& piece, const Indices& ind
   mesh.triangle_materials.insert(mesh.triangle_materials.end(), indices.size() / 3, piece.material);
 }
 
-/// The longest side of the box of all pieces.
-double extent_m(const Mesh& mesh) {
-  const glm::vec3 extent = box_of(mesh.positions).extent();
-  return std::max({extent.x, extent.y, extent.z});
-}
-
 Mesh simplify_pieces(const Mesh& source, std::vector<Candidate>& candidates, std::size_t target_count, LeftOut left_out) {
-  const double pixel_m = extent_m(source) / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
+  const glm::vec3 extent = box_of(source.positions).extent();
+  const double pixel_m =
+      double{std::max({extent.x, extent.y, extent.z})} / (kPxPerRootTriangle * std::sqrt(static_cast<double>(target_count)));
   for (Candidate& candidate : candidates) set_choices(candidate, pixel_m);
   const std::vector<std::size_t> chosen = deal_out(candidates, target_count, left_out);
   const std::vector<double> areas_m2 = proxy_areas(candidates, chosen, left_out == LeftOut::merged ? pixel_m : 0.0);
@@ -464,10 +453,7 @@ using Parts = std::map<std::uint32_t, Indices>;
 
 /// Makes one mesh of all parts, in an order that suits a GPU's vertex cache.
 Mesh merge(const Mesh& source, const Parts& parts) {
-  Mesh merged;
-  merged.positions = source.positions;
-  merged.normals = source.normals;
-  merged.uvs = source.uvs;
+  Mesh merged{.positions = source.positions, .normals = source.normals, .uvs = source.uvs};
   for (const auto& [material, indices] : parts) {
     Indices ordered(indices.size());
     meshopt_optimizeVertexCache(ordered.data(), indices.data(), indices.size(), source.positions.size());
@@ -517,14 +503,6 @@ std::vector<std::vector<Candidate>> ways_to_split(const Mesh& wood) {
   return ways;
 }
 
-void append_meshes(const Mesh& wood, std::vector<Candidate>& candidates, std::size_t target_count, WoodLevel& level) {
-  for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
-    Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
-    turn_to_normals(mesh);
-    level.push_back(merge(mesh, split_by_material(mesh)));
-  }
-}
-
 }  // namespace
 
 Mesh halve_wood(const Mesh& wood) {
@@ -550,7 +528,12 @@ std::vector<WoodLevel> wood_levels(const Mesh& wood) {
   std::size_t last_count = wood.triangle_materials.size();
   while (levels.size() < kMaxLods && last_count > kMinTriangles) {
     WoodLevel level;
-    for (std::vector<Candidate>& candidates : ways) append_meshes(wood, candidates, target_count, level);
+    for (std::vector<Candidate>& candidates : ways)
+      for (const LeftOut left_out : {LeftOut::merged, LeftOut::lost}) {
+        Mesh mesh = simplify_pieces(wood, candidates, target_count, left_out);
+        turn_to_normals(mesh);
+        level.push_back(merge(mesh, split_by_material(mesh)));
+      }
     const std::size_t count = level.front().triangle_materials.size();
     if (static_cast<double>(count) <= kMinProgress * static_cast<double>(last_count)) {
       levels.push_back(std::move(level));

@@ -221,20 +221,17 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   }
   std::vector<WoodPiece> joined;
   std::vector<std::size_t> place(pieces.size());
-  std::vector<bool> grown;
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     const std::uint32_t first = chains.find(i);
     if (first == i) {
       place[i] = joined.size();
       joined.push_back(std::move(pieces[i]));
-      grown.push_back(false);
     } else {
       append(joined[place[first]], pieces[i]);
-      grown[place[first]] = true;
     }
   }
-  for (std::size_t i = 0; i < joined.size(); ++i)
-    if (grown[i]) measure(joined[i]);
+  for (WoodPiece& piece : joined)
+    if (piece.part_count > 1) measure(piece);
   return joined;
 }
 
@@ -302,9 +299,7 @@ std::vector<WoodPiece> limbs_of(const WoodPiece& piece) {
   // Rings as far apart as the piece is thick have no bumps. The other bound limits the time, and sheets have no thickness.
   constexpr double kMaxRings = 64.0;
   const double ring_m = std::max(piece.thickness_m(), piece.length_m() / kMaxRings);
-  Mesh surface;
-  surface.positions = piece.positions;
-  surface.indices = piece.indices;
+  const Mesh surface{.positions = piece.positions, .indices = piece.indices};
   const auto box = box_of(piece.positions);
   std::vector<WoodPiece> limbs = split_triangles(piece, wood_limbs(surface, {box.low.y, box.high.y, false}, ring_m));
   std::erase_if(limbs, [](const WoodPiece& limb) { return limb.indices.empty(); });

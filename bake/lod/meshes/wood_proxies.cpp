@@ -1,11 +1,8 @@
 #include "wood_proxies.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -162,14 +159,9 @@ glm::dvec3 first_side(const WoodPiece& piece, double turn) {
 }
 
 std::uint32_t nearest_vertex(const WoodPiece& piece, const glm::vec3& place) {
-  std::size_t nearest = 0;
-  float nearest_m2 = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < piece.positions.size(); ++i) {
-    const glm::vec3 way = piece.positions[i] - place;
-    const float m2 = glm::dot(way, way);
-    if (m2 < nearest_m2) nearest = i, nearest_m2 = m2;
-  }
-  return piece.vertices[nearest];
+  const auto squared_m2 = [&](const glm::vec3& position) { return glm::dot(position - place, position - place); };
+  const auto nearest = std::ranges::min_element(piece.positions, {}, squared_m2);
+  return piece.vertices[static_cast<std::size_t>(nearest - piece.positions.begin())];
 }
 
 }  // namespace
@@ -194,13 +186,9 @@ double line_misfit_m2(const WoodPiece& piece, std::uint32_t sections) {
 void append_proxy(const Mesh& source, const WoodPiece& piece, const ProxyDesc& desc, Mesh& mesh) {
   if (!(piece.length_m() > 0.0) || !(piece.projected_m2 > 0.0)) return;
   const bool is_line = desc.form.sections > 0;
-  Body body;
-  if (is_line) {
-    const std::vector<Knot> knots = line_of(piece, line_samples(piece, desc.form.sections), desc.form.sections);
-    body = line_body(knots, desc.form.sides, first_side(piece, desc.turn), piece.axes[0]);
-  } else {
-    body = spindle_body(piece, desc.form.sides);
-  }
+  const auto line = [&] { return line_of(piece, line_samples(piece, desc.form.sections), desc.form.sections); };
+  Body body =
+      is_line ? line_body(line(), desc.form.sides, first_side(piece, desc.turn), piece.axes[0]) : spindle_body(piece, desc.form.sides);
   resize(body, desc.projected_m2, is_line);
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   const double openness = std::min(glm::length(piece.facing), 1.0);

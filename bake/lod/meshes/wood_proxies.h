@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "plant.h"
 #include "wood_pieces.h"
 

@@ -1,8 +1,6 @@
 #include "card_shown.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <span>
 
 #include "error_image.h"
 #include "parallel_for.h"

@@ -1,7 +1,6 @@
 #include "pack.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "bounds.h"
 #include "card_look.h"
@@ -16,7 +15,6 @@
 #include "writer.h"
 
 namespace coppice::bake {
-
 namespace {
 
 void store(float (&target)[3], const glm::vec3& value) {

@@ -9,11 +9,9 @@
 #include <optional>
 
 #include "check.h"
-#include "coppice/format.h"
 #include "symbol_writer.h"
 
 namespace coppice::bake {
-
 namespace {
 
 using page_model::Context;
@@ -82,7 +80,6 @@ struct SymbolCode {
   std::uint8_t context, symbol;
 };
 
-/// The coded form of a part of the page.
 struct Codes {
   std::vector<SymbolCode> symbols;
   std::vector<PlainBits> bits;
@@ -158,7 +155,6 @@ std::array<std::uint16_t, 3> axis_weights(const glm::vec3& extent) {
   return weights;
 }
 
-/// A child to be coded.
 struct Child {
   std::array<Point, 4> corners{};
   unsigned known = 0;

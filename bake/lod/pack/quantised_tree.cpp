@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "bounds.h"
-#include "coppice/format.h"
 
 namespace coppice::bake {
-
 namespace {
 
 Error bad_tree(const char* what, std::size_t split) {

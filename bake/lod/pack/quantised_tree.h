@@ -1,12 +1,7 @@
 #pragma once
 
-#include <vector>
-
-#include <glm/vec3.hpp>
-
 #include "plant.h"
 #include "result.h"
-#include "tree.h"
 
 namespace coppice::bake {
 

@@ -8,10 +8,8 @@
 #include <draco/mesh/mesh.h>
 
 #include "bounds.h"
-#include "coppice/format.h"
 
 namespace coppice::bake {
-
 namespace {
 
 Error bad_mesh(const char* what) {

@@ -1,12 +1,7 @@
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "plant.h"
 #include "result.h"
-#include "tree.h"
 
 namespace coppice::bake {
 

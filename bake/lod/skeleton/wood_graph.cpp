@@ -5,10 +5,8 @@
 #include "wood_graph.h"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
+#include <compare>
 #include <numeric>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -29,73 +27,59 @@ Link link_of(std::uint32_t a, std::uint32_t b) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-/// Welded vertices, renumbered, and for each corner of a triangle its vertex.
-struct WeldedWood {
-  std::vector<glm::vec3> points;
-  std::vector<std::uint32_t> corners;  ///< [wood.indices.size()]
-};
-
-WeldedWood weld_wood(const Mesh& wood) {
+/// Sets the graph's corners, and its points to the welded vertices.
+void weld_wood(const Mesh& wood, WoodGraph& graph) {
   const std::vector<std::uint32_t> welded = weld(wood.positions, std::vector<std::uint32_t>(wood.positions.size(), 0u));
-  WeldedWood result;
   std::vector<std::uint32_t> number(welded.size(), kNone);
   for (const std::uint32_t index : wood.indices) {
     std::uint32_t& point = number[welded[index]];
     if (point == kNone) {
-      point = static_cast<std::uint32_t>(result.points.size());
-      result.points.push_back(wood.positions[welded[index]]);
+      point = static_cast<std::uint32_t>(graph.points.size());
+      graph.points.push_back(wood.positions[welded[index]]);
     }
-    result.corners.push_back(point);
+    graph.corners.push_back(point);
   }
-  return result;
 }
 
 /// Splits triangles at the middle of their longest edge until no edge is longer than spacing_m. Triangles that share an edge share its
-/// middle.
-class Splitter {
- public:
-  Splitter(double spacing_m, std::vector<glm::vec3>& points) : spacing_m_(spacing_m), points_(points) {}
-
-  /// Adds the links of all parts of a triangle.
-  void add(const std::array<std::uint32_t, 3>& triangle, std::vector<Link>& links) {
-    std::vector<std::array<std::uint32_t, 3>> left{triangle};
+/// middle, which is added to `points`. Returns the edges of all parts.
+std::vector<Link> split_long_edges(const std::vector<std::uint32_t>& corners, double spacing_m, std::vector<glm::vec3>& points) {
+  using Triangle = std::array<std::uint32_t, 3>;
+  const auto length_m = [&](const Triangle& triangle, std::size_t k) {
+    return glm::distance(glm::dvec3(points[triangle[k]]), glm::dvec3(points[triangle[(k + 1) % 3]]));
+  };
+  std::unordered_map<std::uint64_t, std::uint32_t> middles;  // by edge
+  std::vector<Link> links;
+  std::vector<Triangle> left;
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    left.push_back({corners[i], corners[i + 1], corners[i + 2]});
     while (!left.empty()) {
-      const std::array<std::uint32_t, 3> each = left.back();
+      const Triangle each = left.back();
       left.pop_back();
       std::size_t longest = 0;
       for (std::size_t k = 1; k < 3; ++k)
         if (length_m(each, k) > length_m(each, longest)) longest = k;
-      if (!(length_m(each, longest) > spacing_m_) || points_.size() >= kMaxPoints) {
+      if (!(length_m(each, longest) > spacing_m) || points.size() >= kMaxPoints) {
         for (std::size_t k = 0; k < 3; ++k)
           if (each[k] != each[(k + 1) % 3]) links.push_back(link_of(each[k], each[(k + 1) % 3]));
         continue;
       }
-      const std::uint32_t a = each[longest], b = each[(longest + 1) % 3], c = each[(longest + 2) % 3], middle = middle_of(a, b);
-      left.push_back({a, middle, c});
-      left.push_back({middle, b, c});
+      const std::uint32_t a = each[longest], b = each[(longest + 1) % 3], c = each[(longest + 2) % 3];
+      const auto [low, high] = link_of(a, b);
+      const auto [middle, is_new] = middles.try_emplace(std::uint64_t{low} << 32 | high, static_cast<std::uint32_t>(points.size()));
+      if (is_new) points.push_back(0.5f * (points[low] + points[high]));
+      left.push_back({a, middle->second, c});
+      left.push_back({middle->second, b, c});
     }
   }
-
- private:
-  [[nodiscard]] double length_m(const std::array<std::uint32_t, 3>& triangle, std::size_t k) const {
-    return glm::distance(glm::dvec3(points_[triangle[k]]), glm::dvec3(points_[triangle[(k + 1) % 3]]));
-  }
-  std::uint32_t middle_of(std::uint32_t a, std::uint32_t b) {
-    const auto [low, high] = link_of(a, b);
-    const auto [found, is_new] = middles_.try_emplace(std::uint64_t{low} << 32 | high, static_cast<std::uint32_t>(points_.size()));
-    if (is_new) points_.push_back(0.5f * (points_[low] + points_[high]));
-    return found->second;
-  }
-
-  double spacing_m_;
-  std::vector<glm::vec3>& points_;
-  std::unordered_map<std::uint64_t, std::uint32_t> middles_;  ///< by edge
-};
+  return links;
+}
 
 /// A point of a piece in a cell of a round.
 struct Filed {
   std::uint64_t cell = 0;
   std::uint32_t piece = 0, point = 0;
+  auto operator<=>(const Filed&) const = default;
 };
 
 constexpr std::uint32_t kCellBits = 21;
@@ -106,7 +90,6 @@ std::uint64_t cell_of(const glm::dvec3& at) {
   return cell;
 }
 
-/// The points in a cell; none for an empty cell.
 std::span<const Filed> in_cell(const std::vector<Filed>& filed, std::uint64_t cell) {
   return {std::ranges::lower_bound(filed, cell, {}, &Filed::cell), std::ranges::upper_bound(filed, cell, {}, &Filed::cell)};
 }
@@ -114,49 +97,38 @@ std::span<const Filed> in_cell(const std::vector<Filed>& filed, std::uint64_t ce
 struct Candidate {
   float distance_m = 0.0f;
   std::uint32_t a = 0, b = 0;  ///< points
-  auto key() const { return std::tuple(distance_m, a, b); }
+  auto operator<=>(const Candidate&) const = default;
 };
 
 /// Pairs a cell's points with each other and with those of the cells after it.
-class RoundPairs {
- public:
-  RoundPairs(const std::vector<glm::vec3>& points, const std::vector<Filed>& filed) : points_(points), filed_(filed) {}
-
-  std::vector<Candidate> find() {
-    for (std::size_t first = 0, last = 0; first < filed_.size(); first = last) {
-      while (last < filed_.size() && filed_[last].cell == filed_[first].cell) ++last;
-      const std::span<const Filed> own = std::span(filed_).subspan(first, last - first);
-      add_pairs(own, own);
-      // Joins all points of a crowded cell.
-      for (std::size_t i = 1; i < own.size(); ++i) add(own[i - 1], own[i]);
-      for (int step = 14; step < 27; ++step) {
-        const std::uint64_t x = static_cast<std::uint64_t>(step / 9) - 1, y = static_cast<std::uint64_t>(step / 3 % 3) - 1,
-                            z = static_cast<std::uint64_t>(step % 3) - 1;
-        // Below 0 wraps, which carries into the next part with the right result: cells start at 1 on every axis.
-        add_pairs(own, in_cell(filed_, own[0].cell + (x << 2 * kCellBits) + (y << kCellBits) + z));
-      }
-    }
-    std::ranges::sort(candidates_, {}, &Candidate::key);
-    return std::move(candidates_);
-  }
-
- private:
-  static constexpr std::size_t kMaxPerCell = 48;
-
-  void add(const Filed& a, const Filed& b) {
+std::vector<Candidate> round_pairs(const std::vector<glm::vec3>& points, const std::vector<Filed>& filed) {
+  std::vector<Candidate> candidates;
+  const auto add = [&](const Filed& a, const Filed& b) {
     if (a.piece != b.piece)
-      candidates_.push_back({glm::distance(points_[a.point], points_[b.point]), std::min(a.point, b.point), std::max(a.point, b.point)});
-  }
-  void add_pairs(std::span<const Filed> own, std::span<const Filed> others) {
+      candidates.push_back({glm::distance(points[a.point], points[b.point]), std::min(a.point, b.point), std::max(a.point, b.point)});
+  };
+  const auto add_pairs = [&](std::span<const Filed> own, std::span<const Filed> others) {
+    constexpr std::size_t kMaxPerCell = 48;
     for (const Filed& a : own.first(std::min(own.size(), kMaxPerCell)))
       for (const Filed& b : others.first(std::min(others.size(), kMaxPerCell)))
         if (own.data() != others.data() || &a < &b) add(a, b);
+  };
+  for (std::size_t first = 0, last = 0; first < filed.size(); first = last) {
+    while (last < filed.size() && filed[last].cell == filed[first].cell) ++last;
+    const std::span<const Filed> own = std::span(filed).subspan(first, last - first);
+    add_pairs(own, own);
+    // Joins all points of a crowded cell.
+    for (std::size_t i = 1; i < own.size(); ++i) add(own[i - 1], own[i]);
+    for (int step = 14; step < 27; ++step) {
+      const std::uint64_t x = static_cast<std::uint64_t>(step / 9) - 1, y = static_cast<std::uint64_t>(step / 3 % 3) - 1,
+                          z = static_cast<std::uint64_t>(step % 3) - 1;
+      // Below 0 wraps, which carries into the next part with the right result: cells start at 1 on every axis.
+      add_pairs(own, in_cell(filed, own[0].cell + (x << 2 * kCellBits) + (y << kCellBits) + z));
+    }
   }
-
-  const std::vector<glm::vec3>& points_;
-  const std::vector<Filed>& filed_;
-  std::vector<Candidate> candidates_;
-};
+  std::ranges::sort(candidates);
+  return candidates;
+}
 
 /// Adds links that connect all pieces.
 void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::uint32_t>& pieces, std::vector<Link>& links) {
@@ -175,10 +147,10 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
       each.cell = cell_of((glm::dvec3(points[each.point]) - low) / cell_m);
       each.piece = sets.find(pieces[each.point]);
     }
-    std::ranges::sort(filed, {}, [](const Filed& each) { return std::tuple(each.cell, each.piece, each.point); });
+    std::ranges::sort(filed);
     const auto same = [](const Filed& a, const Filed& b) { return a.cell == b.cell && a.piece == b.piece; };
     filed.erase(std::unique(filed.begin(), filed.end(), same), filed.end());
-    for (const Candidate& pair : RoundPairs(points, filed).find()) {
+    for (const Candidate& pair : round_pairs(points, filed)) {
       if (sets.find(pieces[pair.a]) == sets.find(pieces[pair.b])) continue;
       sets.join(pieces[pair.a], pieces[pair.b]);
       links.push_back({pair.a, pair.b});
@@ -186,13 +158,6 @@ void join_pieces(const std::vector<glm::vec3>& points, const std::vector<std::ui
     }
     cell_m *= 2.0;
   }
-}
-
-std::vector<double> piece_areas_m2(const WoodGraph& graph, const std::vector<std::uint32_t>& corners) {
-  std::vector<double> areas_m2(graph.points.size(), 0.0);
-  for (std::size_t i = 0; i < corners.size(); i += 3)
-    areas_m2[graph.pieces[corners[i]]] += triangle_m2(at_corners(graph.points, corners, i));
-  return areas_m2;
 }
 
 void set_links(std::vector<Link> links, WoodGraph& graph) {
@@ -217,23 +182,20 @@ double triangle_m2(const std::array<glm::vec3, 3>& corners) {
 
 WoodGraph wood_graph(const Mesh& wood, double spacing_m) {
   WoodGraph graph;
-  WeldedWood welded = weld_wood(wood);
-  graph.points = std::move(welded.points);
+  weld_wood(wood, graph);
   if (graph.points.empty()) {
     graph.first_links = {0};
     return graph;
   }
-  std::vector<Link> links;
-  Splitter splitter(spacing_m, graph.points);
-  for (std::size_t i = 0; i < welded.corners.size(); i += 3)
-    splitter.add({welded.corners[i], welded.corners[i + 1], welded.corners[i + 2]}, links);
+  std::vector<Link> links = split_long_edges(graph.corners, spacing_m, graph.points);
   UnionFind sets(graph.points.size());
   for (const auto& [a, b] : links) sets.join(a, b);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) graph.pieces.push_back(sets.find(i));
-  graph.piece_areas_m2 = piece_areas_m2(graph, welded.corners);
+  graph.piece_areas_m2.assign(graph.points.size(), 0.0);
+  for (std::size_t i = 0; i < graph.corners.size(); i += 3)
+    graph.piece_areas_m2[graph.pieces[graph.corners[i]]] += triangle_m2(at_corners(graph.points, graph.corners, i));
   join_pieces(graph.points, graph.pieces, links);
   set_links(std::move(links), graph);
-  graph.corners = std::move(welded.corners);
   return graph;
 }
 

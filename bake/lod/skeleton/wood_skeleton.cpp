@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -28,12 +27,6 @@ constexpr double kSlightShare = 0.05;
 constexpr double kMaxSplitPoints = 1 << 18;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-
-double surface_m2(const Mesh& wood) {
-  double sum_m2 = 0.0;
-  for (std::size_t i = 0; i < wood.indices.size(); i += 3) sum_m2 += triangle_m2(at_corners(wood.positions, wood.indices, i));
-  return sum_m2;
-}
 
 /// Height above the end by which the plant is held.
 double rise_m(const Stand& stand, const glm::vec3& point) {
@@ -144,14 +137,15 @@ Bands without_bumps(const Bands& bands) {
 
 /// Triangles that are split at their longest edges have about three corners for each square of that edge.
 double possible_ring_m(const Mesh& wood, double ring_m) {
-  return std::max(ring_m, std::sqrt(3.0 * surface_m2(wood) / kMaxSplitPoints));
+  double surface_m2 = 0.0;
+  for (std::size_t i = 0; i < wood.indices.size(); i += 3) surface_m2 += triangle_m2(at_corners(wood.positions, wood.indices, i));
+  return std::max(ring_m, std::sqrt(3.0 * surface_m2 / kMaxSplitPoints));
 }
 
 Bands bands_of(const WoodGraph& graph, const Stand& stand, double ring_m) {
   return without_bumps(take_bands(graph, ways_from_ground(graph, stand), ring_m));
 }
 
-/// [ring] Its limb.
 std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& parents) {
   const std::size_t count = parents.size();
   std::vector<std::uint32_t> tips(count, 0u);  // rings from the ground to the farthest tip beyond
@@ -170,15 +164,6 @@ std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& pare
   return limbs;
 }
 
-void set_centers(const WoodGraph& graph, const Bands& bands, std::vector<Ring>& rings) {
-  std::vector<double> counts(rings.size(), 0.0);
-  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
-    rings[bands.ring_of[i]].center += glm::dvec3(graph.points[i]);
-    counts[bands.ring_of[i]] += 1.0;
-  }
-  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].center /= counts[i];
-}
-
 /// [ring] Its direction: away from its parent, or up for a ring on the ground.
 std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   constexpr glm::dvec3 kUp(0.0, 1.0, 0.0);
@@ -192,13 +177,17 @@ std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   return axes;
 }
 
-void set_radii(const WoodGraph& graph, const Bands& bands, double min_m, std::vector<Ring>& rings) {
-  const std::vector<glm::dvec3> axes = ring_axes(rings);
+void set_centers_and_radii(const WoodGraph& graph, const Bands& bands, double min_m, std::vector<Ring>& rings) {
   std::vector<double> sums_m(rings.size(), 0.0), counts(rings.size(), 0.0);
+  for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
+    rings[bands.ring_of[i]].center += glm::dvec3(graph.points[i]);
+    counts[bands.ring_of[i]] += 1.0;
+  }
+  for (std::size_t i = 0; i < rings.size(); ++i) rings[i].center /= counts[i];
+  const std::vector<glm::dvec3> axes = ring_axes(rings);
   for (std::uint32_t i = 0; i < graph.points.size(); ++i) {
     const std::uint32_t ring = bands.ring_of[i];
     sums_m[ring] += glm::length(glm::cross(glm::dvec3(graph.points[i]) - rings[ring].center, axes[ring]));
-    counts[ring] += 1.0;
   }
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].radius_m = std::max(sums_m[i] / counts[i], min_m);
 }
@@ -240,8 +229,7 @@ std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double rin
   const Bands bands = bands_of(graph, stand, ring_m);
   std::vector<Ring> rings(bands.parents.size());
   for (std::size_t i = 0; i < rings.size(); ++i) rings[i].parent = bands.parents[i];
-  set_centers(graph, bands, rings);
-  set_radii(graph, bands, 1e-3 * ring_m, rings);
+  set_centers_and_radii(graph, bands, 1e-3 * ring_m, rings);
   smooth_radii(rings);
   for (Ring& ring : rings)
     if (ring.parent != kNone) ring.length_m = glm::distance(ring.center, rings[ring.parent].center);

@@ -15,7 +15,6 @@
 #include "unpack.h"
 
 namespace coppice::bake {
-
 namespace {
 
 const char* coded_by_draco(std::uint32_t kind) {

@@ -1,8 +1,6 @@
 #include "unpack.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <string>
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -16,7 +14,6 @@
 #include "wood_codec.h"
 
 namespace coppice::bake {
-
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -149,12 +146,6 @@ Result<Image> read_image(const PlantFile& file, Bytes bytes, std::uint32_t index
   return image;
 }
 
-void restore_normal_maps(BakedPlant& plant) {
-  for (const Material& material : plant.materials)
-    if (material.normal_map != kNone && !plant.images[material.normal_map].is_normal_map)
-      plant.images[material.normal_map] = normal_map_from_stored(plant.images[material.normal_map]);
-}
-
 void copy_tables(const PlantFile& file, BakedPlant& plant) {
   for (const coppice_file_material& source : file.materials) {
     Material material;
@@ -223,7 +214,9 @@ Result<BakedPlant> unpack(Bytes bytes) {
   for (std::uint32_t mesh = 0; mesh < file.plant.leaf_mesh_count; ++mesh)
     COPPICE_CHECK(move_into(plant.leaf_meshes.parts.emplace_back(), read_leaf_mesh(file, bytes, mesh)));
   plant.leaf_meshes.error_px = to_vector(file.leaf_mesh_error_px);
-  restore_normal_maps(plant);
+  for (const Material& material : plant.materials)
+    if (material.normal_map != kNone && !plant.images[material.normal_map].is_normal_map)
+      plant.images[material.normal_map] = normal_map_from_stored(plant.images[material.normal_map]);
   COPPICE_CHECK(check_sphere(file, plant));
   return plant;
 }

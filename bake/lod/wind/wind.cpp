@@ -1,14 +1,10 @@
 #include "wind.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -43,7 +39,6 @@ constexpr double kShownLean = 0.4, kMaxLean = 0.06;
 /// How many leaves of its size a ring counts for in the motion of its place. A stem's ring counts more: inside a crown it must not follow
 /// the leaves.
 constexpr double kBranchWeight = 8.0, kStemWeight = 20.0;
-/// Limits for natural periods.
 constexpr double kMinPeriod_s = 0.25, kMaxPeriod_s = 10.0;
 
 using Box = PointBox<glm::dvec3>;
@@ -78,7 +73,7 @@ double area_m2(const Quad& quad) {
 }
 
 /// [leaf] The ring that bears it.
-std::vector<std::uint32_t> bearers(std::span<const Quad> quads, std::span<const Ring> rings) {
+std::vector<std::uint32_t> bearers_of(std::span<const Quad> quads, std::span<const Ring> rings) {
   std::vector<glm::dvec3> centers;
   for (const Ring& ring : rings) centers.push_back(ring.center);
   const NearestPoint<double> nearest(std::move(centers), 10);
@@ -112,71 +107,58 @@ struct Motion {
   Beam stem, branches;
 };
 
-/// Wood bends as cantilevers do, and leaves follow the ring that bears them.
-class WoodMotion {
- public:
-  WoodMotion(const WindSource& source, const Stand& stand, const Box& leaf_box)
-      : quads_(leaf_quads(source)),
-        radius_m_(source.sphere.radius),
-        rings_(wood_skeleton(source.wood, stand, kRingShare * radius_m_)),
-        bearers_(bearers(quads_, rings_)) {
-    std::vector<RingLoad> loads(rings_.size());
-    for (std::size_t i = 0; i < quads_.size(); ++i) {
-      const double shown_m2 = kShownShare * area_m2(quads_[i]);
-      loads[bearers_[i]].area_m2 += shown_m2;
-      loads[bearers_[i]].moment +=
-          shown_m2 * 0.25 * (glm::dvec3(quads_[i][0]) + glm::dvec3(quads_[i][1]) + glm::dvec3(quads_[i][2]) + glm::dvec3(quads_[i][3]));
-    }
-    const glm::dvec3 extent = glm::max(leaf_box.extent(), glm::dvec3(0.0));
-    const double full_m2 = quads_.empty() ? std::numeric_limits<double>::infinity() : kFullShare * 0.5 * (extent.x + extent.z) * extent.y;
-    bend_ = bend_wood(rings_, std::move(loads), stand, full_m2);
+/// [ring] The loads of the leaves that it bears.
+std::vector<RingLoad> leaf_loads(std::span<const Quad> quads, std::span<const std::uint32_t> bearers, std::size_t ring_count) {
+  std::vector<RingLoad> loads(ring_count);
+  for (std::size_t i = 0; i < quads.size(); ++i) {
+    const Quad& quad = quads[i];
+    const double shown_m2 = kShownShare * area_m2(quad);
+    loads[bearers[i]].area_m2 += shown_m2;
+    loads[bearers[i]].moment += shown_m2 * 0.25 * (glm::dvec3(quad[0]) + glm::dvec3(quad[1]) + glm::dvec3(quad[2]) + glm::dvec3(quad[3]));
   }
+  return loads;
+}
 
-  Motion motion() {
-    Motion motion{bend_.top_m, 0.0, {}, bend_.stem, bend_.branches};
-    std::vector<double> tips_m;
-    for (std::size_t i = 0; i < quads_.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
-    motion.lean_m = std::max(quantile(std::move(tips_m), 9), kMinLean * radius_m_);
-    for (std::size_t i = 0; i < rings_.size(); ++i) {
-      WindPoint point{glm::vec3(rings_[i].center)};
-      point.weight = static_cast<float>((bend_.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi *
-                                        rings_[i].radius_m * rings_[i].length_m);
-      point.lean = share(bend_.rings[i].is_stem ? 0.0 : bend_.rings[i].offset_m, motion.lean_m);
-      set_phase_of(i, rings_[i].center, point);
+/// Wood bends as cantilevers do, and leaves follow the ring that bears them.
+Motion wood_motion(const WindSource& source, const Stand& stand, const Box& leaf_box) {
+  const std::span<const Quad> quads = leaf_quads(source);
+  const double radius_m = source.sphere.radius;
+  const std::vector<Ring> rings = wood_skeleton(source.wood, stand, kRingShare * radius_m);
+  const std::vector<std::uint32_t> bearers = bearers_of(quads, rings);
+  const glm::dvec3 extent = glm::max(leaf_box.extent(), glm::dvec3(0.0));
+  const double full_m2 = quads.empty() ? std::numeric_limits<double>::infinity() : kFullShare * 0.5 * (extent.x + extent.z) * extent.y;
+  const WoodBend bend = bend_wood(rings, leaf_loads(quads, bearers, rings.size()), stand, full_m2);
+  // Lean of a leaf's corner relative to the stem there.
+  const auto lean_m = [&](std::size_t leaf, std::size_t corner) {
+    const RingBend& bearer = bend.rings[bearers[leaf]];
+    const double away_m = glm::distance(glm::dvec3(quads[leaf][corner]), rings[bearers[leaf]].center);
+    return bearer.is_stem ? kLeafSlope * away_m : bearer.offset_m + (bearer.slope + kLeafSlope) * away_m;
+  };
+  // A place takes the phase of its main branch; if the stem bears it itself, that of a large cell.
+  const auto set_phase_of = [&](std::size_t ring, const glm::dvec3& place, WindPoint& point) {
+    const std::uint32_t branch = bend.rings[ring].branch_ring;
+    set_phase(branch == kNone ? place : rings[branch].center, radius_m / (branch == kNone ? 3.0 : 24.0), point);
+  };
+  std::vector<double> tips_m;
+  for (std::size_t i = 0; i < quads.size(); ++i) tips_m.push_back(std::max(lean_m(i, 1), lean_m(i, 2)));
+  Motion motion{bend.top_m, std::max(quantile(std::move(tips_m), 9), kMinLean * radius_m), {}, bend.stem, bend.branches};
+  const auto share = [&](double own_m) { return static_cast<float>(std::sqrt(std::min(own_m / motion.lean_m, 1.0))); };
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    WindPoint point{glm::vec3(rings[i].center)};
+    point.weight = static_cast<float>((bend.rings[i].is_stem ? kStemWeight : kBranchWeight) * 2.0 * std::numbers::pi * rings[i].radius_m *
+                                      rings[i].length_m);
+    point.lean = share(bend.rings[i].is_stem ? 0.0 : bend.rings[i].offset_m);
+    set_phase_of(i, rings[i].center, point);
+    motion.points.push_back(point);
+  }
+  for (std::size_t i = 0; i < quads.size(); ++i)
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      WindPoint point{quads[i][corner], static_cast<float>(0.25 * area_m2(quads[i])), share(lean_m(i, corner))};
+      set_phase_of(bearers[i], stalk_of(quads[i]), point);
       motion.points.push_back(point);
     }
-    for (std::size_t i = 0; i < quads_.size(); ++i)
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        WindPoint point{quads_[i][corner], static_cast<float>(0.25 * area_m2(quads_[i])), share(lean_m(i, corner), motion.lean_m)};
-        set_phase_of(bearers_[i], stalk_of(quads_[i]), point);
-        motion.points.push_back(point);
-      }
-    return motion;
-  }
-
- private:
-  /// Lean of a leaf's corner relative to the stem there.
-  [[nodiscard]] double lean_m(std::size_t leaf, std::size_t corner) const {
-    const RingBend& bend = bend_.rings[bearers_[leaf]];
-    const double away_m = glm::distance(glm::dvec3(quads_[leaf][corner]), rings_[bearers_[leaf]].center);
-    return bend.is_stem ? kLeafSlope * away_m : bend.offset_m + (bend.slope + kLeafSlope) * away_m;
-  }
-  static float share(double lean_m, double max_m) { return static_cast<float>(std::sqrt(std::min(lean_m / max_m, 1.0))); }
-  /// Takes the phase of its main branch; if the stem bears it itself, that of a large cell.
-  void set_phase_of(std::size_t ring, const glm::dvec3& place, WindPoint& point) const {
-    const std::uint32_t branch = bend_.rings[ring].branch_ring;
-    if (branch == kNone)
-      set_phase(place, radius_m_ / 3.0, point);
-    else
-      set_phase(rings_[branch].center, radius_m_ / 24.0, point);
-  }
-
-  std::span<const Quad> quads_;
-  double radius_m_;
-  std::vector<Ring> rings_;
-  std::vector<std::uint32_t> bearers_;
-  WoodBend bend_;
-};
+  return motion;
+}
 
 /// Motion without wood: blades and cards lean more the higher they are, and the farther out from where the plant touches the ground.
 Motion blade_motion(const WindSource& source, const Stand& stand) {
@@ -217,9 +199,7 @@ Motion blade_motion(const WindSource& source, const Stand& stand) {
 void weigh_leaf(const Mesh& foliage, const LeafRange& leaf, std::span<WindPoint> corners, std::vector<WindPoint>& weighted) {
   const WindPoint corner = corners.front();
   const float weight = 4.0f * corner.weight / static_cast<float>(3 * std::max(leaf.triangle_count, 1u));
-  const std::span<const std::uint32_t> vertices =
-      std::span(foliage.indices).subspan(3 * std::size_t{leaf.first_triangle}, 3 * std::size_t{leaf.triangle_count});
-  for (const std::uint32_t vertex : vertices) {
+  for (const std::uint32_t vertex : leaf_indices(foliage, leaf)) {
     if (foliage.wind_weights[vertex] < 0.0f) continue;
     for (WindPoint& each : corners) each.weight = 0.0f;
     weighted.push_back({foliage.positions[vertex], weight, foliage.wind_weights[vertex], corner.phase_cos, corner.phase_sin});
@@ -325,7 +305,7 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   if (!(radius_m > 0.0) || !(all.high.y >= all.low.y)) return wind;
   const Stand stand = stand_of(all);
   const bool has_wood = !source.wood.indices.empty();
-  Motion motion = has_wood ? WoodMotion(source, stand, leaves).motion() : blade_motion(source, stand);
+  Motion motion = has_wood ? wood_motion(source, stand, leaves) : blade_motion(source, stand);
   take_weights(source, motion.points);
 
   coppice_file_wind& head = wind.head;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "plant.h"
 
 namespace coppice::bake {

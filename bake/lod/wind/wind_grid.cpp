@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include <glm/common.hpp>
@@ -122,13 +120,10 @@ class Nodes {
   std::vector<Node> nodes_;
 };
 
-WindField field_of(const Wind& wind) {
-  return {wind.head, wind.nodes};
-}
-
 bool keeps_limits(const Wind& wind, double radius_m) {
-  return max_wind_move_m(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_MOVE * radius_m &&
-         max_wind_growth(field_of(wind)) <= kMargin * COPPICE_MAX_WIND_GROWTH;
+  const WindField field{wind.head, wind.nodes};
+  return max_wind_move_m(field) <= kMargin * COPPICE_MAX_WIND_MOVE * radius_m &&
+         max_wind_growth(field) <= kMargin * COPPICE_MAX_WIND_GROWTH;
 }
 
 /// The largest factor in [low, high] with which `of(factor)` keeps the limits; `low` if none does.

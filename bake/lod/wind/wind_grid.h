@@ -1,9 +1,5 @@
 #pragma once
 
-#include <vector>
-
-#include <glm/vec3.hpp>
-
 #include "plant.h"
 
 namespace coppice::bake {

@@ -52,7 +52,6 @@ struct Stem {
   double radius_m = 0.0;
 };
 
-/// Finds the stem that stands on `root`.
 Stem stem_from(std::uint32_t root, std::span<const Ring> rings, std::span<const RingLoad> loads, std::span<const Children> children) {
   std::vector<std::uint32_t> stem{root};
   for (Children next = children[root]; next.main != kNone && loads[next.main].area_m2 >= kMainShare * next.load_m2;

@@ -1,10 +1,7 @@
 #include "wood_joints.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
@@ -33,7 +30,6 @@ std::optional<std::size_t> long_edge(const Mesh& mesh, std::size_t triangle, flo
   return found;
 }
 
-/// The middle of two vertices, as a new one.
 std::uint32_t add_middle(std::uint32_t a, std::uint32_t b, Mesh& mesh) {
   const glm::vec3 normal = mesh.normals[a] + mesh.normals[b];
   mesh.positions.push_back(0.5f * (mesh.positions[a] + mesh.positions[b]));

@@ -8,8 +8,7 @@
 
 #include "tool.h"
 
-namespace coppice::test {
-namespace areas_cli_test {
+namespace coppice::test::areas_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -112,5 +111,4 @@ TEST_F(AreasCli, AListTakesItAndTheCacheTellsThemApart) {
   expect_error(tool({"bake-all", folder_ / "bad.json", "-o", folder_ / "out"}), {"bad.json", "--areas", "--metric mi"});
 }
 
-}  // namespace areas_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::areas_cli_test

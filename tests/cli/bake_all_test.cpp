@@ -17,8 +17,7 @@
 #include "gltf_builder.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace bake_all_test {
+namespace coppice::test::bake_all_test {
 
 namespace fs = std::filesystem;
 
@@ -292,5 +291,4 @@ TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {
   expect_error(run_tool(joined(base, {"--cache", "studio.example:8080/plants"})), {"http://", "studio.example:8080/plants"});
 }
 
-}  // namespace bake_all_test
-}  // namespace coppice::test
+}  // namespace coppice::test::bake_all_test

@@ -26,8 +26,7 @@
 #include "made_once.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace cli_test {
+namespace coppice::test::cli_test {
 
 namespace fs = std::filesystem;
 
@@ -499,5 +498,4 @@ TEST(CommandLine, EachBadGltfIsOneLineThatNamesIt) {
   EXPECT_GE(count, 25u);
 }
 
-}  // namespace cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::cli_test

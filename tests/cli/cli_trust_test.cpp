@@ -20,8 +20,7 @@
 #include "random_tree.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace cli_trust_test {
+namespace coppice::test::cli_trust_test {
 
 namespace fs = std::filesystem;
 
@@ -315,5 +314,4 @@ TEST_F(CommandTrust, APathForWhichThereIsNoMemoryIsNoOtherError) {
   }
 }
 
-}  // namespace cli_trust_test
-}  // namespace coppice::test
+}  // namespace coppice::test::cli_trust_test

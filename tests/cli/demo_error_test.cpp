@@ -12,8 +12,7 @@
 #include "baked_corylus.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace demo_error_test {
+namespace coppice::test::demo_error_test {
 
 namespace fs = std::filesystem;
 
@@ -125,5 +124,4 @@ TEST(CoppiceForestErrors, WithoutADriverItSaysWhatToInstallOrSet) {
   EXPECT_TRUE(mentions(run.err, {"Vulkan", "VK_DRIVER_FILES=/nowhere.json", "mesa-vulkan-drivers"}));
 }
 
-}  // namespace demo_error_test
-}  // namespace coppice::test
+}  // namespace coppice::test::demo_error_test

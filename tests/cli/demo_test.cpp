@@ -17,8 +17,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace demo_test {
+namespace coppice::test::demo_test {
 
 namespace fs = std::filesystem;
 
@@ -379,5 +378,4 @@ TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
   EXPECT_EQ(run_process(kForest, {"--help"}).exit_code, 0);
 }
 
-}  // namespace demo_test
-}  // namespace coppice::test
+}  // namespace coppice::test::demo_test

@@ -10,8 +10,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace no_gpu_test {
+namespace coppice::test::no_gpu_test {
 
 namespace fs = std::filesystem;
 
@@ -52,5 +51,4 @@ TEST(NoGpu, SaysWhatFailed) {
   EXPECT_EQ(run_process(kNoGpu, {"a.png", "b.coppice", "c.coppice"}).exit_code, 2) << "no distance";
 }
 
-}  // namespace no_gpu_test
-}  // namespace coppice::test
+}  // namespace coppice::test::no_gpu_test

@@ -19,8 +19,7 @@
 #include "scene_reader.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace scene_cli_test {
+namespace coppice::test::scene_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -280,5 +279,4 @@ TEST(SceneCommand, OneClearErrorForABadInput) {
     EXPECT_TRUE(mentions(help.out, {option}));
 }
 
-}  // namespace scene_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_cli_test

@@ -20,8 +20,7 @@
 #include "servers.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace slurm_bake_test {
+namespace coppice::test::slurm_bake_test {
 
 namespace fs = std::filesystem;
 
@@ -309,5 +308,4 @@ TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsToldAfterThreeAttempts) {
   EXPECT_TRUE(mentions(read_text(arrays().back() / "0.log"), {"/nowhere/coppice"}));
 }
 
-}  // namespace slurm_bake_test
-}  // namespace coppice::test
+}  // namespace coppice::test::slurm_bake_test

@@ -10,8 +10,7 @@
 #include "gltf_builder.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace untrusted_cli_test {
+namespace coppice::test::untrusted_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -148,5 +147,4 @@ TEST(Patterns, OfManyBracketsAreAnError) {
   expect_refused({"bake-all", folder / "list.json", "-o", folder / "all", "--quiet"}, {"small.glb", "--leaf-material", "missing )"});
 }
 
-}  // namespace untrusted_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::untrusted_cli_test

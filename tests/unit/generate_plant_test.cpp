@@ -17,8 +17,7 @@
 #include "parse_glb.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace generate_plant_test {
+namespace coppice::bake::generate_plant_test {
 
 struct Expected {
   std::string_view species;
@@ -315,5 +314,4 @@ TEST(GeneratePlantErrors, UnknownSpeciesIsNamedAndTheKnownOnesListed) {
   test::expect_error(generate_plant("oak", 1), Status::invalid_argument, {"oak", "corylus", "willow", "juniper"});
 }
 
-}  // namespace generate_plant_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::generate_plant_test

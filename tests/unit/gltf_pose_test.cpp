@@ -10,8 +10,7 @@
 #include "gltf_builder.h"
 #include "imported.h"
 
-namespace coppice::test {
-namespace gltf_pose_test {
+namespace coppice::test::gltf_pose_test {
 
 using nlohmann::json;
 
@@ -156,5 +155,4 @@ TEST(RestPose, AnimationIsSaidToBeLost) {
   expect_warning(imported(builder), {"animation"});
 }
 
-}  // namespace gltf_pose_test
-}  // namespace coppice::test
+}  // namespace coppice::test::gltf_pose_test

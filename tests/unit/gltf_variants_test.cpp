@@ -15,8 +15,7 @@
 #include "results.h"
 #include "seeded_random.h"
 
-namespace coppice::test {
-namespace gltf_variants_test {
+namespace coppice::test::gltf_variants_test {
 
 using bake::ImportOptions;
 using bake::Plant;
@@ -532,5 +531,4 @@ TEST(Variants, OutputsDifferInMoreThanCase) {
                                                 "baked/plants.coppice", "baked/plants_a_b.coppice", "baked/plants_a_b_2.coppice"}));
 }
 
-}  // namespace gltf_variants_test
-}  // namespace coppice::test
+}  // namespace coppice::test::gltf_variants_test

@@ -16,8 +16,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace gltf_write_test {
+namespace coppice::bake::gltf_write_test {
 
 /// Two triangles of two materials over four vertices.
 Mesh two_triangles() {
@@ -270,5 +269,4 @@ TEST(FoliageMesh, ComesBackFromItsFileWithNormalsSpreadAndOpacity) {
   EXPECT_EQ(found, 12u);
 }
 
-}  // namespace gltf_write_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::gltf_write_test

@@ -25,8 +25,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace import_gltf_bad_test {
+namespace coppice::bake::import_gltf_bad_test {
 
 using nlohmann::json;
 using test::GltfBuilder;
@@ -412,5 +411,4 @@ TEST(BadGltf, FolderListAndGeneratorAgree) {
   EXPECT_GE(listed.size(), 25u);
 }
 
-}  // namespace import_gltf_bad_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::import_gltf_bad_test

@@ -26,8 +26,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace import_gltf_extensions_test {
+namespace coppice::bake::import_gltf_extensions_test {
 
 using nlohmann::json;
 using test::corner;
@@ -716,5 +715,4 @@ INSTANTIATE_TEST_SUITE_P(ThirdParty, CompressedPlantTest,
                            return plant.index == 0 ? std::string("PoplarDraco") : std::string("CoconutMeshopt");
                          });
 
-}  // namespace import_gltf_extensions_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::import_gltf_extensions_test

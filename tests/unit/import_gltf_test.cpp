@@ -10,8 +10,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace import_gltf_test {
+namespace coppice::bake::import_gltf_test {
 
 using nlohmann::json;
 using test::corner;
@@ -375,5 +374,4 @@ TEST(ImportGltf, SameFileSamePlant) {
   EXPECT_EQ(first.foliage.indices, second.foliage.indices);
 }
 
-}  // namespace import_gltf_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::import_gltf_test

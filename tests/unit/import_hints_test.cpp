@@ -15,8 +15,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace import_hints_test {
+namespace coppice::bake::import_hints_test {
 
 using nlohmann::json;
 using test::expect_warning;
@@ -128,5 +127,4 @@ TEST(NearUvs, ImportedLeavesAndWood) {
   EXPECT_EQ(plant.wood.uvs.at(1), glm::vec2(0.5f, 0.0f));
 }
 
-}  // namespace import_hints_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::import_hints_test

@@ -10,8 +10,7 @@
 #include "name_pattern.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace material_names_test {
+namespace coppice::bake::material_names_test {
 
 TEST(ClassRules, ReadsAllKeys) {
   const auto rules = test::must(parse_class_rules(R"({"classes": [
@@ -191,5 +190,4 @@ TEST(NamePattern, AnErrorNamesSourcePatternAndReason) {
   }
 }
 
-}  // namespace material_names_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::material_names_test

@@ -8,8 +8,7 @@
 #include "imported.h"
 #include "pack_gltf.h"
 
-namespace coppice::test {
-namespace plant_origin_test {
+namespace coppice::test::plant_origin_test {
 
 using bake::ImportOptions;
 using bake::Origin;
@@ -87,5 +86,4 @@ TEST(PlantOrigin, IsTheFootOfEachVariant) {
   EXPECT_GT(extent.low.x, -2.0f);
 }
 
-}  // namespace plant_origin_test
-}  // namespace coppice::test
+}  // namespace coppice::test::plant_origin_test

@@ -18,7 +18,6 @@
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
-#include "bad_gltf.h"
 #include "documents.h"
 #include "generate_plant.h"
 #include "import_gltf.h"
@@ -483,19 +482,6 @@ TEST(CommandLine, AKilledBakeLeavesTheOldFile) {
     EXPECT_EQ(run_tool({"bake", plant, "-o", folder / "fresh.coppice"}, options).signal, SIGKILL);
     EXPECT_FALSE(fs::exists(folder / "fresh.coppice")) << "killed after " << milliseconds << " ms";
   }
-}
-
-TEST(CommandLine, EachBadGltfIsOneLineThatNamesIt) {
-  const fs::path folder = fs::path(kTestData) / "bad/gltf";
-  const TemporaryFolder output;
-  std::size_t count = 0;
-  for (const BadGltf& bad : read_bad_gltf_list(folder / "expected.txt")) {
-    const ProcessResult result = run_tool({"bake", folder / bad.file, "-o", output / "out.coppice"});
-    expect_one_line_error(result, joined({bad.file}, bad.names), bad.file);
-    EXPECT_TRUE(fs::is_empty(output.path())) << bad.file;
-    ++count;
-  }
-  EXPECT_GE(count, 25u);
 }
 
 }  // namespace coppice::test::cli_test

@@ -77,9 +77,7 @@ TEST(Doctor, SaysWhatToInstallWithoutADriverOrALoader) {
 }
 
 TEST(Doctor, RefusesWhatItWouldIgnore) {
-  const ProcessResult result = doctor({"--path", "hardware"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(mentions(result.err, {"--doctor", "--path"}));
+  expect_failure(doctor({"--path", "hardware"}), {"--doctor", "--path"}, 2);
 }
 
 TEST(Doctor, NamesADeviceThatHangsCopiesWronglyOrIsLost) {

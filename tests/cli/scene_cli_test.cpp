@@ -122,8 +122,7 @@ GltfBuilder level() {
   const int instanced = builder.add_node(mesh, {{"name", "OAK.012"}, {"translation", {100, 0, 0}}});
   const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
   const int scales = builder.add_positions({{1, 1, 1}, {-2, 2, 2}, {1, 1, 1}});
-  builder.json["nodes"][static_cast<std::size_t>(instanced)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
-      {"TRANSLATION", places}, {"SCALE", scales}};
+  builder.node(instanced)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}, {"SCALE", scales}};
   builder.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   const float half = std::sqrt(0.5f);
   builder.add_node(mesh, {{"name", "fern_LOD0"}, {"translation", {1, 2, 3}}, {"rotation", {0, half, 0, half}}});
@@ -168,7 +167,7 @@ TEST(SceneCommand, OfSeveralLevelsInOnePlaceTheFinestIsAPlant) {
   builder.add_node(mesh, {{"name", "oak_LOD2.009"}, {"translation", {50, 0, 0}}});
   const int fern = builder.add_node(mesh, {{"name", "fern"}, {"translation", {5, 0, 0}}});
   const int far = builder.add_node(mesh, {{"name", "fern.001"}, {"translation", {5, 0, 0}}});
-  builder.json["nodes"][static_cast<std::size_t>(fern)]["extensions"]["MSFT_lod"]["ids"] = {far};
+  builder.node(fern)["extensions"]["MSFT_lod"]["ids"] = {far};
   const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
   const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -185,7 +184,7 @@ TEST(SceneCommand, APlantMayBeANodeWithParts) {
   const auto add = [&](const nlohmann::json& members, int parent) {
     builder.json["nodes"].push_back(members);
     const auto node = builder.json["nodes"].size() - 1;
-    builder.json["nodes"][static_cast<std::size_t>(parent)]["children"].push_back(node);
+    builder.node(parent)["children"].push_back(node);
     return static_cast<int>(node);
   };
   // A group that is called as its plants are.
@@ -201,7 +200,7 @@ TEST(SceneCommand, APlantMayBeANodeWithParts) {
   add({{"name", "fern_LOD1"}, {"mesh", mesh}}, fern);
   add({{"name", "oak.007"}, {"mesh", mesh}, {"translation", {4, 0, 0}}}, fern);
   const int hidden = builder.add_node(mesh, {{"name", "fern.003"}});
-  builder.json["nodes"][static_cast<std::size_t>(hidden)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  builder.node(hidden)["extensions"]["KHR_node_visibility"]["visible"] = false;
   for (const char* name : {"Rock", "Rock", "Terrain"}) builder.add_node(mesh, {{"name", name}});
   const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
   const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
@@ -227,7 +226,7 @@ TEST(SceneCommand, InstancedPartsAreAPlantForEachInstance) {
       builder.json["nodes"].push_back({{"name", "part"},
                                        {"mesh", mesh},
                                        {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", part_places}}}}}}}});
-      builder.json["nodes"][static_cast<std::size_t>(oak)]["children"].push_back(builder.json["nodes"].size() - 1);
+      builder.node(oak)["children"].push_back(builder.json["nodes"].size() - 1);
     }
   };
   add_oak(places);

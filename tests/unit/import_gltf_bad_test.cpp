@@ -169,7 +169,7 @@ TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
   instanced.add_mesh({{"POSITION", instanced.add_positions(positions)}}, std::nullopt, 1);
   const int node = instanced.add_node(2);
   const int places = instanced.add_positions(std::vector<glm::vec3>(50000, glm::vec3(1.0f)));
-  instanced.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+  instanced.node(node)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
   expect_error(instanced.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
 
   for (int i = 0; i < 100; ++i)

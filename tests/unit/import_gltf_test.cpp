@@ -103,7 +103,7 @@ TEST(ImportGltf, EveryIndexTypeGivesTheSameMesh) {
   const Mesh expected = imported(test::small_plant()).foliage;
   for (const int component : std::vector<int>{test::kUnsignedByte, test::kUnsignedShort, test::kUnsignedInt, 0}) {
     GltfBuilder builder = test::small_plant();
-    json& primitive = builder.json["meshes"][0]["primitives"][0];
+    json& primitive = builder.primitive();
     if (component == test::kUnsignedByte) primitive["indices"] = builder.add_indices(indices);
     if (component == test::kUnsignedInt)
       primitive["indices"] = builder.add_indices(std::vector<std::uint32_t>(indices.begin(), indices.end()));
@@ -269,7 +269,7 @@ TEST(ImportGltf, ScenesDecideWhatThereIs) {
 /// Foliage of triangles that share no vertices: [a b c] [d e f] ...
 Plant triangles(const std::vector<glm::vec3>& positions) {
   GltfBuilder builder = test::small_plant();
-  builder.json["meshes"][0]["primitives"][0] = {{"attributes", {{"POSITION", builder.add_positions(positions)}}}, {"material", 0}};
+  builder.primitive() = {{"attributes", {{"POSITION", builder.add_positions(positions)}}}, {"material", 0}};
   return imported(builder);
 }
 

@@ -69,7 +69,7 @@ TEST(ImportHints, HolesThatAnOpaqueMaterialDoesNotShow) {
 TEST(ImportHints, BlackVertexColours) {
   GltfBuilder builder = test::small_plant();
   const int black = builder.add_view(std::vector<glm::vec4>(4, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f)));
-  builder.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = builder.add_accessor(black, test::kFloat, "VEC4", 4);
+  builder.primitive()["attributes"]["COLOR_0"] = builder.add_accessor(black, test::kFloat, "VEC4", 4);
   expect_warning(imported(builder), {"'leaves'", "COLOR_0"});
 }
 

@@ -13,8 +13,7 @@
 #include "image_decode.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace batch_page_test {
+namespace coppice::test::batch_page_test {
 
 namespace fs = std::filesystem;
 
@@ -133,5 +132,4 @@ TEST_F(BatchPage, ShowsEveryPlant) {
   EXPECT_EQ(narrow["overflow"], 0) << "the page scrolls sideways";
 }
 
-}  // namespace batch_page_test
-}  // namespace coppice::test
+}  // namespace coppice::test::batch_page_test

@@ -22,8 +22,7 @@
 #include "servers.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace cache_server_test {
+namespace coppice::test::cache_server_test {
 
 namespace fs = std::filesystem;
 
@@ -283,5 +282,4 @@ TEST_F(NginxCache, TakesCredentialsOfTheEnvironmentAndOfNetrc) {
     EXPECT_EQ((batch.out + batch.err + batch.report.dump()).find("sesame"), std::string::npos) << batch.out << batch.err;
 }
 
-}  // namespace cache_server_test
-}  // namespace coppice::test
+}  // namespace coppice::test::cache_server_test

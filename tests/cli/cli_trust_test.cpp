@@ -20,8 +20,7 @@
 #include "random_tree.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace cli_trust_test {
+namespace coppice::test::cli_trust_test {
 
 namespace fs = std::filesystem;
 
@@ -196,12 +195,6 @@ TEST_F(CommandTrust, ABatchRefusesSuchOutputsPlantByPlant) {
   EXPECT_EQ(files_in(out_ / ".coppice-cache"), Words{"lock"}) << "it was baked";
 }
 
-TEST_F(CommandTrust, ANameAsLongAsTheSystemTakesIsWritten) {
-  const fs::path output = out_ / (std::string(247, 'n') + ".coppice");
-  EXPECT_EQ(tool(quick({"bake", small_, "-o", output})).exit_code, 0);
-  EXPECT_TRUE(fs::exists(output));
-}
-
 TEST_F(CommandTrust, ADashIsTheStandardOutput) {
   const fs::path file = out_ / "x.out";
   for (const bool to_file : {true, false}) {
@@ -315,5 +308,4 @@ TEST_F(CommandTrust, APathForWhichThereIsNoMemoryIsNoOtherError) {
   }
 }
 
-}  // namespace cli_trust_test
-}  // namespace coppice::test
+}  // namespace coppice::test::cli_trust_test

@@ -13,8 +13,7 @@
 #include "help_text.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace completion_test {
+namespace coppice::test::completion_test {
 
 namespace fs = std::filesystem;
 
@@ -170,5 +169,4 @@ TEST_F(Completion, FishOffersValuesAndFilesThatFit) {
   EXPECT_NE(answer_of_fish("coppice bake --metr").find("--metric\t"), std::string::npos) << "no description";
 }
 
-}  // namespace completion_test
-}  // namespace coppice::test
+}  // namespace coppice::test::completion_test

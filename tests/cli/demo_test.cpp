@@ -17,8 +17,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace demo_test {
+namespace coppice::test::demo_test {
 
 namespace fs = std::filesystem;
 
@@ -72,9 +71,7 @@ TEST(HelloPlant, DrawsAPlant) {
 }
 
 TEST(HelloPlant, SaysWhatFailedOnAFileThatIsNoPlant) {
-  const ProcessResult result = run_process(kHelloPlant, {"/dev/null", "/dev/null"});
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(mentions(result.err, {"coppice_plant_open"}));
+  expect_failure(run_process(kHelloPlant, {"/dev/null", "/dev/null"}), {"coppice_plant_open"});
 }
 
 TEST(CoppiceForest, HeadlessRunWritesPictureAndStatistics) {
@@ -167,12 +164,8 @@ TEST(CoppiceView, SaysWhatIsMissing) {
   const TemporaryFolder folder;
   const fs::path alone = folder / "coppice";
   fs::copy(kTool, alone);
-  const ProcessResult viewer = run_process(alone, {"view", "x.glb"}, {.environment = {"PATH=/nowhere"}});
-  EXPECT_EQ(viewer.exit_code, 1);
-  EXPECT_TRUE(mentions(viewer.err, {"coppice-forest", "PATH"}));
-  const ProcessResult plant = run_tool({"view", folder / "x.glb"});
-  EXPECT_EQ(plant.exit_code, 1);
-  EXPECT_TRUE(mentions(plant.err, {"x.glb"}));
+  expect_failure(run_process(alone, {"view", "x.glb"}, {.environment = {"PATH=/nowhere"}}), {"coppice-forest", "PATH"});
+  expect_failure(run_tool({"view", folder / "x.glb"}), {"x.glb"});
 }
 
 TEST(CoppiceForest, StreamsAScene) {
@@ -197,9 +190,7 @@ TEST(CoppiceForest, StreamsAScene) {
   const Picture picture = read_png(png);
   EXPECT_GT(share_of(picture, is_green), 0.02);
 
-  const ProcessResult missing = run_process(kForest, {"--scene", "/nowhere/a.forest", "--headless"});
-  EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_TRUE(mentions(missing.err, {"/nowhere/a.forest"}));
+  expect_failure(run_process(kForest, {"--scene", "/nowhere/a.forest", "--headless"}), {"/nowhere/a.forest"});
   EXPECT_EQ(run_process(kForest, {"--scene", scene, "--count", "5"}).exit_code, 2) << "either";
 }
 
@@ -369,9 +360,7 @@ TEST(CoppiceForest, DebugViewsColourPlantsByWhatDrawsThem) {
 }
 
 TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
-  const ProcessResult missing = run_process(kForest, {"--plants", "/nowhere/fern.coppice", "--headless"});
-  EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_TRUE(mentions(missing.err, {"/nowhere/fern.coppice"}));
+  expect_failure(run_process(kForest, {"--plants", "/nowhere/fern.coppice", "--headless"}), {"/nowhere/fern.coppice"});
   EXPECT_EQ(run_process(kForest, {"--size", "wide"}).exit_code, 2);
   const ProcessResult slip = run_process(kForest, {"--screenshoot", "x.png"});
   EXPECT_EQ(slip.exit_code, 2);
@@ -379,5 +368,4 @@ TEST(CoppiceForest, ErrorsAreOneLineAndTheRightExitCode) {
   EXPECT_EQ(run_process(kForest, {"--help"}).exit_code, 0);
 }
 
-}  // namespace demo_test
-}  // namespace coppice::test
+}  // namespace coppice::test::demo_test

@@ -9,8 +9,7 @@
 
 #include "tool.h"
 
-namespace coppice::test {
-namespace doctor_test {
+namespace coppice::test::doctor_test {
 
 ProcessResult doctor(const Words& more, const ProcessOptions& options = {}) {
   return run_process(kForest, joined({"--doctor"}, more), options);
@@ -78,9 +77,7 @@ TEST(Doctor, SaysWhatToInstallWithoutADriverOrALoader) {
 }
 
 TEST(Doctor, RefusesWhatItWouldIgnore) {
-  const ProcessResult result = doctor({"--path", "hardware"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(mentions(result.err, {"--doctor", "--path"}));
+  expect_failure(doctor({"--path", "hardware"}), {"--doctor", "--path"}, 2);
 }
 
 TEST(Doctor, NamesADeviceThatHangsCopiesWronglyOrIsLost) {
@@ -136,5 +133,4 @@ TEST_P(DoctorTrial, MakesNoValidationMessage) {
 INSTANTIATE_TEST_SUITE_P(Trials, DoctorTrial, testing::ValuesIn(kTrials, std::end(kTrials) - 1),
                          [](const testing::TestParamInfo<const char*>& trial) { return std::string(trial.param); });
 
-}  // namespace doctor_test
-}  // namespace coppice::test
+}  // namespace coppice::test::doctor_test

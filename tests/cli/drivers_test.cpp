@@ -12,8 +12,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace drivers_test {
+namespace coppice::test::drivers_test {
 
 Picture picture_of(const ForestScene& scene, const char* driver, const Words& environment) {
   const TemporaryFolder folder;
@@ -74,5 +73,4 @@ TEST_P(BestPractices, AreKeptButForThoseListed) {
 INSTANTIATE_TEST_SUITE_P(Paths, BestPractices, testing::Values("hardware", "compute"),
                          [](const auto& path) { return std::string(path.param); });
 
-}  // namespace drivers_test
-}  // namespace coppice::test
+}  // namespace coppice::test::drivers_test

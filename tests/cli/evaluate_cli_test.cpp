@@ -14,8 +14,7 @@
 #include "made_once.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace evaluate_cli_test {
+namespace coppice::test::evaluate_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -227,5 +226,4 @@ TEST_F(EvaluateCommand, IsThereOnlyWithTheLaboratory) {
   EXPECT_NE(found.out.find("Usage: coppice evaluate [OPTIONS] [input]"), std::string::npos) << found.out;
 }
 
-}  // namespace evaluate_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::evaluate_cli_test

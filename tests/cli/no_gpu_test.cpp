@@ -10,8 +10,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace no_gpu_test {
+namespace coppice::test::no_gpu_test {
 
 namespace fs = std::filesystem;
 
@@ -45,12 +44,9 @@ TEST(NoGpu, DrawsAForest) {
 }
 
 TEST(NoGpu, SaysWhatFailed) {
-  const ProcessResult result = run_process(kNoGpu, {"never_written.png", "4", "/dev/null"});
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(mentions(result.err, {"coppice_plant_open"}));
+  expect_failure(run_process(kNoGpu, {"never_written.png", "4", "/dev/null"}), {"coppice_plant_open"});
   EXPECT_EQ(run_process(kNoGpu, {"a.coppice", "4", "b.coppice"}).exit_code, 2) << "no picture's name";
   EXPECT_EQ(run_process(kNoGpu, {"a.png", "b.coppice", "c.coppice"}).exit_code, 2) << "no distance";
 }
 
-}  // namespace no_gpu_test
-}  // namespace coppice::test
+}  // namespace coppice::test::no_gpu_test

@@ -17,8 +17,7 @@
 #include "random_tree.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace out_of_memory_test {
+namespace coppice::test::out_of_memory_test {
 
 namespace fs = std::filesystem;
 
@@ -163,5 +162,4 @@ TEST_P(OutOfMemory, EndsWithoutHalfAFile) {
 INSTANTIATE_TEST_SUITE_P(Commands, OutOfMemory, testing::ValuesIn(commands()),
                          [](const testing::TestParamInfo<Command>& command) { return std::string(command.param.name); });
 
-}  // namespace out_of_memory_test
-}  // namespace coppice::test
+}  // namespace coppice::test::out_of_memory_test

@@ -19,8 +19,7 @@
 #include "help_text.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace readme_test {
+namespace coppice::test::readme_test {
 
 namespace fs = std::filesystem;
 using Strings = std::set<std::string>;
@@ -273,5 +272,4 @@ void main() {
   fs::remove(shader.string() + ".spv");
 }
 
-}  // namespace readme_test
-}  // namespace coppice::test
+}  // namespace coppice::test::readme_test

@@ -12,8 +12,7 @@
 #include "made_once.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace report_browser_test {
+namespace coppice::test::report_browser_test {
 
 namespace fs = std::filesystem;
 
@@ -140,5 +139,4 @@ TEST_F(Report, MistakesWouldBeSeen) {
       << "the page's policy does not stop loads";
 }
 
-}  // namespace report_browser_test
-}  // namespace coppice::test
+}  // namespace coppice::test::report_browser_test

@@ -8,8 +8,7 @@
 
 #include "tool.h"
 
-namespace coppice::test {
-namespace same_bytes_test {
+namespace coppice::test::same_bytes_test {
 
 namespace fs = std::filesystem;
 
@@ -53,5 +52,4 @@ TEST_F(SameBytes, OnAProcessorOf2008) {
   EXPECT_TRUE(bake({qemu, "-cpu", "Nehalem"}) == bake());
 }
 
-}  // namespace same_bytes_test
-}  // namespace coppice::test
+}  // namespace coppice::test::same_bytes_test

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <filesystem>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -16,11 +18,11 @@
 #include "golden.h"
 #include "pack.h"
 #include "random_tree.h"
+#include "results.h"
 #include "scene_reader.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace scene_cli_test {
+namespace coppice::test::scene_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -40,17 +42,11 @@ struct Read {
 };
 
 Read read_scene(const fs::path& path) {
-  Read read;
-  const auto bytes = bake::read_file(path);
-  EXPECT_TRUE(bytes);
-  if (!bytes) return read;
-  auto file = read_scene_front(*bytes, bytes->size());
-  EXPECT_TRUE(file) << file.error().message();
-  if (!file) return read;
-  read.file = *std::move(file);
+  const auto bytes = must(bake::read_file(path));
+  Read read{must(read_scene_front(bytes, bytes.size())), {}};
   for (const SceneTile& tile : read.file.tiles) {
     std::vector<SceneInstance> instances(tile.entry.instance_count);
-    EXPECT_TRUE(read_scene_tile(read.file, tile, std::span(*bytes).subspan(static_cast<std::size_t>(tile.offset), tile.bytes), instances));
+    EXPECT_TRUE(read_scene_tile(read.file, tile, std::span(bytes).subspan(static_cast<std::size_t>(tile.offset), tile.bytes), instances));
     read.instances.insert(read.instances.end(), instances.begin(), instances.end());
   }
   return read;
@@ -115,16 +111,26 @@ TEST(SceneCommand, ADensityMapSaysWhereAPlantGrows) {
   for (const SceneInstance& instance : read.instances) EXPECT_GE(instance.position_m[0], 99.9f);
 }
 
+/// A triangle, for levels whose plants are known by their names.
+int add_triangle(GltfBuilder& builder) {
+  return builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+}
+
+/// The scene that a level gives, and what is said of it.
+std::pair<Read, std::string> scene_of(const GltfBuilder& level, const Plants& plants) {
+  const ProcessResult result = scene({write_file(plants.folder / "level.glb", level.glb()), "-o", plants.out, "--plants", plants.baked});
+  if (result.exit_code != 0) throw std::runtime_error(result.err);
+  return {read_scene(plants.out), result.err};
+}
+
 /// A level: three instances of a mesh, one plain node, and ground.
 GltfBuilder level() {
   GltfBuilder builder;
-  const int triangle = builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
-  const int mesh = builder.add_mesh({{"POSITION", triangle}}, {}, builder.add_material("any"));
+  const int mesh = add_triangle(builder);
   const int instanced = builder.add_node(mesh, {{"name", "OAK.012"}, {"translation", {100, 0, 0}}});
   const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
   const int scales = builder.add_positions({{1, 1, 1}, {-2, 2, 2}, {1, 1, 1}});
-  builder.json["nodes"][static_cast<std::size_t>(instanced)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
-      {"TRANSLATION", places}, {"SCALE", scales}};
+  builder.node(instanced)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}, {"SCALE", scales}};
   builder.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   const float half = std::sqrt(0.5f);
   builder.add_node(mesh, {{"name", "fern_LOD0"}, {"translation", {1, 2, 3}}, {"rotation", {0, half, 0, half}}});
@@ -134,11 +140,8 @@ GltfBuilder level() {
 
 TEST(SceneCommand, TakesPlantsFromAGltfByName) {
   const Plants plants;
-  const fs::path input = write_file(plants.folder / "level.glb", level().glb());
-  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(mentions(result.err, {"level.glb", "1"}));
-  Read read = read_scene(plants.out);
+  auto [read, told] = scene_of(level(), plants);
+  EXPECT_TRUE(mentions(told, {"level.glb", "1"}));
   ASSERT_EQ(read.instances.size(), 4u);
   std::ranges::sort(read.instances, {}, [](const SceneInstance& instance) { return instance.position_m[0]; });
   const SceneInstance& fern = read.instances[0];
@@ -159,8 +162,7 @@ TEST(SceneCommand, TakesPlantsFromAGltfByName) {
 TEST(SceneCommand, OfSeveralLevelsInOnePlaceTheFinestIsAPlant) {
   const Plants plants;
   GltfBuilder builder;
-  const int mesh =
-      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  const int mesh = add_triangle(builder);
   for (const int x : {0, 10, 20}) {
     const std::string copy = x == 0 ? "" : ".00" + std::to_string(x / 10);
     for (const char* name : {"oak_LOD0", "oak_LOD1", "Oak_LOD2", "oak_billboard", "UCX_oak"})
@@ -169,24 +171,21 @@ TEST(SceneCommand, OfSeveralLevelsInOnePlaceTheFinestIsAPlant) {
   builder.add_node(mesh, {{"name", "oak_LOD2.009"}, {"translation", {50, 0, 0}}});
   const int fern = builder.add_node(mesh, {{"name", "fern"}, {"translation", {5, 0, 0}}});
   const int far = builder.add_node(mesh, {{"name", "fern.001"}, {"translation", {5, 0, 0}}});
-  builder.json["nodes"][static_cast<std::size_t>(fern)]["extensions"]["MSFT_lod"]["ids"] = {far};
-  const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
-  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(read_scene(plants.out).instances.size(), 5u) << "three oaks, one that has a coarse level alone, a fern";
-  EXPECT_TRUE(mentions(result.err, {"level.glb", "13"}));
+  builder.node(fern)["extensions"]["MSFT_lod"]["ids"] = {far};
+  const auto [read, told] = scene_of(builder, plants);
+  EXPECT_EQ(read.instances.size(), 5u) << "three oaks, one that has a coarse level alone, a fern";
+  EXPECT_TRUE(mentions(told, {"level.glb", "13"}));
 }
 
 /// Plants as editors copy them: groups of parts, and meshes below nodes of other names.
 TEST(SceneCommand, APlantMayBeANodeWithParts) {
   const Plants plants;
   GltfBuilder builder;
-  const int mesh =
-      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  const int mesh = add_triangle(builder);
   const auto add = [&](const nlohmann::json& members, int parent) {
     builder.json["nodes"].push_back(members);
     const auto node = builder.json["nodes"].size() - 1;
-    builder.json["nodes"][static_cast<std::size_t>(parent)]["children"].push_back(node);
+    builder.node(parent)["children"].push_back(node);
     return static_cast<int>(node);
   };
   // A group that is called as its plants are.
@@ -202,25 +201,21 @@ TEST(SceneCommand, APlantMayBeANodeWithParts) {
   add({{"name", "fern_LOD1"}, {"mesh", mesh}}, fern);
   add({{"name", "oak.007"}, {"mesh", mesh}, {"translation", {4, 0, 0}}}, fern);
   const int hidden = builder.add_node(mesh, {{"name", "fern.003"}});
-  builder.json["nodes"][static_cast<std::size_t>(hidden)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  builder.node(hidden)["extensions"]["KHR_node_visibility"]["visible"] = false;
   for (const char* name : {"Rock", "Rock", "Terrain"}) builder.add_node(mesh, {{"name", name}});
-  const fs::path input = write_file(plants.folder / "level.glb", builder.glb());
-  const ProcessResult result = scene({input, "-o", plants.out, "--plants", plants.baked});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const Read read = read_scene(plants.out);
+  const auto [read, told] = scene_of(builder, plants);
   std::array<int, 2> counts{};
   for (const SceneInstance& instance : read.instances) ++counts.at(instance.species);
   EXPECT_EQ(counts, (std::array{7, 1}));
   for (const SceneInstance& instance : read.instances) EXPECT_NEAR(instance.position_m[1], 0.0f, 1e-2f);
-  EXPECT_TRUE(mentions(result.err, {"3", "Rock (2)", "Terrain", "fern.003"}));
+  EXPECT_TRUE(mentions(told, {"3", "Rock (2)", "Terrain", "fern.003"}));
 }
 
 /// Parts that are instanced alike, as tools make them of copies.
 TEST(SceneCommand, InstancedPartsAreAPlantForEachInstance) {
   const Plants plants;
   GltfBuilder builder;
-  const int mesh =
-      builder.add_mesh({{"POSITION", builder.add_positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})}}, {}, builder.add_material("any"));
+  const int mesh = add_triangle(builder);
   const int places = builder.add_positions({{0, 0, 0}, {10, 5, 0}, {0, 0, -20}});
   const auto add_oak = [&](int other_places) {
     const int oak = builder.add_node(-1, {{"name", "oak"}, {"translation", {100, 0, 0}}});
@@ -228,17 +223,13 @@ TEST(SceneCommand, InstancedPartsAreAPlantForEachInstance) {
       builder.json["nodes"].push_back({{"name", "part"},
                                        {"mesh", mesh},
                                        {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", part_places}}}}}}}});
-      builder.json["nodes"][static_cast<std::size_t>(oak)]["children"].push_back(builder.json["nodes"].size() - 1);
+      builder.node(oak)["children"].push_back(builder.json["nodes"].size() - 1);
     }
   };
   add_oak(places);
-  fs::path input = write_file(plants.folder / "level.glb", builder.glb());
-  ASSERT_EQ(scene({input, "-o", plants.out, "--plants", plants.baked}).exit_code, 0);
-  EXPECT_EQ(read_scene(plants.out).instances.size(), 3u);
+  EXPECT_EQ(scene_of(builder, plants).first.instances.size(), 3u);
   add_oak(builder.add_positions({{0, 2, 0}, {0, 3, 0}}));  // one whose leaves are instances
-  input = write_file(plants.folder / "level.glb", builder.glb());
-  ASSERT_EQ(scene({input, "-o", plants.out, "--plants", plants.baked}).exit_code, 0);
-  EXPECT_EQ(read_scene(plants.out).instances.size(), 4u);
+  EXPECT_EQ(scene_of(builder, plants).first.instances.size(), 4u);
 }
 
 TEST(SceneCommand, NamesWhatHasNoPlant) {
@@ -274,11 +265,6 @@ TEST(SceneCommand, OneClearErrorForABadInput) {
   expect_one_line_error(scene({"-o", plants.folder / "no" / "where.forest", "--plants", baked}), {"Oak.coppice", "--allow-outside"});
   EXPECT_EQ(scene({"-o", out}).exit_code, 2);
   EXPECT_EQ(scene({"x.glb", "-o", out, "--plants", baked, "--count", "5"}).exit_code, 2) << "scattering needs no input";
-  const ProcessResult help = scene({"--help"});
-  EXPECT_EQ(help.exit_code, 0);
-  for (const char* option : {"--plants", "--count", "--size-m", "--seed", "--density", "--spacing", "--skip-missing", "--up", "--unit"})
-    EXPECT_TRUE(mentions(help.out, {option}));
 }
 
-}  // namespace scene_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_cli_test

@@ -20,8 +20,7 @@
 #include "servers.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace slurm_bake_test {
+namespace coppice::test::slurm_bake_test {
 
 namespace fs = std::filesystem;
 
@@ -269,9 +268,7 @@ TEST_F(SlurmBake, CtrlCLeavesTheTasksAndTheSameCommandTakesThemUp) {
 }
 
 TEST_F(SlurmBake, WhatSlurmRefusesIsShown) {
-  const ProcessResult refused = tool(submit({"--", "--partition=nowhere"}));
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_TRUE(mentions(refused.err, {"sbatch", "nowhere"}));
+  expect_failure(tool(submit({"--", "--partition=nowhere"})), {"sbatch", "nowhere"});
   EXPECT_TRUE(arrays().empty());
   const ProcessResult missing = tool(submit(), {"PATH=/nowhere"});
   EXPECT_EQ(missing.exit_code, 1);
@@ -309,5 +306,4 @@ TEST_F(SlurmBake, ACoppiceThatNodesDoNotHaveIsToldAfterThreeAttempts) {
   EXPECT_TRUE(mentions(read_text(arrays().back() / "0.log"), {"/nowhere/coppice"}));
 }
 
-}  // namespace slurm_bake_test
-}  // namespace coppice::test
+}  // namespace coppice::test::slurm_bake_test

@@ -1,4 +1,4 @@
-// The tool as a service runs it on what strangers send: limits, files outside the folder, patterns.
+// The tool as a service runs it on what strangers send: limits, files outside the folder.
 
 #include <chrono>
 #include <filesystem>
@@ -10,8 +10,7 @@
 #include "gltf_builder.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace untrusted_cli_test {
+namespace coppice::test::untrusted_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -135,18 +134,4 @@ TEST(OutsideFiles, ASceneKeepsItsPlantsInItsFolder) {
   expect_refused(linked, {"../oak.coppice", "--allow-outside"});
 }
 
-TEST(Patterns, OfManyBracketsAreAnError) {
-  const TemporaryFolder folder;
-  const fs::path plant = write_file(folder / "small.glb", small_plant().glb());
-  const std::string brackets(20000, '(');
-  const Words bake{"bake", plant, "-o", folder / "out.coppice"};
-  expect_refused(joined(bake, {"--leaf-material", brackets}), {"--leaf-material", "missing )"});
-  expect_refused(joined(bake, {"--wood-material", brackets}), {"--wood-material", "missing )"});
-  write_text(folder / "classes.json", R"({"classes": [{"material": ")" + brackets + R"(", "class": "leaf"}]})");
-  expect_refused(joined(bake, {"--classes", folder / "classes.json"}), {"classes.json", "classes[0]", "missing )"});
-  write_text(folder / "list.json", R"([{"input": "small.glb", "leaf_material": ")" + brackets + R"("}])");
-  expect_refused({"bake-all", folder / "list.json", "-o", folder / "all", "--quiet"}, {"small.glb", "--leaf-material", "missing )"});
-}
-
-}  // namespace untrusted_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::untrusted_cli_test

@@ -10,8 +10,7 @@
 #include "pack_gltf.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace variants_cli_test {
+namespace coppice::test::variants_cli_test {
 
 namespace fs = std::filesystem;
 
@@ -118,5 +117,4 @@ TEST(Size, AnUnlikelyOneIsWarnedOfWithAUnit) {
   EXPECT_FALSE(mentions(warning(60, {}), {"--unit"}));
 }
 
-}  // namespace variants_cli_test
-}  // namespace coppice::test
+}  // namespace coppice::test::variants_cli_test

@@ -16,8 +16,7 @@
 #include "golden.h"
 #include "tool.h"
 
-namespace coppice::test {
-namespace window_test {
+namespace coppice::test::window_test {
 
 namespace fs = std::filesystem;
 
@@ -219,5 +218,4 @@ TEST_F(ForestWindow, DrawsNothingWhileItIsHidden) {
   wait_for_frames(3);
 }
 
-}  // namespace window_test
-}  // namespace coppice::test
+}  // namespace coppice::test::window_test

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cfloat>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <random>
 
@@ -24,33 +24,9 @@ T any_of(const std::array<T, count>& values, Random& random) {
 }
 
 float interesting_float(Random& random) {
-  using Limits = std::numeric_limits<float>;
-  static constexpr std::array<float, 26> kValues = {0.0f,
-                                                    -0.0f,
-                                                    1.0f,
-                                                    -1.0f,
-                                                    1e-45f,
-                                                    -1e-45f,
-                                                    1e-39f,
-                                                    Limits::min(),
-                                                    1e-20f,
-                                                    1e-6f,
-                                                    0.5f,
-                                                    1.0000001f,
-                                                    1.5f,
-                                                    2.0f,
-                                                    255.0f,
-                                                    1e3f,
-                                                    1e4f,
-                                                    1e6f,
-                                                    1e7f,
-                                                    1e9f,
-                                                    1e20f,
-                                                    Limits::max(),
-                                                    Limits::lowest(),
-                                                    Limits::infinity(),
-                                                    -Limits::infinity(),
-                                                    Limits::quiet_NaN()};
+  static constexpr std::array<float, 26> kValues = {0.0f,  -0.0f, 1.0f,       -1.0f,   1e-45f,   -1e-45f,  1e-39f,    FLT_MIN, 1e-20f,
+                                                    1e-6f, 0.5f,  1.0000001f, 1.5f,    2.0f,     255.0f,   1e3f,      1e4f,    1e6f,
+                                                    1e7f,  1e9f,  1e20f,      FLT_MAX, -FLT_MAX, INFINITY, -INFINITY, NAN};
   return any_of(kValues, random);
 }
 

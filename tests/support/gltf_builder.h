@@ -49,6 +49,9 @@ class GltfBuilder {
   int add_mesh(const nlohmann::json& attributes, std::optional<int> indices, std::optional<int> material, int mode = 4);
   /// A node of the default scene; `members` adds a transform or children. Returns the node.
   int add_node(int mesh, const nlohmann::json& members = nlohmann::json::object());
+  nlohmann::json& node(int index) { return json["nodes"][static_cast<std::size_t>(index)]; }
+  /// The first primitive of a mesh.
+  nlohmann::json& primitive(std::size_t mesh = 0) { return json["meshes"][mesh]["primitives"][0]; }
   /// An image in a buffer view, a texture of it, and that as the material's base colour.
   void set_texture(int material, std::span<const std::uint8_t> encoded_image);
 

@@ -91,7 +91,7 @@ class LobeGrower {
       add_leaf(i, i % leaves_a_twig);
     }
     order_pieces();
-    add_trunk();
+    add_tube(1, 0.0, 3.0, 0.08, 0.05, 8);  // the trunk
     add_pot();
     GrownPlant grown;
     for (const char* name : {"Leaves", "Trunk", "Material"}) {
@@ -238,6 +238,14 @@ class LobeGrower {
     if (plant_.order == LobeOrder::shuffled) shuffle(pieces_);
   }
 
+  /// One that is no lobe and no twig.
+  void add_piece(Piece piece, std::uint32_t material) {
+    piece.uvs.assign(piece.points.size(), glm::vec2(0.0f));
+    piece.material = material;
+    piece.owner = ++owner_;
+    pieces_.push_back(std::move(piece));
+  }
+
   /// An upright tube, open.
   void add_tube(std::uint32_t material, double low_m, double high_m, double radius_low_m, double radius_high_m, std::uint32_t sides) {
     Piece tube;
@@ -248,13 +256,8 @@ class LobeGrower {
       tube.triangles.push_back({2 * i, 2 * i + 1, (2 * i + 2) % (2 * sides)});
       tube.triangles.push_back({2 * i + 1, (2 * i + 3) % (2 * sides), (2 * i + 2) % (2 * sides)});
     }
-    tube.uvs.assign(tube.points.size(), glm::vec2(0.0f));
-    tube.material = material;
-    tube.owner = ++owner_;
-    pieces_.push_back(std::move(tube));
+    add_piece(std::move(tube), material);
   }
-
-  void add_trunk() { add_tube(1, 0.0, 3.0, 0.08, 0.05, 8); }
 
   void add_pot() {
     constexpr std::uint32_t kSides = 24;
@@ -268,10 +271,7 @@ class LobeGrower {
       soil.points.emplace_back(0.27 * std::cos(turn), 0.0, 0.27 * std::sin(turn));
       soil.triangles.push_back({0, 1 + (i + 1) % kSides, 1 + i});
     }
-    soil.uvs.assign(soil.points.size(), glm::vec2(0.0f));
-    soil.material = 2;
-    soil.owner = ++owner_;
-    pieces_.push_back(std::move(soil));
+    add_piece(std::move(soil), 2);
     for (std::uint32_t i = 0; i < kSides && plant_.pot == PotForm::facets; ++i) add_facet(2.0 * std::numbers::pi * i / kSides);
   }
 
@@ -282,10 +282,7 @@ class LobeGrower {
     for (const glm::dvec2& at : {glm::dvec2(-0.03, 0.0), glm::dvec2(0.03, 0.0), glm::dvec2(0.03, 0.06), glm::dvec2(-0.03, 0.06)})
       facet.points.emplace_back(0.32 * out + at.x * side + glm::dvec3(0.0, 0.02 + at.y, 0.0));
     facet.triangles = {{0, 1, 2}, {0, 2, 3}};
-    facet.uvs.assign(4, glm::vec2(0.0f));
-    facet.material = 2;
-    facet.owner = ++owner_;
-    pieces_.push_back(std::move(facet));
+    add_piece(std::move(facet), 2);
   }
 
   void emit(TriangleSoup& soup) const {
@@ -347,110 +344,97 @@ std::vector<LobedPlant> lobed_plants() {
   using O = LobeOrder;
   using S = LobeSides;
   using D = Degenerate;
+  using F = LobeForm;
+  using H = LobeShape;
+  using P = PotForm;
+  using T = TwigForm;
   std::vector<LobedPlant> all{
       {.name = "ThreeLobes"},
       {.name = "ThreeLobesDoubled", .sides = S::both},
-      {.name = "SycamoreStripTwigs", .sides = S::both, .twigs = TwigForm::strips},
-      {.name = "SycamorePrismTwigs", .sides = S::both, .twigs = TwigForm::prisms},
-      {.name = "SycamoreOnStripTwigs", .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true},
-      {.name = "SycamoreOnPrismTwigs", .sides = S::repeated, .twigs = TwigForm::prisms, .twigs_bear = true},
-      {.name = "SycamoreWithoutNames", .sides = S::both, .twigs = TwigForm::prisms, .has_names = false},
-      {.name = "StripTwigsWithoutNames", .sides = S::both, .twigs = TwigForm::strips, .has_names = false},
+      {.name = "SycamoreStripTwigs", .sides = S::both, .twigs = T::strips},
+      {.name = "SycamorePrismTwigs", .sides = S::both, .twigs = T::prisms},
+      {.name = "SycamoreOnStripTwigs", .sides = S::both, .twigs = T::strips, .twigs_bear = true},
+      {.name = "SycamoreOnPrismTwigs", .sides = S::repeated, .twigs = T::prisms, .twigs_bear = true},
+      {.name = "SycamoreWithoutNames", .sides = S::both, .twigs = T::prisms, .has_names = false},
+      {.name = "StripTwigsWithoutNames", .sides = S::both, .twigs = T::strips, .has_names = false},
       {.name = "TwoLobes", .lobe_count = 2, .sides = S::both},
       {.name = "FourLobesCorners", .lobe_count = 4, .contact = corner},
       {.name = "FiveLobes", .lobe_count = 5, .sides = S::both_with_own_vertices},
-      {.name = "FiveLobesCorners", .lobe_count = 5, .contact = corner, .sides = S::both, .twigs = TwigForm::strips},
+      {.name = "FiveLobesCorners", .lobe_count = 5, .contact = corner, .sides = S::both, .twigs = T::strips},
       {.name = "TwoLobesTwoPoints", .lobe_count = 2, .contact = two_points},
       {.name = "FiveLobesTwoPoints", .lobe_count = 5, .contact = two_points, .sides = S::repeated},
       {.name = "TwoLobesEdge", .lobe_count = 2, .contact = edge},
       {.name = "ThreeLobesEdgeDoubled", .contact = edge, .sides = S::both},
       {.name = "FiveLobesEdgeSharedVertices", .lobe_count = 5, .contact = edge, .vertices = V::per_leaf},
-      {.name = "MirroredLobes", .form = LobeForm::mirrored, .sides = S::both},
-      {.name = "FiveMirroredLobes", .lobe_count = 5, .form = LobeForm::mirrored},
-      {.name = "EqualStrips", .contact = corner, .form = LobeForm::equal},
-      {.name = "FourEqualStripsDoubled", .lobe_count = 4, .contact = corner, .form = LobeForm::equal, .sides = S::both},
-      {.name = "EqualLobesFanned", .form = LobeForm::equal, .sides = S::both},
-      {.name = "EqualLobesByImage", .form = LobeForm::equal, .has_uvs = true},
-      {.name = "EqualBentLobesByImage", .form = LobeForm::equal, .has_uvs = true, .bend = 0.8},
-      {.name = "BentLobesByImage", .sides = S::both, .twigs = TwigForm::strips, .has_uvs = true, .bend = 0.8},
+      {.name = "MirroredLobes", .form = F::mirrored, .sides = S::both},
+      {.name = "FiveMirroredLobes", .lobe_count = 5, .form = F::mirrored},
+      {.name = "EqualStrips", .contact = corner, .form = F::equal},
+      {.name = "FourEqualStripsDoubled", .lobe_count = 4, .contact = corner, .form = F::equal, .sides = S::both},
+      {.name = "EqualLobesFanned", .form = F::equal, .sides = S::both},
+      {.name = "EqualLobesByImage", .form = F::equal, .has_uvs = true},
+      {.name = "EqualBentLobesByImage", .form = F::equal, .has_uvs = true, .bend = 0.8},
+      {.name = "BentLobesByImage", .sides = S::both, .twigs = T::strips, .has_uvs = true, .bend = 0.8},
       {.name = "BentLobes", .sides = S::both, .bend = 0.4},
       {.name = "MuchBentLobes", .sides = S::both, .bend = 0.9},
       {.name = "SharedVertices", .vertices = V::per_leaf},
       {.name = "WithoutIndices", .sides = S::both, .vertices = V::per_triangle},
-      {.name = "AllFirstLobesFirst", .sides = S::both, .order = O::by_lobe, .twigs = TwigForm::strips},
-      {.name = "Shuffled", .order = O::shuffled, .twigs = TwigForm::prisms},
+      {.name = "AllFirstLobesFirst", .sides = S::both, .order = O::by_lobe, .twigs = T::strips},
+      {.name = "Shuffled", .order = O::shuffled, .twigs = T::prisms},
       {.name = "Interleaved", .sides = S::both, .order = O::interleaved},
       {.name = "TouchingLeaves", .sides = S::both, .touching = 0.1},
       {.name = "TouchingLeavesShuffled", .order = O::shuffled, .touching = 0.3},
-      {.name = "PotAndCollapsed", .sides = S::both, .pot = PotForm::round, .degenerate = D::collapsed},
-      {.name = "PotAndSlivers", .pot = PotForm::round, .degenerate = D::slivers},
-      {.name = "PotAndSliversDoubled", .sides = S::both, .pot = PotForm::round, .degenerate = D::both},
-      {.name = "FigEdges",
-       .lobe_count = 5,
-       .contact = edge,
-       .vertices = V::per_lobe,
-       .pot = PotForm::round,
-       .degenerate = D::both,
-       .touching = 0.07},
+      {.name = "PotAndCollapsed", .sides = S::both, .pot = P::round, .degenerate = D::collapsed},
+      {.name = "PotAndSlivers", .pot = P::round, .degenerate = D::slivers},
+      {.name = "PotAndSliversDoubled", .sides = S::both, .pot = P::round, .degenerate = D::both},
+      {.name = "FigEdges", .lobe_count = 5, .contact = edge, .pot = P::round, .degenerate = D::both, .touching = 0.07},
       {.name = "FigPoints",
        .lobe_count = 5,
        .contact = corner,
        .vertices = V::per_triangle,
-       .pot = PotForm::round,
+       .pot = P::round,
        .degenerate = D::both,
        .touching = 0.07},
-      {.name = "FacettedPot", .contact = edge, .pot = PotForm::facets},
-      {.name = "FacettedPotWithoutNames", .contact = edge, .pot = PotForm::facets, .has_names = false},
-      {.name = "Pyramids", .shape = LobeShape::pyramid},
-      {.name = "PyramidsOnTwigs", .twigs = TwigForm::prisms, .twigs_bear = true, .shape = LobeShape::pyramid, .instanced_twigs = true},
-      {.name = "PyramidsEdge", .lobe_count = 5, .contact = edge, .shape = LobeShape::pyramid},
-      {.name = "PyramidsTwoPoints", .lobe_count = 2, .contact = two_points, .twigs = TwigForm::strips, .shape = LobeShape::pyramid},
-      {.name = "PyramidsMirrored", .form = LobeForm::mirrored, .order = O::by_lobe, .shape = LobeShape::pyramid},
-      {.name = "UnlikeLobes", .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .shape = LobeShape::unlike},
+      {.name = "FacettedPot", .contact = edge, .pot = P::facets},
+      {.name = "FacettedPotWithoutNames", .contact = edge, .pot = P::facets, .has_names = false},
+      {.name = "Pyramids", .shape = H::pyramid},
+      {.name = "PyramidsOnTwigs", .twigs = T::prisms, .twigs_bear = true, .shape = H::pyramid, .instanced_twigs = true},
+      {.name = "PyramidsEdge", .lobe_count = 5, .contact = edge, .shape = H::pyramid},
+      {.name = "PyramidsTwoPoints", .lobe_count = 2, .contact = two_points, .twigs = T::strips, .shape = H::pyramid},
+      {.name = "PyramidsMirrored", .form = F::mirrored, .order = O::by_lobe, .shape = H::pyramid},
+      {.name = "UnlikeLobes", .sides = S::both, .twigs = T::strips, .twigs_bear = true, .shape = H::unlike},
       {.name = "UnlikeLobesInstanced",
        .sides = S::both,
-       .twigs = TwigForm::prisms,
+       .twigs = T::prisms,
        .twigs_bear = true,
-       .shape = LobeShape::unlike,
+       .shape = H::unlike,
        .instanced_twigs = true},
-      {.name = "UnlikeLobesTouching", .lobe_count = 5, .shape = LobeShape::unlike, .touching = 0.2},
-      {.name = "InstancedStripTwigs",
-       .sides = S::both,
-       .twigs = TwigForm::strips,
-       .twigs_bear = true,
-       .instanced_twigs = true,
-       .bend = 0.4},
-      {.name = "InstancedPrismTwigs", .sides = S::both, .twigs = TwigForm::prisms, .instanced_twigs = true, .bend = 0.8},
+      {.name = "UnlikeLobesTouching", .lobe_count = 5, .shape = H::unlike, .touching = 0.2},
+      {.name = "InstancedStripTwigs", .sides = S::both, .twigs = T::strips, .twigs_bear = true, .instanced_twigs = true, .bend = 0.4},
+      {.name = "InstancedPrismTwigs", .sides = S::both, .twigs = T::prisms, .instanced_twigs = true, .bend = 0.8},
       {.name = "ShuffledTriangles", .sides = S::both, .shuffled_triangles = true},
-      {.name = "WhorlsAreLeaves", .form = LobeForm::equal, .sides = S::both, .are_leaves = true, .step = 2.1, .cone = 0.5},
-      {.name = "FlatWhorlsAreLeaves", .form = LobeForm::equal, .are_leaves = true, .step = 2.0944},
-      {.name = "PairsAreLeaves", .lobe_count = 2, .form = LobeForm::equal, .are_leaves = true, .step = 2.6, .cone = 0.4},
-      {.name = "MirroredPairsAreLeaves", .lobe_count = 2, .form = LobeForm::mirrored, .are_leaves = true, .step = 2.6, .cone = 0.4},
+      {.name = "WhorlsAreLeaves", .form = F::equal, .sides = S::both, .are_leaves = true, .step = 2.1, .cone = 0.5},
+      {.name = "FlatWhorlsAreLeaves", .form = F::equal, .are_leaves = true, .step = 2.0944},
+      {.name = "PairsAreLeaves", .lobe_count = 2, .form = F::equal, .are_leaves = true, .step = 2.6, .cone = 0.4},
+      {.name = "MirroredPairsAreLeaves", .lobe_count = 2, .form = F::mirrored, .are_leaves = true, .step = 2.6, .cone = 0.4},
       {.name = "PairsOnTwigsAreLeaves",
        .lobe_count = 2,
-       .form = LobeForm::equal,
-       .twigs = TwigForm::strips,
+       .form = F::equal,
+       .twigs = T::strips,
        .twigs_bear = true,
        .instanced_twigs = true,
        .are_leaves = true,
        .step = 2.6},
-      {.name = "LeafletsAreLeaves", .lobe_count = 5, .form = LobeForm::equal, .has_uvs = true, .are_leaves = true, .step = 0.8},
-      {.name = "DroopingLeafletsAreLeaves",
-       .lobe_count = 5,
-       .form = LobeForm::equal,
-       .are_leaves = true,
-       .step = 0.8,
-       .cone = -0.4,
-       .bend = 0.3},
-      {.name = "LeavesOnTwigs", .lobe_count = 1, .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .instanced_twigs = true},
+      {.name = "LeafletsAreLeaves", .lobe_count = 5, .form = F::equal, .has_uvs = true, .are_leaves = true, .step = 0.8},
+      {.name = "DroopingLeafletsAreLeaves", .lobe_count = 5, .form = F::equal, .are_leaves = true, .step = 0.8, .cone = -0.4, .bend = 0.3},
+      {.name = "LeavesOnTwigs", .lobe_count = 1, .sides = S::both, .twigs = T::strips, .twigs_bear = true, .instanced_twigs = true},
       {.name = "BentLeavesOnTwigs",
        .lobe_count = 1,
        .sides = S::both,
-       .twigs = TwigForm::strips,
+       .twigs = T::strips,
        .twigs_bear = true,
        .instanced_twigs = true,
        .bend = 0.8},
-      {.name = "Rounded", .sides = S::both, .twigs = TwigForm::strips, .twigs_bear = true, .step_m = 1e-4},
+      {.name = "Rounded", .sides = S::both, .twigs = T::strips, .twigs_bear = true, .step_m = 1e-4},
   };
   std::uint32_t seed = 1;
   for (LobedPlant& plant : all) plant.seed = seed++;

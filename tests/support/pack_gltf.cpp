@@ -85,7 +85,7 @@ int Pack::node(const std::string& name, int mesh_index, glm::vec3 at, int parent
   if (parent < 0) return file.add_node(mesh_index, node);
   file.json["nodes"].push_back(node);
   const int index = static_cast<int>(file.json["nodes"].size()) - 1;
-  file.json["nodes"][static_cast<std::size_t>(parent)]["children"].push_back(index);
+  file.node(parent)["children"].push_back(index);
   return index;
 }
 

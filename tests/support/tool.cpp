@@ -12,6 +12,11 @@ ProcessResult run_tool(const Words& arguments, const ProcessOptions& options) {
   return run_process(kTool, arguments, options);
 }
 
+void expect_failure(const ProcessResult& result, const Words& names, int exit_code) {
+  EXPECT_EQ(result.exit_code, exit_code) << result.err;
+  for (const std::string& name : names) EXPECT_TRUE(mentions(result.err, {name}));
+}
+
 void expect_error(const ProcessResult& result, const Words& names, const std::string& about) {
   EXPECT_EQ(result.exit_code, 1) << about << "\n" << result.err;
   EXPECT_EQ(result.signal, 0) << about;

@@ -23,6 +23,9 @@ using Words = std::vector<std::string>;
 /// Runs coppice to its end.
 ProcessResult run_tool(const Words& arguments, const ProcessOptions& options = {});
 
+/// Expects this exit code, and that the standard error names all of these.
+void expect_failure(const ProcessResult& result, const Words& names, int exit_code = 1);
+
 /// Expects exit code 1, and on the standard error one line, however it is broken for a terminal, that names all of these.
 /// about  what is tried, for failures
 void expect_error(const ProcessResult& result, const Words& names, const std::string& about = "");

@@ -21,8 +21,7 @@
 #include "results.h"
 #include "temporary_file.h"
 
-namespace coppice::bake {
-namespace atomic_file_test {
+namespace coppice::bake::atomic_file_test {
 
 namespace fs = std::filesystem;
 
@@ -190,5 +189,4 @@ TEST_F(AtomicFile, WhatADeadProcessLeftIsRemovedAndNothingElse) {
   remove_abandoned_temporaries(folder_ / "nowhere");
 }
 
-}  // namespace atomic_file_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::atomic_file_test

@@ -27,8 +27,7 @@
 #include "process.h"
 #include "slurm.h"
 
-namespace coppice::bake {
-namespace batch_test {
+namespace coppice::bake::batch_test {
 
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
@@ -402,5 +401,4 @@ TEST(PlantRecord, AJournalsEntryComesBackAsItWas) {
   EXPECT_TRUE(journal_entry(journal_line(plant, {.error = "ended by a signal: Killed", .lost = true}))->result.lost);
 }
 
-}  // namespace batch_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::batch_test

@@ -32,8 +32,7 @@
 #include "process.h"
 #include "text_bytes.h"
 
-namespace coppice::bake {
-namespace cache_test {
+namespace coppice::bake::cache_test {
 
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
@@ -471,5 +470,4 @@ TEST(CacheLocation, CredentialsAreAPasswordOrAToken) {
   ::unsetenv(kCredentialsVariable);
 }
 
-}  // namespace cache_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::cache_test

@@ -10,8 +10,7 @@
 #include "completion.h"
 #include "mentions.h"
 
-namespace coppice::command_line {
-namespace command_line_test {
+namespace coppice::command_line::command_line_test {
 
 TEST(Wrapped, BreaksAtSpacesAndKeepsIndentsAndLines) {
   EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
@@ -135,5 +134,4 @@ TEST(UnknownWord, NamesTheFirstAndWhatWasMeant) {
   EXPECT_EQ(unknown_word(commands.app, {}), "");
 }
 
-}  // namespace command_line_test
-}  // namespace coppice::command_line
+}  // namespace coppice::command_line::command_line_test

@@ -12,8 +12,7 @@
 
 #include "triangle_soup.h"
 
-namespace coppice::bake {
-namespace find_leaves_test {
+namespace coppice::bake::find_leaves_test {
 
 /// Grows a soup out of shapes. Every shape has vertices of its own.
 struct SoupBuilder {
@@ -524,5 +523,4 @@ TEST(FindLeaves, NothingGivesNothing) {
   EXPECT_TRUE(found.leaves.empty() && found.wood.indices.empty() && found.classes.empty());
 }
 
-}  // namespace find_leaves_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::find_leaves_test

@@ -12,8 +12,7 @@
 #include "gltf_builder.h"
 #include "imported.h"
 
-namespace coppice::bake {
-namespace gltf_lines_test {
+namespace coppice::bake::gltf_lines_test {
 
 using nlohmann::json;
 using test::GltfBuilder;
@@ -170,5 +169,4 @@ TEST(GltfLines, WhatIsWrongIsNamed) {
   test::expect_error(test::import_built(builder), Status::unsupported, {"2^21", "meshes[2].primitives["});
 }
 
-}  // namespace gltf_lines_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::gltf_lines_test

@@ -10,14 +10,9 @@
 #include "gltf_builder.h"
 #include "imported.h"
 
-namespace coppice::test {
-namespace gltf_pose_test {
+namespace coppice::test::gltf_pose_test {
 
 using nlohmann::json;
-
-json& primitive(GltfBuilder& builder, std::size_t mesh = 0) {
-  return builder.json["meshes"][mesh]["primitives"][0];
-}
 
 /// The same four joints and weights for each vertex of the leaf.
 void add_joints(GltfBuilder& builder, const std::array<std::uint8_t, 4>& joints, const std::array<float, 4>& weights) {
@@ -27,8 +22,8 @@ void add_joints(GltfBuilder& builder, const std::array<std::uint8_t, 4>& joints,
     all_joints.insert(all_joints.end(), joints.begin(), joints.end());
     all_weights.insert(all_weights.end(), weights.begin(), weights.end());
   }
-  primitive(builder)["attributes"]["JOINTS_0"] = builder.add_accessor(builder.add_view(all_joints), kUnsignedByte, "VEC4", 4);
-  primitive(builder)["attributes"]["WEIGHTS_0"] = builder.add_accessor(builder.add_view(all_weights), kFloat, "VEC4", 4);
+  builder.primitive()["attributes"]["JOINTS_0"] = builder.add_accessor(builder.add_view(all_joints), kUnsignedByte, "VEC4", 4);
+  builder.primitive()["attributes"]["WEIGHTS_0"] = builder.add_accessor(builder.add_view(all_weights), kFloat, "VEC4", 4);
 }
 
 /// A skin of these nodes for the leaf's, whose own transform is to be ignored.
@@ -94,7 +89,7 @@ GltfBuilder morphed() {
   GltfBuilder builder = small_plant();
   const int up = builder.add_positions(std::vector<glm::vec3>(4, {0, 2, 0}));
   const int aside = builder.add_positions(std::vector<glm::vec3>(4, {5, 0, 0}));
-  primitive(builder)["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
+  builder.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
   return builder;
 }
 
@@ -126,9 +121,9 @@ TEST(RestPose, NodesMayShowOneMeshInSeveralWays) {
 TEST(RestPose, ABadMorphIsRefused) {
   GltfBuilder builder = morphed();
   builder.json["meshes"][0]["weights"] = {1, 0};
-  primitive(builder)["targets"][0]["POSITION"] = builder.add_positions({{0, 0, 0}});
+  builder.primitive()["targets"][0]["POSITION"] = builder.add_positions({{0, 0, 0}});
   expect_error(import_built(builder), Status::bad_file, {"meshes[0].primitives[0]", "POSITION", "1", "4"});
-  primitive(builder)["targets"][0]["POSITION"] = 99;
+  builder.primitive()["targets"][0]["POSITION"] = 99;
   expect_error(import_built(builder), Status::bad_file, {"meshes[0].primitives[0].targets[0].POSITION", "99"});
   builder = morphed();
   builder.json["meshes"][0]["weights"] = {"much"};
@@ -140,11 +135,11 @@ TEST(RestPose, ABadMorphIsRefused) {
 TEST(RestPose, AFewBytesDoNotAskForMuchWork) {
   GltfBuilder builder = small_plant();
   const int positions = builder.add_accessor(builder.add_view(std::vector<glm::vec3>(1u << 16)), kFloat, "VEC3", 1u << 16);
-  primitive(builder)["attributes"]["POSITION"] = positions;
-  primitive(builder)["targets"] = json::array();
+  builder.primitive()["attributes"]["POSITION"] = positions;
+  builder.primitive()["targets"] = json::array();
   builder.json["meshes"][0]["weights"] = json::array();
   for (int i = 0; i < 3000; ++i) {
-    primitive(builder)["targets"].push_back({{"POSITION", positions}});
+    builder.primitive()["targets"].push_back({{"POSITION", positions}});
     builder.json["meshes"][0]["weights"].push_back(1);
   }
   expect_error(import_built(builder), Status::unsupported, {"meshes[0].primitives[0]"});
@@ -156,5 +151,4 @@ TEST(RestPose, AnimationIsSaidToBeLost) {
   expect_warning(imported(builder), {"animation"});
 }
 
-}  // namespace gltf_pose_test
-}  // namespace coppice::test
+}  // namespace coppice::test::gltf_pose_test

@@ -12,8 +12,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace gltf_references_test {
+namespace coppice::bake::gltf_references_test {
 
 namespace fs = std::filesystem;
 
@@ -97,5 +96,4 @@ TEST(GltfReferences, PercentSigns) {
   EXPECT_EQ(percent_decoded("%zz%41"), "%zzA");
 }
 
-}  // namespace gltf_references_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::gltf_references_test

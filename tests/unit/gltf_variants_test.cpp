@@ -15,8 +15,7 @@
 #include "results.h"
 #include "seeded_random.h"
 
-namespace coppice::test {
-namespace gltf_variants_test {
+namespace coppice::test::gltf_variants_test {
 
 using bake::ImportOptions;
 using bake::Plant;
@@ -124,7 +123,7 @@ std::vector<Case> packs() {
     const int off = p.node("old", -1);
     p.part("elm", tree(250, 6, 2), {}, off);
     p.part("ash", tree(200, 6, 3), {}, off);
-    p.file.json["nodes"][static_cast<std::size_t>(off)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+    p.file.node(off)["extensions"]["KHR_node_visibility"]["visible"] = false;
     p.file.json["extensionsUsed"] = {"KHR_node_visibility"};
     p.file.json["extensionsRequired"] = {"KHR_node_visibility"};
   });
@@ -145,7 +144,7 @@ std::vector<Case> packs() {
   add("msft_lod", {1, 300, 1}, [](Pack& p) {
     const int fine = p.part("Tree A", tree(300, 5, 1));
     const int coarse = p.part("Tree far", tree(60, 5, 2));
-    p.file.json["nodes"][static_cast<std::size_t>(fine)]["extensions"]["MSFT_lod"]["ids"] = {coarse};
+    p.file.node(fine)["extensions"]["MSFT_lod"]["ids"] = {coarse};
     p.file.json["extensionsUsed"] = {"MSFT_lod"};
     p.file.json["extensionsRequired"] = {"MSFT_lod"};
   });
@@ -251,8 +250,7 @@ std::vector<Case> whole_plants() {
     const int node = p.node("leaves", p.mesh({{"leaf", leaves(1, {}, {}, 0.2f, 1)}}));
     std::vector<glm::vec3> places;
     for (int i = 0; i < 300; ++i) places.emplace_back(std::sin(i), 2.0f + 0.01f * static_cast<float>(i), std::cos(i));
-    p.file.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
-        p.file.add_positions(places);
+    p.file.node(node)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = p.file.add_positions(places);
     p.file.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   });
   add("numbered_leaf_groups", {1, 320, 0}, [](Pack& p) {
@@ -438,11 +436,11 @@ TEST(PlantChoice, AHiddenPlantIsTakenByName) {
   Pack pack;
   pack.part("oak", tree(300, 5, 1));
   const int elm = pack.part("elm", tree(200, 5, 2));
-  pack.file.json["nodes"][static_cast<std::size_t>(elm)]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  pack.file.node(elm)["extensions"]["KHR_node_visibility"]["visible"] = false;
   ImportOptions options;
   options.plant.node = "elm";
   EXPECT_EQ(imported(pack.file, options).leaves.size(), 200u);
-  pack.file.json["nodes"][static_cast<std::size_t>(elm)]["extensions"]["KHR_node_visibility"]["visible"] = 1;
+  pack.file.node(elm)["extensions"]["KHR_node_visibility"]["visible"] = 1;
   expect_error(import_built(pack.file), Status::bad_file, {"nodes[1].extensions.KHR_node_visibility.visible"});
 }
 
@@ -519,7 +517,7 @@ TEST(PlantChoice, LevelsHaveTwoDigitsAndCopiesMayHaveThree) {
 TEST(PlantChoice, ABadLevelListIsRefused) {
   Pack pack;
   const int node = pack.part("oak", tree(20, 5, 1));
-  pack.file.json["nodes"][static_cast<std::size_t>(node)]["extensions"]["MSFT_lod"]["ids"] = {7};
+  pack.file.node(node)["extensions"]["MSFT_lod"]["ids"] = {7};
   expect_error(import_built(pack.file), Status::bad_file, {"nodes[0].extensions.MSFT_lod.ids"});
 }
 
@@ -532,5 +530,4 @@ TEST(Variants, OutputsDifferInMoreThanCase) {
                                                 "baked/plants.coppice", "baked/plants_a_b.coppice", "baked/plants_a_b_2.coppice"}));
 }
 
-}  // namespace gltf_variants_test
-}  // namespace coppice::test
+}  // namespace coppice::test::gltf_variants_test

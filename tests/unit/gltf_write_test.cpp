@@ -4,20 +4,21 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
+#include <string>
 
 #include <gtest/gtest.h>
+#include <tiny_gltf.h>
 #include <glm/geometric.hpp>
 
 #include "atomic_file.h"
 #include "image_decode.h"
 #include "import_gltf.h"
 #include "normal_sum.h"
-#include "parse_glb.h"
 #include "process.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace gltf_write_test {
+namespace coppice::bake::gltf_write_test {
 
 /// Two triangles of two materials over four vertices.
 Mesh two_triangles() {
@@ -42,9 +43,25 @@ Image chequers() {
   return image;
 }
 
+/// What tinygltf reads of a .glb, without complaints; images stay as they are encoded.
+tinygltf::Model parse_glb(std::span<const std::uint8_t> bytes) {
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(
+      [](tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* encoded, int size, void*) {
+        image->image.assign(encoded, encoded + size);
+        return true;
+      },
+      nullptr);
+  tinygltf::Model model;
+  std::string error, warning;
+  EXPECT_TRUE(loader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), static_cast<unsigned>(bytes.size()))) << error;
+  EXPECT_TRUE(warning.empty()) << warning;
+  return model;
+}
+
 /// With these materials and the chequers as the only image.
 tinygltf::Model written(const std::vector<GltfPart>& meshes) {
-  return test::parse_glb(test::must(encode_glb(meshes, two_materials(), {chequers()})));
+  return parse_glb(test::must(encode_glb(meshes, two_materials(), {chequers()})));
 }
 
 template <class T>
@@ -152,7 +169,7 @@ TEST(GltfWrite, AlongsAreAFloatAttributeOfEachVertexAndLeftOutWithoutAny) {
 TEST(GltfWrite, EmptyMeshesAreLeftOut) {
   const Mesh mesh = two_triangles(), empty;
   EXPECT_EQ(written({{"leaves", &mesh}, {"wood", &empty}}).meshes.size(), 1u);
-  const tinygltf::Model model = test::parse_glb(*encode_glb({{"wood", &empty}}, {}, {}));
+  const tinygltf::Model model = parse_glb(*encode_glb({{"wood", &empty}}, {}, {}));
   EXPECT_TRUE(model.meshes.empty() && model.nodes.empty() && model.buffers.empty());
 }
 
@@ -164,7 +181,7 @@ TEST(GltfWrite, WideIndicesFromSixtyFiveThousandVertices) {
     mesh.uvs.assign(vertex_count, glm::vec2(0.0f));
     mesh.indices = {0, 1, vertex_count - 1};
     mesh.triangle_materials = {0};
-    const tinygltf::Model model = test::parse_glb(*encode_glb({{"big", &mesh}}, {Material{}}, {}));
+    const tinygltf::Model model = parse_glb(*encode_glb({{"big", &mesh}}, {Material{}}, {}));
     const int indices = model.meshes.at(0).primitives.at(0).indices;
     if (vertex_count == 0xffffu)
       EXPECT_EQ(values<std::uint16_t>(model, indices).at(2), vertex_count - 1);
@@ -270,5 +287,4 @@ TEST(FoliageMesh, ComesBackFromItsFileWithNormalsSpreadAndOpacity) {
   EXPECT_EQ(found, 12u);
 }
 
-}  // namespace gltf_write_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::gltf_write_test

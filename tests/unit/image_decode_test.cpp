@@ -14,8 +14,7 @@
 #include "gltf_compress.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace image_decode_test {
+namespace coppice::bake::image_decode_test {
 
 using test::encode_jpeg;
 using test::encode_png_form;
@@ -211,5 +210,4 @@ TEST(ImageDecode, AJpegTooShortForItsHeaderIsAnErrorBeforeItIsDecoded) {
   expect_error(file, Status::bad_file);
 }
 
-}  // namespace image_decode_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::image_decode_test

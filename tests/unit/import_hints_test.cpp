@@ -15,8 +15,7 @@
 #include "results.h"
 #include "texture_regions.h"
 
-namespace coppice::bake {
-namespace import_hints_test {
+namespace coppice::bake::import_hints_test {
 
 using nlohmann::json;
 using test::expect_warning;
@@ -70,7 +69,7 @@ TEST(ImportHints, HolesThatAnOpaqueMaterialDoesNotShow) {
 TEST(ImportHints, BlackVertexColours) {
   GltfBuilder builder = test::small_plant();
   const int black = builder.add_view(std::vector<glm::vec4>(4, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f)));
-  builder.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = builder.add_accessor(black, test::kFloat, "VEC4", 4);
+  builder.primitive()["attributes"]["COLOR_0"] = builder.add_accessor(black, test::kFloat, "VEC4", 4);
   expect_warning(imported(builder), {"'leaves'", "COLOR_0"});
 }
 
@@ -128,5 +127,4 @@ TEST(NearUvs, ImportedLeavesAndWood) {
   EXPECT_EQ(plant.wood.uvs.at(1), glm::vec2(0.5f, 0.0f));
 }
 
-}  // namespace import_hints_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::import_hints_test

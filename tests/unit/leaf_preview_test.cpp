@@ -7,8 +7,7 @@
 #include "results.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace leaf_preview_test {
+namespace coppice::bake::leaf_preview_test {
 
 constexpr std::uint32_t kSide = kPreviewSizePx;
 
@@ -66,5 +65,4 @@ TEST(LeafPreview, APlantWithoutAnythingIsWhite) {
   EXPECT_EQ(picture_of({}).at(kSide / 2, kSide / 2)[0], 255);
 }
 
-}  // namespace leaf_preview_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::leaf_preview_test

@@ -2,6 +2,8 @@
 
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,8 +12,7 @@
 #include "name_pattern.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace material_names_test {
+namespace coppice::bake::material_names_test {
 
 TEST(ClassRules, ReadsAllKeys) {
   const auto rules = test::must(parse_class_rules(R"({"classes": [
@@ -30,39 +31,28 @@ TEST(ClassRules, ReadsAllKeys) {
   EXPECT_EQ(rules[2].source, "oak.json: classes[2]");
 }
 
-struct BadRules {
-  const char* name;
-  const char* text;
-  const char* place;
-};
-
-// For GoogleTest. NOLINTNEXTLINE(readability-identifier-naming)
-void PrintTo(const BadRules& rules, std::ostream* out) {
-  *out << "'" << rules.text << "'";
+TEST(ClassRules, AnErrorNamesFileKeyAndPlace) {
+  const std::vector<std::pair<std::string, std::string>> bad{
+      {"", "byte 1"},
+      {R"({"classes": [}})", "byte 14"},
+      {"[]", "classes"},
+      {"{}", "classes"},
+      {R"({"classes": {}})", "classes"},
+      {R"({"classes": [], "klass": 1})", "klass"},
+      {R"({"classes": [1]})", "classes[0]"},
+      {R"({"classes": [{"class": "leaf"}]})", "classes[0].material"},
+      {R"({"classes": [{"material": 1, "class": "leaf"}]})", "classes[0].material"},
+      {R"({"classes": [{"material": "a"}]})", "classes[0].class"},
+      {R"({"classes": [{"material": "a", "class": "twig"}]})", "'twig'"},
+      {R"({"classes": [{"material": "a", "class": "leaf", "max": 1}]})", "classes[0].max"},
+      {R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": -1}]})", "classes[0].max_triangles"},
+      {R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": 4294967296}]})", "max_triangles"},
+      {R"({"classes": [{"material": "a", "class": "leaf", "min_triangles": 3, "max_triangles": 2}]})", "classes[0]"}};
+  for (const auto& [text, place] : bad) {
+    SCOPED_TRACE(text);
+    test::expect_error(parse_class_rules(text, "oak.json"), Status::bad_file, {"oak.json", place});
+  }
 }
-
-class BadRulesTest : public testing::TestWithParam<BadRules> {};
-
-TEST_P(BadRulesTest, NamesFileKeyAndPlace) {
-  test::expect_error(parse_class_rules(GetParam().text, "oak.json"), Status::bad_file, {"oak.json", GetParam().place});
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    ClassRules, BadRulesTest,
-    testing::Values(
-        BadRules{"NoBytes", "", "byte 1"}, BadRules{"NoEnd", R"({"classes": [}})", "byte 14"}, BadRules{"AnArray", "[]", "classes"},
-        BadRules{"NoClasses", "{}", "classes"}, BadRules{"ClassesIsAnObject", R"({"classes": {}})", "classes"},
-        BadRules{"UnknownKey", R"({"classes": [], "klass": 1})", "klass"}, BadRules{"ARuleIsANumber", R"({"classes": [1]})", "classes[0]"},
-        BadRules{"NoMaterial", R"({"classes": [{"class": "leaf"}]})", "classes[0].material"},
-        BadRules{"MaterialIsANumber", R"({"classes": [{"material": 1, "class": "leaf"}]})", "classes[0].material"},
-        BadRules{"NoClass", R"({"classes": [{"material": "a"}]})", "classes[0].class"},
-        BadRules{"UnknownClass", R"({"classes": [{"material": "a", "class": "twig"}]})", "'twig'"},
-        BadRules{"UnknownKeyOfARule", R"({"classes": [{"material": "a", "class": "leaf", "max": 1}]})", "classes[0].max"},
-        BadRules{"NegativeCount", R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": -1}]})", "classes[0].max_triangles"},
-        BadRules{"CountTooLarge", R"({"classes": [{"material": "a", "class": "leaf", "max_triangles": 4294967296}]})", "max_triangles"},
-        BadRules{"MinAboveMax", R"({"classes": [{"material": "a", "class": "leaf", "min_triangles": 3, "max_triangles": 2}]})",
-                 "classes[0]"}),
-    [](const auto& bad) { return std::string(bad.param.name); });
 
 std::vector<Material> materials_of(const std::vector<std::string>& names) {
   std::vector<Material> materials(names.size());
@@ -92,20 +82,18 @@ TEST(ClassRules, WhatIsNoRegularExpressionIsAnError) {
                      Status::invalid_argument, {"oak.json: classes[4]", "(("});
 }
 
-TEST(MaterialWords, EachKindCountsOnce) {
-  EXPECT_EQ(name_evidence("Leaves"), 3.0);
-  EXPECT_EQ(name_evidence("leaf_leaves_foliage"), 3.0);
-  EXPECT_EQ(name_evidence("petals"), 1.0);
-  EXPECT_EQ(name_evidence("branch1"), -1.0);
-  EXPECT_EQ(name_evidence("bark"), -3.0);
-  EXPECT_EQ(name_evidence("LeafyBranch"), 2.0);
-  EXPECT_EQ(name_evidence("Coconut Leaves"), 0.0);
-  EXPECT_EQ(name_evidence("Bush_02"), 1.0);
-  EXPECT_EQ(name_evidence("plant_pot"), -3.0);
-  EXPECT_EQ(name_evidence("plant leaf"), 3.0);
-  EXPECT_EQ(name_evidence("transplant"), 0.0);
-  EXPECT_EQ(name_evidence(""), 0.0);
-  EXPECT_EQ(name_evidence("Material.001"), 0.0);
+TEST(MaterialWords, EachKindCountsOnceAndShortWordsAreWholeWords) {
+  const std::vector<std::pair<const char*, double>> names{{"Leaves", 3},         {"leaf_leaves_foliage", 3},
+                                                          {"petals", 1},         {"branch1", -1},
+                                                          {"bark", -3},          {"LeafyBranch", 2},
+                                                          {"Coconut Leaves", 0}, {"Bush_02", 1},
+                                                          {"plant_pot", -3},     {"plant leaf", 3},
+                                                          {"transplant", 0},     {"", 0},
+                                                          {"Material.001", 0},   {"potato", 0},
+                                                          {"clay_pot", -3},      {"ClayPot2", -3},
+                                                          {"plastic", 0},        {"Ast", -1},
+                                                          {"silicone", 0}};
+  for (const auto& [name, evidence] : names) EXPECT_EQ(name_evidence(name), evidence) << name;
 }
 
 TEST(MaterialWords, InAnyCaseAndManyLanguages) {
@@ -116,15 +104,6 @@ TEST(MaterialWords, InAnyCaseAndManyLanguages) {
   for (const char* name :
        {"Trunk", "Rinde", "ÉCORCE", "tronco", "Corteza", "Ствол", "КОРА", "树皮", "flowerpot pot soil", "Topf", "SNOW_01"})
     EXPECT_LT(name_evidence(name), 0.0) << name;
-}
-
-TEST(MaterialWords, ShortWordsAreWholeWords) {
-  EXPECT_EQ(name_evidence("potato"), 0.0);
-  EXPECT_EQ(name_evidence("clay_pot"), -3.0);
-  EXPECT_EQ(name_evidence("ClayPot2"), -3.0);
-  EXPECT_EQ(name_evidence("plastic"), 0.0) << "no Ast";
-  EXPECT_EQ(name_evidence("Ast"), -1.0);
-  EXPECT_EQ(name_evidence("silicone"), 0.0) << "no cone";
 }
 
 TEST(MaterialWords, NoWordTwiceAndAllLowerCase) {
@@ -191,5 +170,4 @@ TEST(NamePattern, AnErrorNamesSourcePatternAndReason) {
   }
 }
 
-}  // namespace material_names_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::material_names_test

@@ -9,8 +9,7 @@
 #include "coppice/format.h"
 #include "polygons.h"
 
-namespace coppice::bake {
-namespace material_split_test {
+namespace coppice::bake::material_split_test {
 
 /// A triangle of 2 m^2 with the uvs `at` and two texels beside it in an image of 64.
 void add_triangle(Mesh& mesh, const glm::vec2& at, const glm::vec3& tint = glm::vec3(1.0f)) {
@@ -106,5 +105,4 @@ TEST(MaterialSplit, NeverMoreMaterialsThanAFileHolds) {
   EXPECT_EQ(plant.materials.size(), std::size_t{COPPICE_MAX_MATERIALS});
 }
 
-}  // namespace material_split_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::material_split_test

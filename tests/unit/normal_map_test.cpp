@@ -11,8 +11,7 @@
 #include "results.h"
 #include "texture_encode.h"
 
-namespace coppice::bake {
-namespace normal_map_test {
+namespace coppice::bake::normal_map_test {
 
 /// Waves of a slope of up to 1 along both axes.
 Image waves(std::uint32_t width, std::uint32_t height) {
@@ -94,5 +93,4 @@ TEST(NormalMap, BlocksStayWithinAFewDegrees) {
   }
 }
 
-}  // namespace normal_map_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::normal_map_test

@@ -16,8 +16,7 @@
 #include "results.h"
 #include "unpack.h"
 
-namespace coppice::bake {
-namespace odd_plants_test {
+namespace coppice::bake::odd_plants_test {
 
 /// Counts triangles with the same corners once.
 std::size_t different_triangles(const Mesh& mesh) {
@@ -62,5 +61,4 @@ TEST_P(OddPlants, Bakes) {
 
 INSTANTIATE_TEST_SUITE_P(All, OddPlants, testing::ValuesIn(test::odd_plants()), [](const auto& each) { return each.param.name; });
 
-}  // namespace odd_plants_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::odd_plants_test

@@ -7,8 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace coppice::bake {
-namespace piece_shape_test {
+namespace coppice::bake::piece_shape_test {
 
 PieceShape measure(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& indices) {
   Mesh mesh;
@@ -153,5 +152,4 @@ TEST(PieceShape, WhatHasNoArea) {
   EXPECT_EQ(point.width_m, 0.0);
 }
 
-}  // namespace piece_shape_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::piece_shape_test

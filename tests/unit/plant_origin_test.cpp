@@ -1,31 +1,23 @@
 // Where a plant's origin is: plants that stand elsewhere in their files, and plants that only reach away from their foot.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <string>
 
+#include "bounds.h"
 #include "imported.h"
 #include "pack_gltf.h"
 
-namespace coppice::test {
-namespace plant_origin_test {
+namespace coppice::test::plant_origin_test {
 
 using bake::ImportOptions;
 using bake::Origin;
 using bake::Plant;
 
-struct Extent {
-  glm::vec3 low{1e9f}, high{-1e9f};
-};
-
-Extent extent_of(const Plant& plant) {
-  Extent extent;
+bake::PointBox<glm::vec3> extent_of(const Plant& plant) {
+  bake::PointBox<glm::vec3> extent;
   for (const bake::Mesh* mesh : {&plant.wood, &plant.foliage})
-    for (const glm::vec3& position : mesh->positions) {
-      extent.low = glm::min(extent.low, position);
-      extent.high = glm::max(extent.high, position);
-    }
+    for (const glm::vec3& position : mesh->positions) extent.add(position);
   return extent;
 }
 
@@ -67,7 +59,7 @@ TEST(PlantOrigin, IsWhatTheCallerChooses) {
   const Plant kept = tree_at({1000, 0, -2500}, Origin::keep);
   expect_warning(kept, {"2691", "--origin foot"});
   EXPECT_NEAR(kept.wood.positions.at(0).z, -2500.0f, 1.0f);
-  const Extent centred = extent_of(tree_at({1000, 0, -2500}, Origin::center));
+  const auto centred = extent_of(tree_at({1000, 0, -2500}, Origin::center));
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(centred.low[axis], -centred.high[axis], 1e-4f);
   const Plant standing = tree_at({0.5, 1.0, 0}, Origin::foot);
   EXPECT_TRUE(standing.warnings.empty());
@@ -82,10 +74,9 @@ TEST(PlantOrigin, IsTheFootOfEachVariant) {
     pack.part("oak_" + std::to_string(i + 1), tree(100 + i, 5, static_cast<std::uint64_t>(i)), {8.0f * static_cast<float>(i), 0, 0});
   ImportOptions options;
   options.plant.variant = 3;
-  const Extent extent = extent_of(imported(pack.file, options));
+  const auto extent = extent_of(imported(pack.file, options));
   EXPECT_LT(extent.high.x, 2.0f);
   EXPECT_GT(extent.low.x, -2.0f);
 }
 
-}  // namespace plant_origin_test
-}  // namespace coppice::test
+}  // namespace coppice::test::plant_origin_test

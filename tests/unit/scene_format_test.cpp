@@ -21,8 +21,7 @@
 #include "scene_reader.h"
 #include "scene_write.h"
 
-namespace coppice {
-namespace scene_format_test {
+namespace coppice::scene_format_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -40,6 +39,11 @@ Result<std::vector<std::vector<SceneInstance>>> read_all(const Bytes& bytes, Sce
   }
   if (scene_out != nullptr) *scene_out = std::move(scene);
   return tiles;
+}
+
+/// Bytes before the first instance; the entries of tiles end there.
+std::size_t front_bytes(const Bytes& scene) {
+  return static_cast<std::size_t>(scene_front_bytes(test::must(read_scene_front(scene, scene.size())).header));
 }
 
 TEST(SceneFile, HoldsEveryPlantOnceWithinHalfAStep) {
@@ -167,7 +171,7 @@ TEST(SceneFile, EveryFlippedByteIsRefused) {
 
 TEST(SceneFile, EveryFlippedByteUnderRightChecksumsIsRefusedOrValid) {
   const Bytes good = test::random_scene(5000, 100, 5);
-  const std::size_t front = static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header));
+  const std::size_t front = front_bytes(good);
   int refused = 0;
   for (std::size_t i = 0; i < front + 2 * sizeof(coppice_scene_instance); ++i)
     for (const std::uint8_t flip : {std::uint8_t{0x80}, std::uint8_t{0xff}, std::uint8_t{0x01}}) {
@@ -200,18 +204,15 @@ Bytes with_value(Bytes bytes, std::size_t at, const T& value) {
 }
 
 /// One value changed under right checksums, and the field of the error it must give.
-struct Damage {
-  const char* field;
-  std::size_t at;
-  std::uint32_t value;
-};
-
 TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
   const Bytes good = test::random_scene(5000, 100, 6);
-  const auto header = read_scene_front(good, good.size())->header;
-  const std::size_t species = kSceneHeaderBytes;
-  const std::size_t tiles = static_cast<std::size_t>(scene_front_bytes(header)) - header.tile_count * sizeof(coppice_scene_tile);
-  const std::size_t first = static_cast<std::size_t>(scene_front_bytes(header));
+  const std::size_t species = kSceneHeaderBytes, first = front_bytes(good);
+  const std::size_t tiles = first - read_scene_front(good, good.size())->header.tile_count * sizeof(coppice_scene_tile);
+  struct Damage {
+    const char* field;
+    std::size_t at;
+    std::uint32_t value;
+  };
   const Damage damages[] = {
       {"magic", 0, 0x4c454c41},
       {"version", offsetof(coppice_scene_header, version), 2},
@@ -249,8 +250,7 @@ TEST(SceneFile, RefusalsNameTheFieldAndItsPlace) {
 // Each is in range; their ratio is infinite, and an instance of scale 0 would stand at NaN.
 TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
   const Bytes good = test::random_scene(60, 100, 7);
-  const std::size_t tile =
-      static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
+  const std::size_t tile = front_bytes(good) - sizeof(coppice_scene_tile);
   const auto with_scales = [&](float scale_min, float scale_max) {
     Bytes bytes = good;
     for (std::size_t instance = tile + sizeof(coppice_scene_tile); instance < bytes.size(); instance += sizeof(coppice_scene_instance))
@@ -272,8 +272,7 @@ TEST(SceneFile, ScalesThatAreTooFarApartAreRefused) {
 // One float of the front at a time is NaN, under right checksums.
 TEST(SceneFile, NoFloatMayBeNaN) {
   const Bytes good = test::random_scene(60, 100, 7);
-  const std::size_t tile =
-      static_cast<std::size_t>(scene_front_bytes(read_scene_front(good, good.size())->header)) - sizeof(coppice_scene_tile);
+  const std::size_t tile = front_bytes(good) - sizeof(coppice_scene_tile);
   std::vector<std::size_t> floats;
   for (std::size_t i = 0; i < 3; ++i) floats.push_back(offsetof(coppice_scene_header, square_min) + 4 * i);
   for (std::size_t species = 0; species < 2; ++species)
@@ -311,5 +310,4 @@ TEST(SceneFile, Version1IsReadForEver) {
   EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
 }
 
-}  // namespace scene_format_test
-}  // namespace coppice
+}  // namespace coppice::scene_format_test

@@ -8,8 +8,7 @@
 
 #include "results.h"
 
-namespace coppice::bake {
-namespace scene_scatter_test {
+namespace coppice::bake::scene_scatter_test {
 
 bool same(const ScenePlant& a, const ScenePlant& b) {
   return a.position_m == b.position_m && a.scale == b.scale && a.species == b.species && a.tint == b.tint && a.yaw == b.yaw &&
@@ -91,5 +90,4 @@ TEST(Scatter, SaysWhenTheyDoNotFit) {
   EXPECT_FALSE(scatter_plants({}, {.size_m = 50, .count = 10}));
 }
 
-}  // namespace scene_scatter_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::scene_scatter_test

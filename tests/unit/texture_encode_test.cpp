@@ -10,8 +10,7 @@
 #include "texture_encode.h"
 #include "texture_mips.h"
 
-namespace coppice::bake {
-namespace texture_encode_test {
+namespace coppice::bake::texture_encode_test {
 
 /// Solid discs of `colour` on transparent black, `pitch` apart.
 Image discs(std::uint32_t side, std::uint32_t pitch, double radius, std::array<std::uint8_t, 3> colour) {
@@ -244,5 +243,4 @@ TEST(EncodeTexture, RefusesAnImageOfTheWrongLength) {
   }
 }
 
-}  // namespace texture_encode_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::texture_encode_test

@@ -18,8 +18,7 @@
 #include "texture_regions.h"
 #include "texture_shown.h"
 
-namespace coppice::bake {
-namespace texture_islands_test {
+namespace coppice::bake::texture_islands_test {
 
 using Rgba = std::array<std::uint8_t, 4>;
 constexpr std::uint32_t kSide = 256;
@@ -252,5 +251,4 @@ TEST(ShownTexels, APointALineAndABarkOfManyPeriodsAreShown) {
   }
 }
 
-}  // namespace texture_islands_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::texture_islands_test

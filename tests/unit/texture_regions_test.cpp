@@ -10,8 +10,7 @@
 #include "polygons.h"
 #include "texture_mips.h"
 
-namespace coppice::bake {
-namespace texture_regions_test {
+namespace coppice::bake::texture_regions_test {
 
 using Rgb = std::array<int, 3>;
 constexpr Rgb kWhite{255, 255, 255}, kGreen{0, 128, 0}, kBrown{96, 64, 32};
@@ -176,5 +175,4 @@ TEST(TextureRegions, MaterialsThatShowOtherColoursOfOneImageShareNone) {
   }
 }
 
-}  // namespace texture_regions_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::texture_regions_test

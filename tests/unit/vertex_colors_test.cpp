@@ -10,8 +10,7 @@
 #include "node_names.h"
 #include "triangle_soup.h"
 
-namespace coppice::bake {
-namespace vertex_colors_test {
+namespace coppice::bake::vertex_colors_test {
 
 /// Forty leaves of four vertices, at heights of 0 to 4 m; along is 0 at the stalk, 1 at the tip; random is one number a leaf.
 struct LeafPoint {
@@ -108,5 +107,4 @@ TEST(VertexColours, OfAMeshCalledAfterWindAreNoColours) {
   EXPECT_TRUE(test::mentions(warnings[0], {"'leaf'"}));
 }
 
-}  // namespace vertex_colors_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::vertex_colors_test

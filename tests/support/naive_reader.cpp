@@ -18,38 +18,24 @@ constexpr std::uint32_t kPlant = 1, kMaterials = 2, kCards = 3, kErrors = 4, kWo
 constexpr std::uint64_t kHeaderBytes = 64, kEntryBytes = 32;
 constexpr std::uint32_t kPageSplits = 512;
 
-struct Header {
-  std::uint32_t chunk_count = 0;
-  std::uint64_t table_checksum = 0;
-};
-
-/// Section 2, but for what the chunks say.
-Header read_header(Bytes file, NaivePlant& plant) {
+/// Sections 2 and 3, but for what the chunks say, and the checksums of all chunks.
+void read_front(Bytes file, NaivePlant& plant) {
   naive_must(file.size() >= kHeaderBytes, "shorter than a header");
   NaiveBytes bytes(file);
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
-  Header header;
   naive_must(bytes.u32() == 9, "version");
-  header.chunk_count = bytes.u32();
-  const std::uint64_t file_bytes = bytes.u64();
+  const std::uint64_t table_bytes = kEntryBytes * bytes.u32(), file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
-  header.table_checksum = bytes.u64();
+  const std::uint64_t table_checksum = bytes.u64();
   naive_must(bytes.u64() == 0 && bytes.u64() == 0, "reserved");
   naive_must(bytes.u64() == XXH3_64bits(file.data(), 56), "header_checksum");
   naive_must(file_bytes == file.size(), "file_bytes");
   naive_must(plant.first_read_bytes <= file_bytes, "first_read_bytes beyond the file");
-  naive_must(kHeaderBytes + kEntryBytes * header.chunk_count <= plant.first_read_bytes, "chunk_count");
-  return header;
-}
-
-/// Section 3, and the checksums of all chunks.
-void read_table(Bytes file, const Header& header, NaivePlant& plant) {
-  const Bytes table = file.subspan(kHeaderBytes, kEntryBytes * header.chunk_count);
-  naive_must(header.table_checksum == XXH3_64bits(table.data(), table.size()), "table_checksum");
-  NaiveBytes bytes(table);
-  std::uint64_t next = kHeaderBytes + table.size();
-  while (bytes.left() > 0) {
+  naive_must(kHeaderBytes + table_bytes <= plant.first_read_bytes, "chunk_count");
+  naive_must(table_checksum == XXH3_64bits(file.data() + kHeaderBytes, table_bytes), "table_checksum");
+  std::uint64_t next = kHeaderBytes + table_bytes;
+  for (std::uint64_t entry = 0; entry < table_bytes; entry += kEntryBytes) {
     NaiveChunk chunk;
     chunk.kind = bytes.u32();
     chunk.index = bytes.u32();
@@ -82,13 +68,13 @@ bool is_finite(std::span<const float> values) {
 template <std::size_t count>
 std::array<float, count> floats(NaiveBytes& bytes) {
   std::array<float, count> values;
-  for (float& value : values) value = bytes.f32();
+  std::ranges::generate(values, [&] { return bytes.f32(); });
   return values;
 }
 
 std::vector<float> floats(NaiveBytes& bytes, std::size_t count) {
   std::vector<float> values(count);
-  for (float& value : values) value = bytes.f32();
+  std::ranges::generate(values, [&] { return bytes.f32(); });
   return values;
 }
 
@@ -371,11 +357,7 @@ void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) 
     plant.leaf_mesh_triangle_counts.push_back(static_cast<std::uint32_t>(triangles));
   }
   plant.leaf_mesh_error_px = floats(bytes, counts.sizes);
-  float last = 0.0f;
-  for (const float error : plant.leaf_mesh_error_px) {
-    naive_must(std::isfinite(error) && error >= last, "leaf mesh error_px");
-    last = error;
-  }
+  check_errors(plant.leaf_mesh_error_px, 1, false);
 }
 
 /// Section 11: what a texture begins with.
@@ -472,8 +454,7 @@ void read_meshes(Bytes file, NaivePlant& plant) {
 }
 
 void read_file(Bytes file, NaivePlant& plant) {
-  const Header header = read_header(file, plant);
-  read_table(file, header, plant);
+  read_front(file, plant);
   const Counts counts = read_plant(chunk_of(file, plant, kPlant, 0), plant);
   check_order(plant);
   check_wood_counts(file, plant);

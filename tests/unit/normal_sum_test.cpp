@@ -14,8 +14,7 @@
 #include "leaf_shade.h"
 #include "tree.h"
 
-namespace coppice::bake {
-namespace normal_sum_test {
+namespace coppice::bake::normal_sum_test {
 
 glm::dvec3 random_direction(std::mt19937& random) {
   std::normal_distribution<double> normal;
@@ -261,5 +260,4 @@ TEST(LeafNormals, TurnToTheCrownOnRequest) {
   EXPECT_GT(plant.foliage.normals[9].x, 0.0f);
 }
 
-}  // namespace normal_sum_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::normal_sum_test

@@ -9,8 +9,7 @@
 #include "results.h"
 #include "tree.h"
 
-namespace coppice {
-namespace writer_test {
+namespace coppice::writer_test {
 
 /// Two pages, two wood LoDs, one texture; the bytes of pages and wood mean nothing to the writer.
 FileContents contents() {
@@ -50,21 +49,15 @@ TEST(Writer, LaysChunksOutInTheOrderOfTheFormat) {
 }
 
 TEST(Writer, StoresChunksUnchanged) {
-  const auto file = write_file(contents());
-  const auto front = read_front(*file, file->size());
+  const auto file = *write_file(contents());
+  const auto front = read_front(file, file.size());
   const coppice_file_chunk& page = *find_chunk(*front, COPPICE_CHUNK_PAGE, 0);
-  EXPECT_EQ(std::vector<std::uint8_t>(file->begin() + static_cast<std::ptrdiff_t>(page.offset),
-                                      file->begin() + static_cast<std::ptrdiff_t>(page.offset + page.bytes)),
-            contents().pages[0]);
+  EXPECT_TRUE(std::ranges::equal(std::span(file).subspan(page.offset, page.bytes), contents().pages[0]));
   EXPECT_STREQ(front->plant.name, "hazel");
   EXPECT_TRUE(std::ranges::equal(front->error_px, contents().error_px));
   EXPECT_EQ(front->plant.page_count, 2u);
-}
-
-TEST(Writer, TheFirstBytesAreTheMagicAndTheVersion) {
-  const auto file = *write_file(contents());
-  const std::vector<std::uint8_t> expected = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 9, 0, 0, 0, 11, 0, 0, 0};
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), file.begin()));
+  const std::vector<std::uint8_t> magic_and_version = {'C', 'O', 'P', 'P', 'I', 'C', 'E', 0x1a, 9, 0, 0, 0, 11, 0, 0, 0};
+  EXPECT_TRUE(std::equal(magic_and_version.begin(), magic_and_version.end(), file.begin()));
 }
 
 TEST(Writer, RefusesWhatTheReaderWould) {
@@ -80,5 +73,4 @@ TEST(Writer, RefusesWhatTheReaderWould) {
   EXPECT_STREQ(write_file(wrong).error().what, "error table error_px");
 }
 
-}  // namespace writer_test
-}  // namespace coppice
+}  // namespace coppice::writer_test

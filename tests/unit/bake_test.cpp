@@ -187,11 +187,11 @@ TEST_F(BakeCorylus, ProgressNeverFallsWithinAStage) {
   EXPECT_GT(calls, 20);
 }
 
-class BakeRealPlant : public testing::TestWithParam<std::pair<const char*, std::uint32_t>> {};
+class BakeRealPlant : public testing::TestWithParam<std::pair<std::string, std::uint32_t>> {};
 
 TEST_P(BakeRealPlant, BakesAndVerifies) {
-  const auto [name, leaf_count] = GetParam();
-  COPPICE_PLANT_OR_SKIP(path, name + std::string(".glb"));
+  const auto& [name, leaf_count] = GetParam();
+  COPPICE_PLANT_OR_SKIP(path, name + ".glb");
   BakeReport report;
   const auto bytes = test::must(bake(
       path, quick_options(0), [](const char*, double) {}, report));
@@ -201,6 +201,6 @@ TEST_P(BakeRealPlant, BakesAndVerifies) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Plants, BakeRealPlant, testing::Values(std::pair("scopia_poplar", 5100), std::pair("eztree_oak_medium", 5320)),
-                         [](const auto& plant) { return std::string(plant.param.first); });
+                         [](const auto& plant) { return plant.param.first; });
 
 }  // namespace coppice::bake::bake_test

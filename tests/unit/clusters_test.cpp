@@ -24,8 +24,7 @@
 #include "random_tree.h"
 #include "reader.h"
 
-namespace coppice::gpu {
-namespace clusters_test {
+namespace coppice::gpu::clusters_test {
 
 using test::hook_array;
 using test::MadeMesh;
@@ -575,5 +574,4 @@ TEST(Clusters, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
   EXPECT_EQ(lod::coppice_ladder_rung(kReadyLeaves), kReadyCuts - 1);
 }
 
-}  // namespace clusters_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::clusters_test

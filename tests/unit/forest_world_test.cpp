@@ -19,8 +19,7 @@
 #include "tufts.h"
 #include "watch.h"
 
-namespace forest {
-namespace forest_world_test {
+namespace forest::forest_world_test {
 
 Options parsed(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "coppice-forest");
@@ -446,5 +445,4 @@ TEST(Tufts, StandOnTheGroundInViewAndOffTheTrail) {
   }
 }
 
-}  // namespace forest_world_test
-}  // namespace forest
+}  // namespace forest::forest_world_test

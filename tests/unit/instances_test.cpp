@@ -9,8 +9,7 @@
 #include "fake_hooks.h"
 #include "handle.h"
 
-namespace coppice::gpu {
-namespace instances_test {
+namespace coppice::gpu::instances_test {
 
 constexpr std::uint32_t kPlants = 4;
 
@@ -326,5 +325,4 @@ TEST(Instances, SlotsOfATileThatAreNotUsedAreUploadedEmpty) {
   for (std::uint32_t slot = 10; slot < 64; ++slot) EXPECT_EQ(table.slots()[slot].plant, kNoPlant);
 }
 
-}  // namespace instances_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::instances_test

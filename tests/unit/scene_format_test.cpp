@@ -21,8 +21,7 @@
 #include "scene_reader.h"
 #include "scene_write.h"
 
-namespace coppice {
-namespace scene_format_test {
+namespace coppice::scene_format_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -311,5 +310,4 @@ TEST(SceneFile, Version1IsReadForEver) {
   EXPECT_EQ(bytes, test::random_scene(60, 100, 7)) << "the writer still writes it";
 }
 
-}  // namespace scene_format_test
-}  // namespace coppice
+}  // namespace coppice::scene_format_test

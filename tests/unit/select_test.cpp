@@ -10,8 +10,7 @@
 #include "hook_array.h"
 #include "random_tree.h"
 
-namespace coppice {
-namespace select_test {
+namespace coppice::select_test {
 
 using test::hook_array;
 
@@ -324,5 +323,4 @@ TEST(SelectLods, AgreesWithTheFunctionsItIsMadeOf) {
   }
 }
 
-}  // namespace select_test
-}  // namespace coppice
+}  // namespace coppice::select_test

@@ -12,8 +12,7 @@
 #include "results.h"
 #include "wood_encode.h"
 
-namespace coppice {
-namespace wood_codec_test {
+namespace coppice::wood_codec_test {
 
 bake::Mesh stem() {
   return test::random_plant({.leaf_count = 4}).wood.lods[0];
@@ -194,5 +193,4 @@ TEST(WoodCodec, ATruncatedOrFlippedStreamGivesAnErrorOrAValidMesh) {
     }
 }
 
-}  // namespace wood_codec_test
-}  // namespace coppice
+}  // namespace coppice::wood_codec_test

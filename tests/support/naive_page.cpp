@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
-#include <string_view>
+#include <sstream>
+#include <string>
 
 #include "naive_reader.h"
 
@@ -18,50 +20,14 @@ constexpr std::uint32_t kPageSplits = 512;
 
 constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
 
-constexpr std::array<std::string_view, kContexts> kUsualDigits = {"fa42356789aa9876543211111111",
-                                                                  "d79c95ecbc4aeccf",
-                                                                  "fede",
-                                                                  "f7996c969a6c",
-                                                                  "8f88d56765c4",
-                                                                  "b9fb5bb6ce5c",
-                                                                  "fc9d4885757953243664889a",
-                                                                  "f12111111125111111111116",
-                                                                  "b7fed8621123111211",
-                                                                  "fcfdca612143212121",
-                                                                  "fafcc8134124411221",
-                                                                  "f4d611611121112111",
-                                                                  "f2",
-                                                                  "1",
-                                                                  "112468aceffeb621",
-                                                                  "1123579bdeffc941",
-                                                                  "112368acdffec841",
-                                                                  "1122479bdeffda31",
-                                                                  "112468acdffec951",
-                                                                  "33579bceffec7111",
-                                                                  "24469bdefeec6111",
-                                                                  "eceffdecbba82111",
-                                                                  "3737b73737b7bfb7b73747b7373e",
-                                                                  "22468acdeffd8111",
-                                                                  "22468acefffc6111",
-                                                                  "fcd9544321111111",
-                                                                  "fdddcdefffed6221",
-                                                                  "ecefdcbedb9a5211",
-                                                                  "fcd8763111111111",
-                                                                  "1",
-                                                                  "1",
-                                                                  "01",
-                                                                  "001",
-                                                                  "0001",
-                                                                  "1",
-                                                                  "01",
-                                                                  "001",
-                                                                  "0001",
-                                                                  "fdba98767776657b",
-                                                                  "0000000000000001",
-                                                                  "fc9aba9c",
-                                                                  "fda87788887768ad",
-                                                                  "fc97432111111111111111111123569c",
-                                                                  "f741111213121137"};
+/// A word for each context, from the first on.
+constexpr const char* kUsualDigits =
+    "fa42356789aa9876543211111111 d79c95ecbc4aeccf fede f7996c969a6c 8f88d56765c4 b9fb5bb6ce5c fc9d4885757953243664889a "
+    "f12111111125111111111116 b7fed8621123111211 fcfdca612143212121 fafcc8134124411221 f4d611611121112111 f2 1 112468aceffeb621 "
+    "1123579bdeffc941 112368acdffec841 1122479bdeffda31 112468acdffec951 33579bceffec7111 24469bdefeec6111 eceffdecbba82111 "
+    "3737b73737b7bfb7b73747b7373e 22468acdeffd8111 22468acefffc6111 fcd9544321111111 fdddcdefffed6221 ecefdcbedb9a5211 "
+    "fcd8763111111111 1 1 01 001 0001 1 01 001 0001 fdba98767776657b 0000000000000001 fc9aba9c fda87788887768ad "
+    "fc97432111111111111111111123569c f741111213121137";
 
 /// floor(a / b), b > 0.
 Wide floor_div(Wide a, Wide b) {
@@ -71,11 +37,7 @@ Wide floor_div(Wide a, Wide b) {
 
 /// `a div b`: the nearest integer, of two the larger.
 Wide nearest_div(Wide a, Wide b) {
-  if (b < 0) {
-    a = -a;
-    b = -b;
-  }
-  return floor_div(2 * a + b, 2 * b);
+  return b < 0 ? nearest_div(-a, -b) : floor_div(2 * a + b, 2 * b);
 }
 
 /// [v]
@@ -86,7 +48,6 @@ Wide in_64ths(Wide value) {
 struct Shape {
   Wide a = -4096, b = 4096;
 };
-
 struct Range {
   std::uint32_t start = 0, size = 0;
 };
@@ -154,10 +115,7 @@ class Block {
 
  private:
   [[nodiscard]] std::uint32_t likeliest() const {
-    std::uint32_t most = 0;
-    for (std::uint32_t i = 1; i < ranges_.size(); ++i)
-      if (ranges_[i].size > ranges_[most].size) most = i;
-    return most;
+    return static_cast<std::uint32_t>(std::ranges::max_element(ranges_, {}, &Range::size) - ranges_.begin());
   }
 
   std::vector<Range> ranges_;
@@ -260,9 +218,12 @@ class PageStream {
   }
 
   static std::vector<std::uint32_t> usual_digits(std::size_t context, std::size_t most) {
+    static const std::vector<std::string> words = [] {
+      std::istringstream stream(kUsualDigits);
+      return std::vector<std::string>(std::istream_iterator<std::string>(stream), {});
+    }();
     std::vector<std::uint32_t> digits;
-    for (const char c : kUsualDigits[context].substr(0, most))
-      digits.push_back(static_cast<std::uint32_t>(c <= '9' ? c - '0' : c - 'a' + 10));
+    for (const char c : words[context].substr(0, most)) digits.push_back(static_cast<std::uint32_t>(c <= '9' ? c - '0' : c - 'a' + 10));
     return digits;
   }
 
@@ -307,12 +268,8 @@ class ChildCorners {
   void fill_next() {
     const std::size_t count = known_count();
     std::size_t t = 0;
-    if (count == 1) {
-      while (!known_[t]) ++t;
-      t = (t + 1) % 4;
-    } else {
-      while (known_[t]) ++t;
-    }
+    while (known_[t].has_value() != (count == 1)) ++t;
+    if (count == 1) t = (t + 1) % 4;
     t_ = t;
     n_ = count > 1 && known_[(t + 1) % 4] ? (t + 1) % 4 : (t + 3) % 4;
     constexpr std::array<Rule, 4> kRules = {Rule::position, Rule::first, Rule::second, Rule::fourth};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <string>
 
 #include "naive_reader.h"
 
@@ -46,7 +47,6 @@ Wide in_64ths(Wide value) {
 struct Shape {
   Wide a = -4096, b = 4096;
 };
-
 struct Range {
   std::uint32_t start = 0, size = 0;
 };

@@ -299,12 +299,12 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
     plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
     for (const float size_px : plant.errors.sizes_px) plant.wood.error_px.push_back(size_px * 0.05f * static_cast<float>(lod + 1));
   }
-  const auto enclose = [&](const std::vector<glm::vec3>& points) {
-    for (const glm::vec3& point : points) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(point));
+  const auto hold = [&](const std::vector<glm::vec3>& vertices) {
+    for (const glm::vec3& vertex : vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
   };
-  enclose(plant.tree.vertices);
-  for (const bake::Mesh& lod : plant.wood.lods) enclose(lod.positions);
-  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts) enclose(part.mesh.positions);
+  hold(plant.tree.vertices);
+  for (const bake::Mesh& lod : plant.wood.lods) hold(lod.positions);
+  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts) hold(part.mesh.positions);
   if (options.leaf_count > 1) plant.wind = random_wind(plant.sphere.radius, random);
   return plant;
 }

@@ -230,7 +230,7 @@ void expect_valid(const std::vector<Split>& splits) {
   }
 }
 
-TEST(PageCodec, EveryOtherLengthIsRefused) {
+TEST(PageCodec, EveryTruncationIsRefusedAndAByteMore) {
   const QuantisedTree tree = quantised(40);
   auto page = encoded(tree);
   for (std::size_t length = 0; length < page.size(); ++length)
@@ -252,29 +252,6 @@ TEST(PageCodec, AFlippedBitGivesAnErrorOrValidSplits) {
   }
 }
 
-TEST(PageCodec, RefusesTheWrongSplitCountAndACardThatIsNotThere) {
-  const QuantisedTree tree = quantised(40, 1, 4);
-  EXPECT_STREQ(bake::DecodedPages(tree.nodes[0], 39, 4).add(encoded(tree)).error().what, "page split_count");
-  EXPECT_STREQ(decoded(tree, encoded(tree), 2).error().what, "page tables");
-}
-
-/// What decoding says of a tree in which another split, or none, replaces the first child of the root.
-std::string fault_of_death(std::uint32_t death) {
-  QuantisedTree tree = quantised(40);
-  tree.nodes[1].split = death;
-  return decoded(tree, encoded(tree)).error().what;
-}
-
-TEST(PageCodec, RefusesASplitThatReplacesTwoNodesOrNone) {
-  const QuantisedTree tree = quantised(40);
-  const std::uint32_t death = tree.nodes[1].split;
-  ASSERT_NE(death, kNeverReplaced);
-  EXPECT_EQ(fault_of_death(death), "");
-  EXPECT_EQ(fault_of_death(kNeverReplaced), "page parent") << "nothing is left for the split to replace";
-  EXPECT_EQ(fault_of_death(tree.nodes[2].split), "page death") << "two nodes";
-  EXPECT_EQ(fault_of_death(39), "page death") << "no such split";
-}
-
 TEST(PageCodec, AsksForMatchingSpans) {
   const QuantisedTree tree = quantised(40);
   const auto page = encoded(tree);
@@ -285,27 +262,6 @@ TEST(PageCodec, AsksForMatchingSpans) {
   std::vector<Split> splits(38);
   const auto result = decode_page(page, {0, 40, 2}, {{tree.nodes.data(), {&place, 1}}, splits}, scratch, decoders);
   EXPECT_EQ(result.error().status, Status::invalid_argument);
-}
-
-TEST(Steps, FillEveryQuadFromWhatIsKnown) {
-  for (unsigned known = 0; known < 16; ++known) {
-    const page_model::Steps& steps = page_model::kSteps[known];
-    ASSERT_EQ(steps.count, 4u - static_cast<unsigned>(std::popcount(known)));
-    unsigned filled = known;
-    for (std::uint32_t s = 0; s < steps.count; ++s) {
-      const page_model::Step& step = steps.step[s];
-      EXPECT_EQ(filled >> step.corner & 1, 0u);
-      if (filled != 0) {
-        EXPECT_EQ(filled >> step.neighbour & 1, 1u);
-        EXPECT_EQ((step.corner + step.neighbour) % 2, 1);
-      }
-      EXPECT_TRUE(step.rule != Rule::second || (filled >> ((step.corner + 2) & 3) & 1) != 0);
-      EXPECT_TRUE(step.rule != Rule::diagonal || (filled >> ((step.corner + 3) & 3) & 1) != 0);
-      EXPECT_EQ(step.rule == Rule::fourth, std::popcount(filled) == 3);
-      filled |= 1u << step.corner;
-    }
-    EXPECT_EQ(filled, 15u);
-  }
 }
 
 TEST(Predict, KnownGuesses) {
@@ -362,14 +318,6 @@ TEST(GuessedAxis, IsTheWayFromStalkToTipInThePlantNotInTheBox) {
   EXPECT_EQ(packed({{{0, 0, 0}, {kFar, 0, 0}, {kFar, 0, 0}, {0, 0, 0}}}), pack_normals(31, 31, 15, NormalSide::either));
 }
 
-TEST(GuessedAxis, OfTheParentIsRoundedToTheChildsBits) {
-  const std::uint16_t parent = pack_normals(5, 29, 15, NormalSide::either);
-  const auto guess = [&](std::uint32_t bits) { return page_model::guess_axis({}, AxisRule::parent, bits, {}, parent); };
-  EXPECT_EQ(guess(5), (std::array<std::uint32_t, 2>{5, 29}));
-  EXPECT_EQ(guess(4), (std::array<std::uint32_t, 2>{2, 14}));
-  EXPECT_EQ(guess(3), (std::array<std::uint32_t, 2>{1, 7}));
-}
-
 TEST(Normals, HaveAnAxisAsFineAsTheirAlongTells) {
   for (std::uint32_t along = 0; along <= kAlongSteps; ++along) {
     const std::size_t values = along >= 1 && along <= 9 ? 8 : along <= 12 ? 16 : 32;
@@ -381,18 +329,6 @@ TEST(Normals, HaveAnAxisAsFineAsTheirAlongTells) {
     }
     EXPECT_TRUE(are_normals(pack_normals(0, kAxisSteps, along, NormalSide::either))) << "both ends";
   }
-}
-
-TEST(SquareSide, IsSquareInThePlantNotInTheBox) {
-  page_model::PageHeader header;
-  header.axis_weights = {65535, 16384, 1000};  // y's steps are half as long as x's
-  const Point along{100, 0, 0};
-  EXPECT_EQ(page_model::square_axis(header, along), 0u);
-  EXPECT_EQ(page_model::square_coordinate(header, along, {0, 55, 7}, 0), 0);
-  const Point slanted{100, 100, 0};  // (100, 50) in the plant: square to (-50, 100), which is (-50, 200) here
-  EXPECT_EQ(page_model::square_axis(header, slanted), 0u);
-  EXPECT_EQ(page_model::square_coordinate(header, slanted, {0, 200, 0}, 0), -50);
-  EXPECT_EQ(page_model::square_axis(header, {0, 0, 0}), 3u);
 }
 
 TEST(Shapes, TheCommonOnesAreFound) {

@@ -10,8 +10,7 @@
 
 #include "tree_changes.h"
 
-namespace coppice {
-namespace tree_changes_test {
+namespace coppice::tree_changes_test {
 
 constexpr coppice_scene kScene = 3;
 using Key = std::pair<std::uint32_t, std::uint32_t>;
@@ -55,5 +54,4 @@ TEST(TreeChanges, HoldWhatAMapHoldsInItsOrder) {
   }
 }
 
-}  // namespace tree_changes_test
-}  // namespace coppice
+}  // namespace coppice::tree_changes_test

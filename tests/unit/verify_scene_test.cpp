@@ -19,8 +19,7 @@
 #include "scene_file.h"
 #include "scene_write.h"
 
-namespace coppice::test {
-namespace verify_scene_test {
+namespace coppice::test::verify_scene_test {
 
 namespace fs = std::filesystem;
 
@@ -138,5 +137,4 @@ TEST(VerifyPlant, RefusesControlCharactersInTheName) {
   }
 }
 
-}  // namespace verify_scene_test
-}  // namespace coppice::test
+}  // namespace coppice::test::verify_scene_test

@@ -78,14 +78,13 @@ class Damage {
 
   /// Overwrites one value.
   template <class T>
-  void set(const char* name, const char* reason, std::size_t at, T value, Checksums checksums = Checksums::fixed) {
-    set_reported_at(name, reason, at, value, at, checksums);
+  void set(const char* name, const char* reason, std::size_t at, T value) {
+    set(name, reason, at, value, at);
   }
 
   /// The same for an error that is reported elsewhere than where the damage is.
   template <class T>
-  void set_reported_at(const char* name, const char* reason, std::size_t at, T value, std::size_t reported_at,
-                       Checksums checksums = Checksums::fixed) {
+  void set(const char* name, const char* reason, std::size_t at, T value, std::size_t reported_at, Checksums checksums = Checksums::fixed) {
     Bytes file = good_;
     put(file, at, value);
     if (checksums == Checksums::fixed) fix_checksums(file);
@@ -102,40 +101,41 @@ class Damage {
   const Bytes& good_;
 };
 
+constexpr std::size_t kFileBytes = offsetof(coppice_file_header, file_bytes), kFirstRead = offsetof(coppice_file_header, first_read_bytes),
+                      kChunkCount = offsetof(coppice_file_header, chunk_count);
+constexpr std::uint32_t kNan = 0x7fc00000, kInfinity = 0x7f800000;
+
 void damage_header(Damage& damage, const Bytes& good) {
   damage.truncate("empty", "header", 0, 0);
   damage.truncate("header_cut", "header", 63, 63);
-  damage.truncate("front_cut", "header file_bytes", 100, offsetof(coppice_file_header, file_bytes));
-  damage.truncate("last_byte_missing", "header file_bytes", good.size() - 1, offsetof(coppice_file_header, file_bytes));
+  damage.truncate("front_cut", "header file_bytes", 100, kFileBytes);
+  damage.truncate("last_byte_missing", "header file_bytes", good.size() - 1, kFileBytes);
   damage.set("magic", "magic", 0, std::uint8_t{'c'});
   damage.set("version", "version", offsetof(coppice_file_header, version), std::uint32_t{COPPICE_FORMAT_VERSION + 1});
   damage.set("version_zero", "version", offsetof(coppice_file_header, version), std::uint32_t{0});
-  damage.set_reported_at("header_checksum", "header checksum", offsetof(coppice_file_header, reserved), std::uint8_t{1},
-                         offsetof(coppice_file_header, header_checksum), Checksums::stale);
-  damage.set("file_bytes", "header file_bytes", offsetof(coppice_file_header, file_bytes), ~std::uint64_t{0});
+  damage.set("header_checksum", "header checksum", offsetof(coppice_file_header, reserved), std::uint8_t{1},
+             offsetof(coppice_file_header, header_checksum), Checksums::stale);
+  damage.set("file_bytes", "header file_bytes", kFileBytes, ~std::uint64_t{0});
   damage.set("header_reserved", "header reserved", offsetof(coppice_file_header, reserved), std::uint8_t{1});
-  damage.set("first_read_long", "header first_read_bytes", offsetof(coppice_file_header, first_read_bytes), ~std::uint64_t{0});
-  damage.set_reported_at("first_read_short", "header chunk_count", offsetof(coppice_file_header, first_read_bytes), std::uint64_t{64},
-                         offsetof(coppice_file_header, chunk_count));
-  damage.set_reported_at("first_read_no_page", "header first_read_bytes", offsetof(coppice_file_header, first_read_bytes),
-                         std::uint64_t{chunk_offset(good, COPPICE_CHUNK_PAGE, 0)}, offsetof(coppice_file_header, first_read_bytes));
-  damage.set("chunk_count", "header chunk_count", offsetof(coppice_file_header, chunk_count), ~std::uint32_t{0});
+  damage.set("first_read_long", "header first_read_bytes", kFirstRead, ~std::uint64_t{0});
+  damage.set("first_read_short", "header chunk_count", kFirstRead, std::uint64_t{64}, kChunkCount);
+  damage.set("first_read_no_page", "header first_read_bytes", kFirstRead, std::uint64_t{chunk_offset(good, COPPICE_CHUNK_PAGE, 0)},
+             kFirstRead);
+  damage.set("chunk_count", "header chunk_count", kChunkCount, ~std::uint32_t{0});
 }
 
 void damage_table(Damage& damage, const Bytes& good) {
   const std::size_t cards = entry_offset(good, COPPICE_CHUNK_CARDS), page = entry_offset(good, COPPICE_CHUNK_PAGE, 0);
-  damage.set_reported_at("table_checksum", "chunk table checksum", cards, std::uint8_t{99}, offsetof(coppice_file_header, table_checksum),
-                         Checksums::stale);
+  damage.set("table_checksum", "chunk table checksum", cards, std::uint8_t{99}, offsetof(coppice_file_header, table_checksum),
+             Checksums::stale);
   damage.set("chunk_kind", "chunk table kind", cards, std::uint32_t{99});
   damage.set("chunk_index", "chunk table index", page + offsetof(coppice_file_chunk, index), std::uint32_t{1});
   damage.set("chunk_overlap", "chunk table offset", cards + offsetof(coppice_file_chunk, offset), std::uint64_t{64});
   damage.set("chunk_offset_wraps", "chunk table offset", cards + offsetof(coppice_file_chunk, offset), ~std::uint64_t{7});
   damage.set("chunk_empty", "chunk table bytes", cards + offsetof(coppice_file_chunk, bytes), std::uint64_t{0});
   damage.set("chunk_long", "chunk table bytes", cards + offsetof(coppice_file_chunk, bytes), ~std::uint64_t{0});
-  damage.set_reported_at("plant_checksum", "chunk checksum", chunk_offset(good, COPPICE_CHUNK_PLANT), std::uint8_t{1},
-                         chunk_offset(good, COPPICE_CHUNK_PLANT), Checksums::stale);
-  damage.set_reported_at("page_checksum", "chunk checksum", chunk_offset(good, COPPICE_CHUNK_PAGE, 0), std::uint8_t{1},
-                         chunk_offset(good, COPPICE_CHUNK_PAGE, 0), Checksums::stale);
+  for (const auto& [name, kind] : {std::pair{"plant_checksum", COPPICE_CHUNK_PLANT}, {"page_checksum", COPPICE_CHUNK_PAGE}})
+    damage.set(name, "chunk checksum", chunk_offset(good, kind), std::uint8_t{1}, chunk_offset(good, kind), Checksums::stale);
 }
 
 void damage_plant(Damage& damage, const Bytes& good) {
@@ -143,6 +143,8 @@ void damage_plant(Damage& damage, const Bytes& good) {
   const auto field = [&](const char* name, const char* reason, std::size_t offset, auto value) {
     damage.set(name, reason, plant + offset, value);
   };
+  const std::size_t sphere = plant + offsetof(coppice_file_plant, sphere_center),
+                    radius = plant + offsetof(coppice_file_plant, sphere_radius);
   field("leaf_count_zero", "plant leaf_count", offsetof(coppice_file_plant, leaf_count), std::uint32_t{0});
   field("leaf_count_huge", "plant leaf_count", offsetof(coppice_file_plant, leaf_count), ~std::uint32_t{0});
   field("page_count", "plant page_count", offsetof(coppice_file_plant, page_count), std::uint32_t{2});
@@ -152,11 +154,9 @@ void damage_plant(Damage& damage, const Bytes& good) {
   field("wood_lod_count", "plant wood_lod_count", offsetof(coppice_file_plant, wood_lod_count), std::uint32_t{9});
   field("error_level_count", "plant error_level_count", offsetof(coppice_file_plant, error_level_count), std::uint32_t{33});
   field("error_size_count", "plant error_size_count", offsetof(coppice_file_plant, error_size_count), std::uint32_t{0});
-  field("leaf_box_nan", "plant leaf_box", offsetof(coppice_file_plant, leaf_box_min), std::uint32_t{0x7fc00000});
-  damage.set_reported_at("sphere_infinite", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), std::uint32_t{0x7f800000},
-                         plant + offsetof(coppice_file_plant, sphere_center));
-  damage.set_reported_at("sphere_small", "plant sphere", plant + offsetof(coppice_file_plant, sphere_radius), 1.0f,
-                         plant + offsetof(coppice_file_plant, sphere_center));
+  field("leaf_box_nan", "plant leaf_box", offsetof(coppice_file_plant, leaf_box_min), kNan);
+  damage.set("sphere_infinite", "plant sphere", radius, kInfinity, sphere);
+  damage.set("sphere_small", "plant sphere", radius, 1.0f, sphere);
   field("root_quad", "plant root_quad", offsetof(coppice_file_plant, root_quad), std::uint16_t{32768});
   field("fine_positions", "plant fine_positions", offsetof(coppice_file_plant, fine_positions), std::uint16_t{2});
   field("root_card", "plant root_card", offsetof(coppice_file_plant, root_card), std::uint8_t{2});
@@ -165,28 +165,27 @@ void damage_plant(Damage& damage, const Bytes& good) {
   field("root_normals", "plant root_normals", offsetof(coppice_file_plant, root_normals), std::uint16_t{0xc001});
   field("root_axis", "plant root_normals", offsetof(coppice_file_plant, root_normals), std::uint16_t{0x2401});
   field("wood_vertex_count", "plant wood_vertex_counts", offsetof(coppice_file_plant, wood_vertex_counts), ~std::uint32_t{0});
-  field("wood_triangle_count", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
-        COPPICE_MAX_WOOD_TRIANGLES + 1);
-  field("wood_triangles_per_byte", "plant wood_triangle_counts", offsetof(coppice_file_plant, wood_triangle_counts),
-        COPPICE_MAX_WOOD_TRIANGLES);
+  const std::size_t triangles = offsetof(coppice_file_plant, wood_triangle_counts);
+  field("wood_triangle_count", "plant wood_triangle_counts", triangles, COPPICE_MAX_WOOD_TRIANGLES + 1);
+  field("wood_triangles_per_byte", "plant wood_triangle_counts", triangles, COPPICE_MAX_WOOD_TRIANGLES);
   field("metric", "plant metric", offsetof(coppice_file_plant, metric), std::uint32_t{0});
   field("leaf_mesh_count_huge", "plant leaf_mesh_count", offsetof(coppice_file_plant, leaf_mesh_count), std::uint16_t{17});
   field("name_not_utf8", "plant name", offsetof(coppice_file_plant, name), std::uint8_t{0xff});
-  damage.set_reported_at("name_not_terminated", "plant name", plant + offsetof(coppice_file_plant, name) + 63, std::uint8_t{'x'},
-                         plant + offsetof(coppice_file_plant, name));
+  damage.set("name_not_terminated", "plant name", plant + offsetof(coppice_file_plant, name) + 63, std::uint8_t{'x'},
+             plant + offsetof(coppice_file_plant, name));
 }
 
 void damage_tables(Damage& damage, const Bytes& good) {
   const std::size_t materials = chunk_offset(good, COPPICE_CHUNK_MATERIALS), cards = chunk_offset(good, COPPICE_CHUNK_CARDS);
   damage.set("base_color", "material base_color", materials, -1.0f);
   damage.set("alpha_cutoff", "material alpha_cutoff", materials + offsetof(coppice_file_material, alpha_cutoff), 1.5f);
-  damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), std::uint32_t{0x7fc00000});
+  damage.set("roughness", "material roughness", materials + offsetof(coppice_file_material, roughness), kNan);
   damage.set("material_texture", "material texture", materials + offsetof(coppice_file_material, texture_or_none), std::uint32_t{1});
   damage.set("material_flags", "material flags", materials + offsetof(coppice_file_material, flags), std::uint32_t{8});
   damage.set("material_of_no_leaf_mesh", "material flags", materials + offsetof(coppice_file_material, flags),
              std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY});
   damage.set("card_material", "card material", cards, std::uint32_t{2});
-  damage.set("card_uv", "card uv", cards + offsetof(coppice_file_card, uv), std::uint32_t{0x7f800000});
+  damage.set("card_uv", "card uv", cards + offsetof(coppice_file_card, uv), kInfinity);
   damage.set("card_reserved", "card reserved", cards + offsetof(coppice_file_card, reserved), std::uint8_t{1});
   damage.set("card_mask", "card mask", cards + offsetof(coppice_file_card, mask), std::uint64_t{0});
   const PlantFile front = front_of(good);
@@ -198,7 +197,7 @@ void damage_tables(Damage& damage, const Bytes& good) {
   damage.set("error_negative", "error table error_px", values, -1.0f);
   damage.set("error_grows", "error table error_px", values + 4 * front.error_sizes_px.size(), 1e9f);
   const std::size_t wood_values = values + 4 * front.error_px.size();
-  damage.set("wood_error_nan", "error table wood_error_px", wood_values, std::uint32_t{0x7fc00000});
+  damage.set("wood_error_nan", "error table wood_error_px", wood_values, kNan);
   damage.set("wood_error_falls", "error table wood_error_px", wood_values + 4 * front.error_sizes_px.size(), -1.0f);
 }
 
@@ -213,7 +212,6 @@ std::size_t first_block(const Bytes& file, std::size_t page) {
 
 void damage_wind(Damage& damage, const Bytes& good) {
   const std::size_t wind = chunk_offset(good, COPPICE_CHUNK_WIND), node = wind + sizeof(coppice_file_wind);
-  constexpr std::uint32_t kNan = 0x7fc00000, kInfinity = 0x7f800000;
   const auto field = [&](const char* name, const char* reason, std::size_t offset, auto value) {
     damage.set(name, reason, wind + offset, value);
   };
@@ -225,42 +223,35 @@ void damage_wind(Damage& damage, const Bytes& good) {
   field("wind_stem_period", "wind stem_period_s", offsetof(coppice_file_wind, stem_period_s), 0.0f);
   field("wind_branch_period", "wind branch_period_s", offsetof(coppice_file_wind, branch_period_s), 61.0f);
   field("wind_box_nan", "wind box", offsetof(coppice_file_wind, box_min), kNan);
-  damage.set_reported_at("wind_box_flat", "wind box", wind + offsetof(coppice_file_wind, box_max) + 4, -1e6f,
-                         wind + offsetof(coppice_file_wind, box_min));
+  const std::size_t box = wind + offsetof(coppice_file_wind, box_min), top = wind + offsetof(coppice_file_wind, box_max) + 4;
+  const std::size_t bend = wind + offsetof(coppice_file_wind, bend_m), side = wind + offsetof(coppice_file_wind, node_side);
+  damage.set("wind_box_flat", "wind box", top, -1e6f, box);
   field("wind_node_side", "wind node_side", offsetof(coppice_file_wind, node_side), std::uint32_t{3});
-  damage.set_reported_at("wind_length", "wind length", wind + offsetof(coppice_file_wind, node_side), std::uint32_t{8}, wind);
-  damage.set_reported_at("wind_no_grid", "wind lean_m", wind + offsetof(coppice_file_wind, node_side), std::uint32_t{0},
-                         wind + offsetof(coppice_file_wind, lean_m));
+  damage.set("wind_length", "wind length", side, std::uint32_t{8}, wind);
+  damage.set("wind_no_grid", "wind lean_m", side, std::uint32_t{0}, wind + offsetof(coppice_file_wind, lean_m));
   damage.set("wind_node_cos", "wind node sway", node + 1, std::int8_t{-128});
-  damage.set_reported_at("wind_node_sin", "wind node sway", node + 2, std::int8_t{-128}, node + 1);
+  damage.set("wind_node_sin", "wind node sway", node + 2, std::int8_t{-128}, node + 1);
   damage.set("wind_node_reserved", "wind node reserved", node + 3, std::uint8_t{1});
-  damage.set_reported_at("wind_move", "wind move", wind + offsetof(coppice_file_wind, sway_m), 1e3f,
-                         wind + offsetof(coppice_file_wind, bend_m));
-  damage.set_reported_at("wind_bent", "wind bend", wind + offsetof(coppice_file_wind, height_m), 1e-3f,
-                         wind + offsetof(coppice_file_wind, bend_m));
-  float top_m = 0;
-  std::memcpy(&top_m, good.data() + wind + offsetof(coppice_file_wind, box_max) + 4, sizeof top_m);
-  damage.set_reported_at("wind_growth", "wind growth", wind + offsetof(coppice_file_wind, box_min) + 4, top_m - 1e-3f,
-                         wind + offsetof(coppice_file_wind, bend_m));
+  damage.set("wind_move", "wind move", wind + offsetof(coppice_file_wind, sway_m), 1e3f, bend);
+  damage.set("wind_bent", "wind bend", wind + offsetof(coppice_file_wind, height_m), 1e-3f, bend);
+  damage.set("wind_growth", "wind growth", box + 4, get<float>(good, top) - 1e-3f, bend);
 }
 
 void damage_chunks(Damage& damage, const Bytes& good) {
   const std::size_t page = chunk_offset(good, COPPICE_CHUNK_PAGE, 0), wood = chunk_offset(good, COPPICE_CHUNK_WOOD, 1);
   const std::size_t texture = chunk_offset(good, COPPICE_CHUNK_TEXTURE, 0);
-  damage.set_reported_at("page_split_count", "page split_count", page, std::uint16_t{0xffff}, page);
-  damage.set_reported_at("page_shape_count", "page shape_count", page + 2, std::uint8_t{4}, page);
-  damage.set_reported_at("page_rules", "page rules", page + 4, std::uint8_t{0x08}, page);
+  damage.set("page_split_count", "page split_count", page, std::uint16_t{0xffff}, page);
+  damage.set("page_shape_count", "page shape_count", page + 2, std::uint8_t{4}, page);
+  damage.set("page_rules", "page rules", page + 4, std::uint8_t{0x08}, page);
   // A table of five digits for a context of four symbols.
-  damage.set_reported_at("page_tables", "page tables", page + 11, std::uint64_t{4} << 48 | std::uint64_t{1} << page_model::kCorners1, page);
-  const auto page_bytes =
-      static_cast<std::size_t>(get<std::uint64_t>(good, entry_offset(good, COPPICE_CHUNK_PAGE, 0) + offsetof(coppice_file_chunk, bytes)));
-  damage.set_reported_at("page_symbols", "page symbols", first_block(good, page), std::uint16_t{0xffff}, page);
-  const std::size_t last_word = page + page_bytes - 4;  // its lowest bit is never used
-  damage.set_reported_at("page_plain_bits", "page plain bits", last_word, static_cast<std::uint8_t>(good[last_word] | 1), page);
-  damage.set_reported_at("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
-  damage.set_reported_at("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
-  damage.set_reported_at("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);
-  damage.set_reported_at("texture_header", "texture header", texture + 4, std::uint32_t{4097}, texture);
+  damage.set("page_tables", "page tables", page + 11, std::uint64_t{4} << 48 | std::uint64_t{1} << page_model::kCorners1, page);
+  damage.set("page_symbols", "page symbols", first_block(good, page), std::uint16_t{0xffff}, page);
+  const std::size_t last_word = page + find_chunk(front_of(good), COPPICE_CHUNK_PAGE, 0)->bytes - 4;  // its lowest bit is never used
+  damage.set("page_plain_bits", "page plain bits", last_word, static_cast<std::uint8_t>(good[last_word] | 1), page);
+  damage.set("wood_header", "wood Draco header", wood, std::uint8_t{'d'}, wood);
+  damage.set("wood_traversal", "wood traversal", wood + 11, std::uint8_t{2}, wood);
+  damage.set("wood_triangles", "wood triangle count", wood + 13, std::uint8_t{1}, wood);
+  damage.set("texture_header", "texture header", texture + 4, std::uint32_t{4097}, texture);
   const std::size_t textures = chunk_offset(good, COPPICE_CHUNK_TEXTURES, 0), small = textures + sizeof(coppice_file_texture);
   damage.set("texture_width", "texture width", textures, std::uint32_t{0});
   damage.set("texture_height", "texture height", textures + 4, std::uint32_t{4097});
@@ -268,13 +259,13 @@ void damage_chunks(Damage& damage, const Bytes& good) {
   damage.set("texture_format", "texture format", textures + 12, std::uint32_t{COPPICE_TEXTURE_BC1 + 1});
   damage.set("texture_format_zero", "texture format", textures + 12, std::uint32_t{0});
   damage.set("texture_length", "textures header", textures, std::uint32_t{5});
-  damage.set_reported_at("texture_too_many_blocks", "textures header", textures + 8, std::uint32_t{2}, textures);
-  damage.set_reported_at("texture_bc1_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_BC1}, textures);
-  damage.set_reported_at("texture_rgba8_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, textures);
+  damage.set("texture_too_many_blocks", "textures header", textures + 8, std::uint32_t{2}, textures);
+  damage.set("texture_bc1_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_BC1}, textures);
+  damage.set("texture_rgba8_of_bc3_length", "textures header", textures + 12, std::uint32_t{COPPICE_TEXTURE_RGBA8}, textures);
   damage.set("small_texture_width", "textures small texture", small, COPPICE_MAX_SMALL_TEXTURE_SIDE + 1);
-  damage.set_reported_at("small_texture_mips", "textures small texture", small + 8, std::uint32_t{2}, small);
-  damage.set_reported_at("small_texture_cut_off", "textures", small, COPPICE_MAX_SMALL_TEXTURE_SIDE,
-                         textures + find_chunk(front_of(good), COPPICE_CHUNK_TEXTURES, 0)->bytes);
+  damage.set("small_texture_mips", "textures small texture", small + 8, std::uint32_t{2}, small);
+  damage.set("small_texture_cut_off", "textures", small, COPPICE_MAX_SMALL_TEXTURE_SIDE,
+             textures + find_chunk(front_of(good), COPPICE_CHUNK_TEXTURES, 0)->bytes);
 }
 
 /// What the file's only page holds.
@@ -354,29 +345,26 @@ std::vector<BadFile> bad_leaf_mesh_files(const Bytes& good) {
   Damage damage(good);
   const std::size_t counts = chunk_offset(good, COPPICE_CHUNK_LEAF_MESHES), mesh = chunk_offset(good, COPPICE_CHUNK_LEAF_MESH, 1);
   const std::size_t second = counts + sizeof(coppice_file_leaf_mesh), errors = second + sizeof(coppice_file_leaf_mesh);
+  const std::size_t vertices = second + offsetof(coppice_file_leaf_mesh, vertex_count),
+                    triangles = second + offsetof(coppice_file_leaf_mesh, triangle_count);
   const std::size_t plant = chunk_offset(good, COPPICE_CHUNK_PLANT);
-  damage.set_reported_at("leaf_mesh_count", "header chunk_count", plant + offsetof(coppice_file_plant, leaf_mesh_count), std::uint16_t{1},
-                         offsetof(coppice_file_header, chunk_count));
+  damage.set("leaf_mesh_count", "header chunk_count", plant + offsetof(coppice_file_plant, leaf_mesh_count), std::uint16_t{1}, kChunkCount);
   damage.set("fine_positions_with_meshes", "plant fine_positions", plant + offsetof(coppice_file_plant, fine_positions), std::uint16_t{1});
-  damage.set("leaf_mesh_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), ~std::uint32_t{0});
-  damage.set("leaf_mesh_no_vertices", "leaf mesh vertex_count", second + offsetof(coppice_file_leaf_mesh, vertex_count), std::uint32_t{2});
-  damage.set("leaf_mesh_triangles", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
-             COPPICE_MAX_LEAF_MESH_TRIANGLES + 1);
-  damage.set("leaf_mesh_triangles_per_byte", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
-             COPPICE_MAX_LEAF_MESH_TRIANGLES);
-  damage.set("leaf_mesh_no_triangles", "leaf mesh triangle_count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
-             std::uint32_t{0});
-  damage.set("leaf_mesh_error_nan", "leaf mesh error_px", errors, std::uint32_t{0x7fc00000});
+  damage.set("leaf_mesh_vertices", "leaf mesh vertex_count", vertices, ~std::uint32_t{0});
+  damage.set("leaf_mesh_no_vertices", "leaf mesh vertex_count", vertices, std::uint32_t{2});
+  damage.set("leaf_mesh_triangles", "leaf mesh triangle_count", triangles, COPPICE_MAX_LEAF_MESH_TRIANGLES + 1);
+  damage.set("leaf_mesh_triangles_per_byte", "leaf mesh triangle_count", triangles, COPPICE_MAX_LEAF_MESH_TRIANGLES);
+  damage.set("leaf_mesh_no_triangles", "leaf mesh triangle_count", triangles, std::uint32_t{0});
+  damage.set("leaf_mesh_error_nan", "leaf mesh error_px", errors, kNan);
   damage.set("leaf_mesh_error_falls", "leaf mesh error_px", errors + 4, 0.0f);
-  damage.set_reported_at("leaf_mesh_checksum", "chunk checksum", mesh, std::uint8_t{1}, mesh, Checksums::stale);
-  damage.set_reported_at("leaf_mesh_header", "wood Draco header", mesh, std::uint8_t{'d'}, mesh);
-  damage.set_reported_at("leaf_mesh_other_count", "wood triangle count", second + offsetof(coppice_file_leaf_mesh, triangle_count),
-                         std::uint32_t{11}, mesh);
+  damage.set("leaf_mesh_checksum", "chunk checksum", mesh, std::uint8_t{1}, mesh, Checksums::stale);
+  damage.set("leaf_mesh_header", "wood Draco header", mesh, std::uint8_t{'d'}, mesh);
+  damage.set("leaf_mesh_other_count", "wood triangle count", triangles, std::uint32_t{11}, mesh);
   const std::size_t flags = chunk_offset(good, COPPICE_CHUNK_MATERIALS) + offsetof(coppice_file_material, flags);
-  damage.set_reported_at("card_of_leaf_mesh_material", "card material", flags, std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY},
-                         chunk_offset(good, COPPICE_CHUNK_CARDS));
-  damage.set_reported_at("wood_of_leaf_mesh_material", "wood material", flags + sizeof(coppice_file_material),
-                         std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY}, chunk_offset(good, COPPICE_CHUNK_WOOD));
+  damage.set("card_of_leaf_mesh_material", "card material", flags, std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY},
+             chunk_offset(good, COPPICE_CHUNK_CARDS));
+  damage.set("wood_of_leaf_mesh_material", "wood material", flags + sizeof(coppice_file_material),
+             std::uint32_t{COPPICE_MATERIAL_LEAF_MESH_ONLY}, chunk_offset(good, COPPICE_CHUNK_WOOD));
   return std::move(damage.files);
 }
 

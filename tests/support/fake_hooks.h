@@ -117,12 +117,13 @@ struct FakeIo {
     if (wrong && fault == ReadFault::returns_wrong_bytes) static_cast<std::uint8_t*>(wanted.destination)[there / 2] ^= 0x10;
     wanted.done(wanted.argument, static_cast<std::int64_t>(there));
   }
+  void answer_first() {
+    const FakeRead next = waiting.front();
+    waiting.pop_front();
+    answer(next);
+  }
   void answer_all() {
-    while (!waiting.empty()) {
-      const FakeRead next = waiting.front();
-      waiting.pop_front();
-      answer(next);
-    }
+    while (!waiting.empty()) answer_first();
   }
 
  private:

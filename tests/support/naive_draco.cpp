@@ -12,13 +12,6 @@ namespace coppice::test {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-using Wide = std::int64_t;
-
-draco::DecoderBuffer buffer_of(Bytes bytes) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return buffer;
-}
 
 template <class T, std::size_t count>
 std::array<T, count> value_at(const draco::PointAttribute& attribute, draco::PointIndex point) {
@@ -31,26 +24,15 @@ struct MeshAttributes {
   const draco::PointAttribute *position = nullptr, *normal = nullptr, *uv = nullptr, *material = nullptr, *stalk = nullptr;
 };
 
-/// Exactly those that the table names.
-MeshAttributes attributes_of(const draco::Mesh& mesh, bool has_stalks) {
-  MeshAttributes found;
-  for (int i = 0; i < mesh.num_attributes(); ++i) {
-    const draco::PointAttribute* attribute = mesh.attribute(i);
-    const auto is = [&](draco::GeometryAttribute::Type type, draco::DataType data, int components) {
-      return attribute->attribute_type() == type && attribute->data_type() == data && attribute->num_components() == components;
-    };
-    const draco::PointAttribute** place = nullptr;
-    if (is(draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3)) place = &found.position;
-    if (is(draco::GeometryAttribute::NORMAL, draco::DT_FLOAT32, 3)) place = &found.normal;
-    if (is(draco::GeometryAttribute::TEX_COORD, draco::DT_FLOAT32, 2)) place = &found.uv;
-    if (is(draco::GeometryAttribute::GENERIC, draco::DT_UINT8, 1)) place = &found.material;
-    if (has_stalks && is(draco::GeometryAttribute::GENERIC, draco::DT_UINT16, 3)) place = &found.stalk;
-    naive_must(place != nullptr && *place == nullptr, "an attribute that is none of the table's, or twice");
-    *place = attribute;
+/// Those whose statements check_stated_attributes has checked.
+MeshAttributes attributes_of(const draco::Mesh& mesh) {
+  const auto named = [&](draco::GeometryAttribute::Type type) { return mesh.GetNamedAttribute(type); };
+  MeshAttributes found{named(draco::GeometryAttribute::POSITION), named(draco::GeometryAttribute::NORMAL),
+                       named(draco::GeometryAttribute::TEX_COORD)};
+  for (int i = 0; i < mesh.NumNamedAttributes(draco::GeometryAttribute::GENERIC); ++i) {
+    const draco::PointAttribute* attribute = mesh.GetNamedAttribute(draco::GeometryAttribute::GENERIC, i);
+    (attribute->num_components() == 1 ? found.material : found.stalk) = attribute;
   }
-  naive_must(found.position != nullptr && found.normal != nullptr && found.uv != nullptr && found.material != nullptr,
-             "an attribute is missing");
-  naive_must(!has_stalks || found.stalk != nullptr, "the stalks are missing");
   return found;
 }
 
@@ -66,11 +48,8 @@ NaiveVertex vertex_at(const MeshAttributes& attributes, draco::PointIndex point,
   naive_must(std::abs(std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1.0f) < 1e-2f, "a normal is not of unit length");
   naive_must(vertex.material < material_count, "material");
   if (attributes.stalk != nullptr) {
-    const auto stalk = value_at<std::uint16_t, 3>(*attributes.stalk, point);
-    for (std::size_t a = 0; a < 3; ++a) {
-      naive_must(stalk[a] <= 16383, "stalk");
-      vertex.stalk[a] = stalk[a];
-    }
+    std::ranges::copy(value_at<std::uint16_t, 3>(*attributes.stalk, point), vertex.stalk.begin());
+    for (const std::uint32_t coordinate : vertex.stalk) naive_must(coordinate <= 16383, "stalk");
   }
   return vertex;
 }
@@ -146,13 +125,14 @@ void check_mesh_head(Bytes mesh, std::uint32_t vertex_count, std::uint32_t trian
 NaiveMesh read_naive_mesh(Bytes bytes, std::uint32_t vertex_count, std::uint32_t triangle_count, bool has_stalks,
                           std::size_t material_count) {
   check_mesh_head(bytes, vertex_count, triangle_count, has_stalks);
-  draco::DecoderBuffer buffer = buffer_of(bytes);
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
   naive_must(decoded.ok(), "Draco refuses the mesh");
   const std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
   naive_must(buffer.remaining_size() == 0, "bytes after the mesh's Draco data");
   naive_must(mesh->num_points() == vertex_count && mesh->num_faces() == triangle_count, "the mesh's counts");
-  const MeshAttributes attributes = attributes_of(*mesh, has_stalks);
+  const MeshAttributes attributes = attributes_of(*mesh);
   NaiveMesh read;
   read.vertex_count = vertex_count;
   for (std::uint32_t face = 0; face < triangle_count; ++face) {

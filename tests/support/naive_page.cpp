@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string_view>
+#include <sstream>
+#include <string>
 
 #include "naive_reader.h"
 
@@ -18,50 +19,14 @@ constexpr std::uint32_t kPageSplits = 512;
 
 constexpr std::array<std::uint32_t, 16> kWeights = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
 
-constexpr std::array<std::string_view, kContexts> kUsualDigits = {"fa42356789aa9876543211111111",
-                                                                  "d79c95ecbc4aeccf",
-                                                                  "fede",
-                                                                  "f7996c969a6c",
-                                                                  "8f88d56765c4",
-                                                                  "b9fb5bb6ce5c",
-                                                                  "fc9d4885757953243664889a",
-                                                                  "f12111111125111111111116",
-                                                                  "b7fed8621123111211",
-                                                                  "fcfdca612143212121",
-                                                                  "fafcc8134124411221",
-                                                                  "f4d611611121112111",
-                                                                  "f2",
-                                                                  "1",
-                                                                  "112468aceffeb621",
-                                                                  "1123579bdeffc941",
-                                                                  "112368acdffec841",
-                                                                  "1122479bdeffda31",
-                                                                  "112468acdffec951",
-                                                                  "33579bceffec7111",
-                                                                  "24469bdefeec6111",
-                                                                  "eceffdecbba82111",
-                                                                  "3737b73737b7bfb7b73747b7373e",
-                                                                  "22468acdeffd8111",
-                                                                  "22468acefffc6111",
-                                                                  "fcd9544321111111",
-                                                                  "fdddcdefffed6221",
-                                                                  "ecefdcbedb9a5211",
-                                                                  "fcd8763111111111",
-                                                                  "1",
-                                                                  "1",
-                                                                  "01",
-                                                                  "001",
-                                                                  "0001",
-                                                                  "1",
-                                                                  "01",
-                                                                  "001",
-                                                                  "0001",
-                                                                  "fdba98767776657b",
-                                                                  "0000000000000001",
-                                                                  "fc9aba9c",
-                                                                  "fda87788887768ad",
-                                                                  "fc97432111111111111111111123569c",
-                                                                  "f741111213121137"};
+/// A word for each context, a hexadecimal digit for each symbol.
+constexpr const char* kUsualDigits =
+    "fa42356789aa9876543211111111 d79c95ecbc4aeccf fede f7996c969a6c 8f88d56765c4 b9fb5bb6ce5c fc9d4885757953243664889a "
+    "f12111111125111111111116 b7fed8621123111211 fcfdca612143212121 fafcc8134124411221 f4d611611121112111 f2 1 112468aceffeb621 "
+    "1123579bdeffc941 112368acdffec841 1122479bdeffda31 112468acdffec951 33579bceffec7111 24469bdefeec6111 eceffdecbba82111 "
+    "3737b73737b7bfb7b73747b7373e 22468acdeffd8111 22468acefffc6111 fcd9544321111111 fdddcdefffed6221 ecefdcbedb9a5211 "
+    "fcd8763111111111 1 1 01 001 0001 1 01 001 0001 fdba98767776657b 0000000000000001 fc9aba9c fda87788887768ad "
+    "fc97432111111111111111111123569c f741111213121137";
 
 /// floor(a / b), b > 0.
 Wide floor_div(Wide a, Wide b) {
@@ -71,11 +36,7 @@ Wide floor_div(Wide a, Wide b) {
 
 /// `a div b`: the nearest integer, of two the larger.
 Wide nearest_div(Wide a, Wide b) {
-  if (b < 0) {
-    a = -a;
-    b = -b;
-  }
-  return floor_div(2 * a + b, 2 * b);
+  return b < 0 ? nearest_div(-a, -b) : floor_div(2 * a + b, 2 * b);
 }
 
 /// [v]
@@ -86,7 +47,6 @@ Wide in_64ths(Wide value) {
 struct Shape {
   Wide a = -4096, b = 4096;
 };
-
 struct Range {
   std::uint32_t start = 0, size = 0;
 };
@@ -100,14 +60,12 @@ std::vector<Range> ranges_of(const std::vector<std::uint32_t>& digits) {
   naive_must(sum > 0, "a context without symbols");
   std::vector<Range> ranges(digits.size());
   std::uint32_t used = 0;
-  std::size_t largest = 0;
   for (std::size_t i = 0; i < digits.size(); ++i) {
     const std::uint32_t weight = kWeights[digits[i]];
     if (weight > 0) ranges[i].size = 1 + weight * (1020 - above) / sum;
     used += ranges[i].size;
-    if (weight > kWeights[digits[largest]]) largest = i;
   }
-  ranges[largest].size += 1024 - used;
+  ranges[static_cast<std::size_t>(std::ranges::max_element(digits) - digits.begin())].size += 1024 - used;
   for (std::size_t i = 1; i < ranges.size(); ++i) ranges[i].start = ranges[i - 1].start + ranges[i - 1].size;
   return ranges;
 }
@@ -154,10 +112,7 @@ class Block {
 
  private:
   [[nodiscard]] std::uint32_t likeliest() const {
-    std::uint32_t most = 0;
-    for (std::uint32_t i = 1; i < ranges_.size(); ++i)
-      if (ranges_[i].size > ranges_[most].size) most = i;
-    return most;
+    return static_cast<std::uint32_t>(std::ranges::max_element(ranges_, {}, &Range::size) - ranges_.begin());
   }
 
   std::vector<Range> ranges_;
@@ -249,29 +204,28 @@ class PageStream {
     std::vector<std::uint32_t> digits;
     while (digits.size() < count) {
       const std::uint32_t two = bytes.u8();
-      digits.push_back(two % 16);
-      if (digits.size() < count)
-        digits.push_back(two / 16);
-      else
-        naive_must(two / 16 == 0, "an unused half byte");
+      digits.insert(digits.end(), {two % 16, two / 16});
     }
+    naive_must(digits.size() == count || digits.back() == 0, "an unused half byte");
+    digits.resize(count);
     naive_must(digits.back() != 0, "the last digit is 0");
     return digits;
   }
 
-  static std::vector<std::uint32_t> usual_digits(std::size_t context, std::size_t most) {
+  static std::vector<std::uint32_t> digits_of(const std::string& word, std::size_t most) {
     std::vector<std::uint32_t> digits;
-    for (const char c : kUsualDigits[context].substr(0, most))
-      digits.push_back(static_cast<std::uint32_t>(c <= '9' ? c - '0' : c - 'a' + 10));
+    for (const char c : word.substr(0, most)) digits.push_back(static_cast<std::uint32_t>(c <= '9' ? c - '0' : c - 'a' + 10));
     return digits;
   }
 
   void read_tables(NaiveBytes& bytes, std::uint32_t card_count) {
     const std::uint64_t stored = bytes.number(6);
     naive_must(stored >> kContexts == 0, "stored_tables");
-    for (std::size_t context = 0; context < kContexts; ++context) {
+    std::istringstream usual(kUsualDigits);
+    std::string word;
+    for (std::size_t context = 0; usual >> word; ++context) {
       const std::size_t most = alphabet(context, card_count);
-      blocks_[context].set_digits((stored >> context & 1) != 0 ? stored_digits(bytes, most) : usual_digits(context, most));
+      blocks_[context].set_digits((stored >> context & 1) != 0 ? stored_digits(bytes, most) : digits_of(word, most));
     }
   }
 
@@ -307,12 +261,8 @@ class ChildCorners {
   void fill_next() {
     const std::size_t count = known_count();
     std::size_t t = 0;
-    if (count == 1) {
-      while (!known_[t]) ++t;
-      t = (t + 1) % 4;
-    } else {
-      while (known_[t]) ++t;
-    }
+    while (known_[t].has_value() != (count == 1)) ++t;
+    if (count == 1) t = (t + 1) % 4;
     t_ = t;
     n_ = count > 1 && known_[(t + 1) % 4] ? (t + 1) % 4 : (t + 3) % 4;
     constexpr std::array<Rule, 4> kRules = {Rule::position, Rule::first, Rule::second, Rule::fourth};
@@ -370,11 +320,10 @@ class ChildCorners {
   NaivePoint decode() {
     if (rule_ == Rule::fourth && kind_ != Kind::free) return decode_fourth_of_shape();
     if (rule_ == Rule::second && kind_ != Kind::free && shape_ == 0) {
-      const auto product = [&](std::size_t a) { return std::abs(q(t_ + 2)[a] - q(n_)[a]) * stream_.axis_weights[a]; };
-      std::size_t m = 0;
-      for (std::size_t a = 1; a < 3; ++a)
-        if (product(a) > product(m)) m = a;
-      if (product(m) != 0) return decode_square(m);
+      NaivePoint products{};
+      for (std::size_t a = 0; a < 3; ++a) products[a] = std::abs(q(t_ + 2)[a] - q(n_)[a]) * stream_.axis_weights[a];
+      const auto m = static_cast<std::size_t>(std::ranges::max_element(products) - products.begin());
+      if (products[m] != 0) return decode_square(m);
     }
     return decode_residuals(context());
   }
@@ -426,17 +375,9 @@ class ChildCorners {
 std::array<std::size_t, 4> own_corners(PageStream& stream, const std::vector<std::size_t>& corners) {
   const std::size_t i1 = corners[0];
   if (corners.size() == 1) return {(i1 + stream.symbol(2)) % 4};
-  std::size_t t = 0, d = 0, e = 0;
-  if (corners.size() == 2) {
-    const std::size_t symbol = stream.symbol(2 + corners[1] - i1);
-    t = symbol / 3;
-    d = symbol % 3 + 1;
-  } else {
-    const std::size_t symbol = stream.symbol(corners.size() == 3 ? 6 : 7);
-    t = symbol / 6;
-    d = symbol % 6 / 2 + 1;
-    e = symbol % 2;
-  }
+  // Of two corners there is no e, which is as if it were 0.
+  const std::size_t symbol = corners.size() == 2 ? 2 * stream.symbol(2 + corners[1] - i1) : stream.symbol(corners.size() == 3 ? 6 : 7);
+  const std::size_t t = symbol / 6, d = symbol % 6 / 2 + 1, e = symbol % 2;
   std::array<std::size_t, 4> own{(i1 + t) % 4, (i1 + t + d) % 4};
   std::vector<std::size_t> left;
   for (std::size_t step = 1; step < 4; ++step)

@@ -3,8 +3,8 @@
 #include "naive_reader.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include <xxhash.h>
 
@@ -18,47 +18,35 @@ constexpr std::uint32_t kPlant = 1, kMaterials = 2, kCards = 3, kErrors = 4, kWo
 constexpr std::uint64_t kHeaderBytes = 64, kEntryBytes = 32;
 constexpr std::uint32_t kPageSplits = 512;
 
-struct Header {
-  std::uint32_t chunk_count = 0;
-  std::uint64_t table_checksum = 0;
-};
-
-/// Section 2, but for what the chunks say.
-Header read_header(Bytes file, NaivePlant& plant) {
+/// Section 2, but for what the chunks say, section 3, and the checksums of all chunks.
+void read_header_and_table(Bytes file, NaivePlant& plant) {
   naive_must(file.size() >= kHeaderBytes, "shorter than a header");
   NaiveBytes bytes(file);
   constexpr std::array<std::uint8_t, 8> kMagic = {0x43, 0x4f, 0x50, 0x50, 0x49, 0x43, 0x45, 0x1a};
   naive_must(std::ranges::equal(bytes.take(8), kMagic), "magic");
-  Header header;
   naive_must(bytes.u32() == 9, "version");
-  header.chunk_count = bytes.u32();
+  const std::uint32_t chunk_count = bytes.u32();
   const std::uint64_t file_bytes = bytes.u64();
   plant.first_read_bytes = bytes.u64();
-  header.table_checksum = bytes.u64();
+  const std::uint64_t table_checksum = bytes.u64();
   naive_must(bytes.u64() == 0 && bytes.u64() == 0, "reserved");
   naive_must(bytes.u64() == XXH3_64bits(file.data(), 56), "header_checksum");
   naive_must(file_bytes == file.size(), "file_bytes");
   naive_must(plant.first_read_bytes <= file_bytes, "first_read_bytes beyond the file");
-  naive_must(kHeaderBytes + kEntryBytes * header.chunk_count <= plant.first_read_bytes, "chunk_count");
-  return header;
-}
-
-/// Section 3, and the checksums of all chunks.
-void read_table(Bytes file, const Header& header, NaivePlant& plant) {
-  const Bytes table = file.subspan(kHeaderBytes, kEntryBytes * header.chunk_count);
-  naive_must(header.table_checksum == XXH3_64bits(table.data(), table.size()), "table_checksum");
-  NaiveBytes bytes(table);
+  naive_must(kHeaderBytes + kEntryBytes * chunk_count <= plant.first_read_bytes, "chunk_count");
+  const Bytes table = file.subspan(kHeaderBytes, kEntryBytes * chunk_count);
+  naive_must(table_checksum == XXH3_64bits(table.data(), table.size()), "table_checksum");
   std::uint64_t next = kHeaderBytes + table.size();
-  while (bytes.left() > 0) {
+  for (NaiveBytes entries(table); entries.left() > 0;) {
     NaiveChunk chunk;
-    chunk.kind = bytes.u32();
-    chunk.index = bytes.u32();
-    chunk.offset = bytes.u64();
-    chunk.bytes = bytes.u64();
+    chunk.kind = entries.u32();
+    chunk.index = entries.u32();
+    chunk.offset = entries.u64();
+    chunk.bytes = entries.u64();
     naive_must(chunk.offset == next, "a chunk does not start where the one before ends");
     naive_must(chunk.bytes > 0 && chunk.bytes <= file.size() - next, "a chunk is empty or runs past the end");
     naive_must(chunk.kind != kPage || chunk.bytes <= 65536, "a page is too long");
-    naive_must(bytes.u64() == XXH3_64bits(file.data() + chunk.offset, chunk.bytes), "a chunk's checksum");
+    naive_must(entries.u64() == XXH3_64bits(file.data() + chunk.offset, chunk.bytes), "a chunk's checksum");
     next += chunk.bytes;
     plant.chunks.push_back(chunk);
   }
@@ -71,24 +59,17 @@ NaiveBytes chunk_of(Bytes file, const NaivePlant& plant, std::uint32_t kind, std
   throw NaiveRefusal("a chunk is missing");
 }
 
-std::uint64_t bytes_of(Bytes file, const NaivePlant& plant, std::uint32_t kind, std::uint32_t index) {
-  return chunk_of(file, plant, kind, index).left();
-}
-
 bool is_finite(std::span<const float> values) {
   return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
 }
 
-template <std::size_t count>
-std::array<float, count> floats(NaiveBytes& bytes) {
-  std::array<float, count> values;
+void read_floats(NaiveBytes& bytes, std::span<float> values) {
   for (float& value : values) value = bytes.f32();
-  return values;
 }
 
 std::vector<float> floats(NaiveBytes& bytes, std::size_t count) {
   std::vector<float> values(count);
-  for (float& value : values) value = bytes.f32();
+  read_floats(bytes, values);
   return values;
 }
 
@@ -126,12 +107,12 @@ struct Counts {
 };
 
 void read_box_and_sphere(NaiveBytes& bytes, NaivePlant& plant) {
-  plant.leaf_box_min = floats<3>(bytes);
-  plant.leaf_box_max = floats<3>(bytes);
+  read_floats(bytes, plant.leaf_box_min);
+  read_floats(bytes, plant.leaf_box_max);
   naive_must(is_finite(plant.leaf_box_min) && is_finite(plant.leaf_box_max), "leaf_box");
   for (std::size_t a = 0; a < 3; ++a)
     naive_must(plant.leaf_box_max[a] >= plant.leaf_box_min[a] && std::isfinite(plant.leaf_box_max[a] - plant.leaf_box_min[a]), "leaf_box");
-  plant.sphere_center = floats<3>(bytes);
+  read_floats(bytes, plant.sphere_center);
   plant.sphere_radius = bytes.f32();
   naive_must(is_finite(plant.sphere_center) && std::isfinite(plant.sphere_radius) && plant.sphere_radius >= 0, "sphere");
 }
@@ -211,7 +192,7 @@ void check_wood_counts(Bytes file, const NaivePlant& plant) {
       naive_must(vertices == 0 && triangles == 0, "wood counts beyond the last LoD");
       continue;
     }
-    naive_must(triangles >= 1 && triangles <= 1u << 24 && triangles <= 8 * bytes_of(file, plant, kWood, i), "wood_triangle_counts");
+    naive_must(triangles >= 1 && triangles <= 1u << 24 && triangles <= 8 * chunk_of(file, plant, kWood, i).left(), "wood_triangle_counts");
     naive_must(i == 0 || triangles <= plant.wood_triangle_counts[i - 1], "wood_triangle_counts: more than the finer LoD's");
     naive_must(vertices >= 3 && vertices <= 3 * triangles, "wood_vertex_counts");
   }
@@ -225,7 +206,7 @@ void read_materials(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
   naive_must(bytes.left() == 32 * count, "MATERIALS' length");
   for (std::size_t i = 0; i < count; ++i) {
     NaiveMaterial material;
-    material.base_color = floats<4>(bytes);
+    read_floats(bytes, material.base_color);
     material.alpha_cutoff = bytes.f32();
     material.roughness = bytes.f32();
     material.texture = bytes.u16();
@@ -246,7 +227,7 @@ void read_cards(NaiveBytes bytes, std::size_t count, NaivePlant& plant) {
   for (std::size_t i = 0; i < count; ++i) {
     NaiveCard card;
     card.material = bytes.u32();
-    card.uv = floats<8>(bytes);
+    read_floats(bytes, card.uv);
     for (std::uint32_t& channel : card.albedo) channel = bytes.u8();
     naive_must(bytes.u8() == 0, "card reserved");
     for (std::uint32_t& word : card.mask) word = bytes.u32();
@@ -313,10 +294,7 @@ double wind_growth(const NaiveWind& wind) {
 
 void read_wind_nodes(NaiveBytes& bytes, NaiveWind& wind) {
   naive_must(bytes.left() == std::size_t{4} * wind.side * wind.side * wind.side, "WIND's length");
-  const auto i8 = [&] {
-    const int value = static_cast<int>(bytes.u8());
-    return value < 128 ? value : value - 256;
-  };
+  const auto i8 = [&] { return int{static_cast<std::int8_t>(bytes.u8())}; };
   while (bytes.left() > 0) {
     NaiveWindNode node;
     node.lean = bytes.u8() / 255.0;
@@ -339,8 +317,8 @@ void read_wind(NaiveBytes bytes, NaivePlant& plant) {
   }
   naive_must(wind.height_m >= 1e-30f && wind.bend_m >= 0 && wind.lean_m >= 0 && wind.sway_m >= 0, "wind height_m, bend_m, lean_m, sway_m");
   for (const float period : {wind.stem_period_s, wind.branch_period_s}) naive_must(period >= 0.1f && period <= 60.0f, "wind periods");
-  wind.box_min = floats<3>(bytes);
-  wind.box_max = floats<3>(bytes);
+  read_floats(bytes, wind.box_min);
+  read_floats(bytes, wind.box_max);
   naive_must(is_finite(wind.box_min) && is_finite(wind.box_max), "wind box");
   for (std::size_t a = 0; a < 3; ++a) {
     const float extent = wind.box_max[a] - wind.box_min[a];
@@ -365,17 +343,14 @@ void read_leaf_mesh_counts(Bytes file, const Counts& counts, NaivePlant& plant) 
   naive_must(bytes.left() == std::size_t{8} * plant.leaf_mesh_count + std::size_t{4} * counts.sizes, "LEAF_MESHES' length");
   for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
     const std::uint64_t vertices = bytes.u32(), triangles = bytes.u32();
-    naive_must(triangles >= 1 && triangles <= 65536 && triangles <= 8 * bytes_of(file, plant, kLeafMesh, i), "leaf mesh triangle_count");
+    naive_must(triangles >= 1 && triangles <= 65536 && triangles <= 8 * chunk_of(file, plant, kLeafMesh, i).left(),
+               "leaf mesh triangle_count");
     naive_must(vertices >= 3 && vertices <= 3 * triangles, "leaf mesh vertex_count");
     plant.leaf_mesh_vertex_counts.push_back(static_cast<std::uint32_t>(vertices));
     plant.leaf_mesh_triangle_counts.push_back(static_cast<std::uint32_t>(triangles));
   }
   plant.leaf_mesh_error_px = floats(bytes, counts.sizes);
-  float last = 0.0f;
-  for (const float error : plant.leaf_mesh_error_px) {
-    naive_must(std::isfinite(error) && error >= last, "leaf mesh error_px");
-    last = error;
-  }
+  check_errors(plant.leaf_mesh_error_px, 1, false);
 }
 
 /// Section 11: what a texture begins with.
@@ -394,8 +369,7 @@ NaiveTexture read_texture_header(NaiveBytes& bytes) {
 }
 
 std::size_t level_bytes(const NaiveTexture& texture) {
-  std::size_t expected = 0;
-  std::size_t width = texture.width, height = texture.height;
+  std::size_t expected = 0, width = texture.width, height = texture.height;
   for (std::uint32_t level = 0; level < texture.mip_count; ++level) {
     const std::size_t blocks = (width + 3) / 4 * ((height + 3) / 4);
     expected += texture.format == 1 ? 4 * width * height : texture.format == 2 ? 16 * blocks : 8 * blocks;
@@ -405,9 +379,8 @@ std::size_t level_bytes(const NaiveTexture& texture) {
   return expected;
 }
 
-/// Its levels, all that is there of them.
-void read_levels(NaiveBytes& bytes, std::size_t count, NaiveTexture& texture) {
-  const Bytes levels = bytes.take(count);
+void read_levels(NaiveBytes& bytes, NaiveTexture& texture) {
+  const Bytes levels = bytes.take(level_bytes(texture));
   texture.levels.assign(levels.begin(), levels.end());
 }
 
@@ -421,15 +394,15 @@ void read_textures(Bytes file, NaivePlant& plant) {
     naive_must(
         own.width == texture.width && own.height == texture.height && own.mip_count == texture.mip_count && own.format == texture.format,
         "a TEXTURE that is not what TEXTURES says");
-    naive_must(chunk.left() == level_bytes(texture), "texture length");
-    read_levels(chunk, chunk.left(), texture);
+    read_levels(chunk, texture);
+    naive_must(chunk.left() == 0, "texture length");
   }
   for (std::uint32_t t = 0; t < plant.texture_count; ++t) {
     NaiveTexture& small = plant.small_textures.emplace_back();
     if (std::ranges::none_of(plant.materials, [&](const NaiveMaterial& material) { return material.texture == t; })) continue;
     small = read_texture_header(bytes);
     naive_must(small.width <= 64 && small.height <= 64 && small.mip_count == 1, "small texture");
-    read_levels(bytes, level_bytes(small), small);
+    read_levels(bytes, small);
   }
   naive_must(bytes.left() == 0, "TEXTURES' length");
 }
@@ -458,22 +431,20 @@ void check_sphere(const NaivePlant& plant) {
 }
 
 void read_meshes(Bytes file, NaivePlant& plant) {
+  const std::size_t materials = plant.materials.size();
   for (std::uint32_t i = 0; i < plant.wood_lod_count; ++i) {
     const Bytes chunk = chunk_of(file, plant, kWood, i).rest();
-    plant.wood.push_back(read_naive_mesh(chunk, plant.wood_vertex_counts[i], plant.wood_triangle_counts[i], false, plant.materials.size()));
+    plant.wood.push_back(read_naive_mesh(chunk, plant.wood_vertex_counts[i], plant.wood_triangle_counts[i], false, materials));
     for (const NaiveVertex& vertex : plant.wood.back().corners)
       naive_must((plant.materials[vertex.material].flags & 2) == 0, "wood of a material that only leaf meshes show");
   }
-  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i) {
-    const Bytes chunk = chunk_of(file, plant, kLeafMesh, i).rest();
-    plant.leaf_meshes.push_back(
-        read_naive_mesh(chunk, plant.leaf_mesh_vertex_counts[i], plant.leaf_mesh_triangle_counts[i], true, plant.materials.size()));
-  }
+  for (std::uint32_t i = 0; i < plant.leaf_mesh_count; ++i)
+    plant.leaf_meshes.push_back(read_naive_mesh(chunk_of(file, plant, kLeafMesh, i).rest(), plant.leaf_mesh_vertex_counts[i],
+                                                plant.leaf_mesh_triangle_counts[i], true, materials));
 }
 
 void read_file(Bytes file, NaivePlant& plant) {
-  const Header header = read_header(file, plant);
-  read_table(file, header, plant);
+  read_header_and_table(file, plant);
   const Counts counts = read_plant(chunk_of(file, plant, kPlant, 0), plant);
   check_order(plant);
   check_wood_counts(file, plant);
@@ -506,15 +477,11 @@ std::uint64_t NaiveBytes::number(std::size_t byte_count) {
 }
 
 std::int64_t NaiveBytes::i16() {
-  const std::int64_t value = u16();
-  return value < 32768 ? value : value - 65536;
+  return static_cast<std::int16_t>(u16());
 }
 
 float NaiveBytes::f32() {
-  const std::uint32_t bits = u32();
-  float value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
+  return std::bit_cast<float>(u32());
 }
 
 NaiveReading read_naively(std::span<const std::uint8_t> file) {

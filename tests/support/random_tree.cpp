@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include <glm/geometric.hpp>
 
@@ -48,34 +49,27 @@ Corners merge_corners(const std::vector<glm::vec3>& vertices, const Corners& fir
   std::ranges::copy(first, all.begin());
   std::ranges::copy(second, all.begin() + 4);
   const auto distance = [&](std::size_t a, std::size_t b) { return glm::distance(vertices[all[a]], vertices[all[b]]); };
-  std::array<std::size_t, 4> chosen{0, 1, 0, 0};
+  std::vector<std::size_t> chosen{0, 1};
   for (std::size_t a = 0; a < 8; ++a)
     for (std::size_t b = a + 1; b < 8; ++b)
-      if (distance(a, b) > distance(chosen[0], chosen[1])) chosen = {a, b, 0, 0};
-  for (std::size_t count = 2; count < 4; ++count) {
-    float best = -1.0f;
+      if (distance(a, b) > distance(chosen[0], chosen[1])) chosen = {a, b};
+  while (chosen.size() < 4) {
+    float best_sum = -1.0f;
+    std::size_t best = 0;
     for (std::size_t candidate = 0; candidate < 8; ++candidate) {
-      if (std::find(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(count), candidate) !=
-          chosen.begin() + static_cast<std::ptrdiff_t>(count))
-        continue;
+      if (std::ranges::find(chosen, candidate) != chosen.end()) continue;
       float sum = 0.0f;
-      for (std::size_t i = 0; i < count; ++i) sum += distance(candidate, chosen[i]);
-      if (sum > best) {
-        best = sum;
-        chosen[count] = candidate;
-      }
+      for (const std::size_t corner : chosen) sum += distance(candidate, corner);
+      if (sum > best_sum) std::tie(best_sum, best) = std::pair(sum, candidate);
     }
+    chosen.push_back(best);
   }
   return {all[chosen[0]], all[chosen[2]], all[chosen[1]], all[chosen[3]]};
 }
 
-struct Pair {
-  std::uint32_t first, second;
-};
-
 /// Merges neighbours in `line` (leaf ids along a curve) in random order; result i is id leaf_count + i.
-std::vector<Pair> random_merges(std::vector<std::uint32_t> line, Random& random) {
-  std::vector<Pair> merges;
+std::vector<std::pair<std::uint32_t, std::uint32_t>> random_merges(std::vector<std::uint32_t> line, Random& random) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;
   auto next_id = static_cast<std::uint32_t>(line.size());
   while (line.size() > 1) {
     const std::uint32_t at = random.below(static_cast<std::uint32_t>(line.size()) - 1);
@@ -114,6 +108,72 @@ bake::ErrorTable plausible_errors(std::uint32_t leaf_count) {
   return table;
 }
 
+/// At most a step away.
+std::uint32_t near_step(std::uint32_t step, std::uint32_t largest, Random& random) {
+  return std::min(std::max(step + random.below(3), 1u) - 1, largest);
+}
+
+std::uint16_t random_normals(Random& random) {
+  const auto side = static_cast<NormalSide>(random.below(4));
+  const std::uint32_t u = random.below(kAxisSteps + 1), v = random.below(kAxisSteps + 1), along = random.below(kAlongSteps + 1);
+  return side == NormalSide::own_quad ? kFlatNormals : coarse_enough(pack_normals(u, v, along, side));
+}
+
+std::uint16_t near_normals(std::uint16_t normals, bool is_source, bool is_sided, Random& random) {
+  NormalSide side = NormalSide::either;
+  if (is_sided) {
+    const bool is_same = random.below(8) > 0 && side_of(normals) != NormalSide::own_quad && side_of(normals) != NormalSide::either;
+    side = is_same ? side_of(normals) : random.below(2) == 0 ? NormalSide::along : NormalSide::against;
+  }
+  const std::uint32_t u = near_step(axis_step_of(normals, 0), kAxisSteps, random),
+                      v = near_step(axis_step_of(normals, 1), kAxisSteps, random);
+  const std::uint32_t along = near_step(along_step_of(normals), kAlongSteps, random);
+  return coarse_enough(pack_normals(u, v, is_source ? kAlongSteps : along, side));
+}
+
+/// Adds a leaf: a flat pyramid over its quad.
+void add_leaf_mesh(bake::LeafMeshPart& part, const bake::Quad& quad, std::uint32_t material) {
+  const auto first = static_cast<std::uint32_t>(part.mesh.positions.size());
+  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
+  const glm::vec3 normal = glm::normalize(across);
+  part.mesh.positions.insert(part.mesh.positions.end(), quad.begin(), quad.end());
+  part.mesh.positions.push_back(0.25f * (quad[0] + quad[1] + quad[2] + quad[3]) + 0.2f * std::sqrt(glm::length(across)) * normal);
+  part.mesh.uvs.insert(part.mesh.uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5f, 0.5f}});
+  for (std::uint32_t corner = 0; corner < 5; ++corner) {
+    part.mesh.normals.push_back(normal);
+    part.stalks.push_back(quad[0]);
+  }
+  for (std::uint32_t side = 0; side < 4; ++side) {
+    part.mesh.indices.insert(part.mesh.indices.end(), {first + side, first + (side + 1) % 4, first + 4});
+    part.mesh.triangle_materials.push_back(material);
+  }
+}
+
+bake::LeafMeshes leaf_meshes_of(const bake::Foliage& foliage, std::uint32_t part_count, std::uint32_t material,
+                                const std::vector<float>& sizes_px) {
+  bake::LeafMeshes meshes;
+  meshes.parts.resize(part_count);
+  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
+    add_leaf_mesh(meshes.parts[std::uint64_t{leaf} * part_count / foliage.leaf_count()], foliage.quads[leaf], material);
+  for (const float size_px : sizes_px) meshes.error_px.push_back(size_px / 200.0f);
+  return meshes;
+}
+
+/// A grid of two nodes a side that says something else at each, within the limits.
+bake::Wind random_wind(float radius_m, Random& random) {
+  bake::Wind wind;
+  coppice_file_wind& head = wind.head;
+  head.base_y_m = -radius_m;
+  head.height_m = 2.0f * radius_m;
+  head.bend_m = head.lean_m = head.sway_m = 0.01f * radius_m;
+  for (int axis = 0; axis < 3; ++axis) head.box_min[axis] = -radius_m, head.box_max[axis] = radius_m;
+  head.node_side = 2;
+  for (int i = 0; i < 8; ++i)
+    wind.nodes.push_back({static_cast<std::uint8_t>(random.between(0.0f, 255.0f)), static_cast<std::int8_t>(random.between(1.0f, 127.0f)),
+                          static_cast<std::int8_t>(random.between(-127.0f, 127.0f)), 0});
+  return wind;
+}
+
 }  // namespace
 
 bake::Foliage random_foliage(std::uint32_t leaf_count, std::uint32_t seed, std::uint32_t card_count) {
@@ -142,7 +202,7 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed) {
   std::vector<std::uint32_t> line(leaf_count);
   std::iota(line.begin(), line.end(), 0u);
   std::ranges::stable_sort(line, {}, [&](std::uint32_t leaf) { return morton_code(glm::clamp(foliage.quads[leaf][0], -1.0f, 1.0f)); });
-  const std::vector<Pair> merges = random_merges(line, random);
+  const auto merges = random_merges(line, random);
 
   bake::Tree tree;
   std::vector<Corners> corners(2 * leaf_count - 1);
@@ -173,42 +233,11 @@ bake::Tree random_tree(const bake::Foliage& foliage, std::uint32_t seed) {
   return tree;
 }
 
-namespace {
-
-/// At most a step away.
-std::uint32_t near_step(std::uint32_t step, std::uint32_t largest, Random& random) {
-  return std::min(std::max(step + random.below(3), 1u) - 1, largest);
-}
-
-}  // namespace
-
 std::uint16_t coarse_enough(std::uint16_t normals) {
   const std::uint32_t along = along_step_of(normals), bits = axis_bits(along);
   const auto step = [&](std::size_t which) { return axis_step_from(axis_step_of(normals, which) >> (kAxisBits - bits), bits); };
   return pack_normals(step(0), step(1), along, side_of(normals));
 }
-
-namespace {
-
-std::uint16_t random_normals(Random& random) {
-  const auto side = static_cast<NormalSide>(random.below(4));
-  const std::uint32_t u = random.below(kAxisSteps + 1), v = random.below(kAxisSteps + 1), along = random.below(kAlongSteps + 1);
-  return side == NormalSide::own_quad ? kFlatNormals : coarse_enough(pack_normals(u, v, along, side));
-}
-
-std::uint16_t near_normals(std::uint16_t normals, bool is_source, bool is_sided, Random& random) {
-  NormalSide side = NormalSide::either;
-  if (is_sided) {
-    const bool is_same = random.below(8) > 0 && side_of(normals) != NormalSide::own_quad && side_of(normals) != NormalSide::either;
-    side = is_same ? side_of(normals) : random.below(2) == 0 ? NormalSide::along : NormalSide::against;
-  }
-  const std::uint32_t u = near_step(axis_step_of(normals, 0), kAxisSteps, random),
-                      v = near_step(axis_step_of(normals, 1), kAxisSteps, random);
-  const std::uint32_t along = near_step(along_step_of(normals), kAlongSteps, random);
-  return coarse_enough(pack_normals(u, v, is_source ? kAlongSteps : along, side));
-}
-
-}  // namespace
 
 void set_looks(bake::Tree& tree, Looks looks, std::uint32_t seed) {
   if (looks == Looks::plain) return;
@@ -247,57 +276,6 @@ bake::Mesh tube(std::uint32_t sides, std::uint32_t rings, std::uint32_t material
   return mesh;
 }
 
-namespace {
-
-/// Adds a leaf: a flat pyramid over its quad.
-void add_leaf_mesh(bake::LeafMeshPart& part, const bake::Quad& quad, std::uint32_t material) {
-  const auto first = static_cast<std::uint32_t>(part.mesh.positions.size());
-  const glm::vec3 across = glm::cross(quad[2] - quad[0], quad[3] - quad[1]);
-  const glm::vec3 normal = glm::normalize(across);
-  part.mesh.positions.insert(part.mesh.positions.end(), quad.begin(), quad.end());
-  part.mesh.positions.push_back(0.25f * (quad[0] + quad[1] + quad[2] + quad[3]) + 0.2f * std::sqrt(glm::length(across)) * normal);
-  part.mesh.uvs.insert(part.mesh.uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5f, 0.5f}});
-  for (std::uint32_t corner = 0; corner < 5; ++corner) {
-    part.mesh.normals.push_back(normal);
-    part.stalks.push_back(quad[0]);
-  }
-  for (std::uint32_t side = 0; side < 4; ++side) {
-    part.mesh.indices.insert(part.mesh.indices.end(), {first + side, first + (side + 1) % 4, first + 4});
-    part.mesh.triangle_materials.push_back(material);
-  }
-}
-
-bake::LeafMeshes leaf_meshes_of(const bake::Foliage& foliage, std::uint32_t part_count, std::uint32_t material,
-                                const std::vector<float>& sizes_px) {
-  bake::LeafMeshes meshes;
-  meshes.parts.resize(part_count);
-  for (std::uint32_t leaf = 0; leaf < foliage.leaf_count(); ++leaf)
-    add_leaf_mesh(meshes.parts[std::uint64_t{leaf} * part_count / foliage.leaf_count()], foliage.quads[leaf], material);
-  for (const float size_px : sizes_px) meshes.error_px.push_back(size_px / 200.0f);
-  return meshes;
-}
-
-}  // namespace
-
-namespace {
-
-/// A grid of two nodes a side that says something else at each, within the limits.
-bake::Wind random_wind(float radius_m, Random& random) {
-  bake::Wind wind;
-  coppice_file_wind& head = wind.head;
-  head.base_y_m = -radius_m;
-  head.height_m = 2.0f * radius_m;
-  head.bend_m = head.lean_m = head.sway_m = 0.01f * radius_m;
-  for (int axis = 0; axis < 3; ++axis) head.box_min[axis] = -radius_m, head.box_max[axis] = radius_m;
-  head.node_side = 2;
-  for (int i = 0; i < 8; ++i)
-    wind.nodes.push_back({static_cast<std::uint8_t>(random.between(0.0f, 255.0f)), static_cast<std::int8_t>(random.between(1.0f, 127.0f)),
-                          static_cast<std::int8_t>(random.between(-127.0f, 127.0f)), 0});
-  return wind;
-}
-
-}  // namespace
-
 bake::BakedPlant random_plant(const RandomPlantOptions& options) {
   Random random(options.seed + 77);
   const bake::Foliage foliage = random_foliage(options.leaf_count, options.seed, options.card_count);
@@ -321,11 +299,12 @@ bake::BakedPlant random_plant(const RandomPlantOptions& options) {
     plant.wood.lods.push_back(tube(lod == 0 ? 8 : 4, lod == 0 ? 6 : 3, 1));
     for (const float size_px : plant.errors.sizes_px) plant.wood.error_px.push_back(size_px * 0.05f * static_cast<float>(lod + 1));
   }
-  for (const glm::vec3& vertex : plant.tree.vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
-  for (const bake::Mesh& lod : plant.wood.lods)
-    for (const glm::vec3& vertex : lod.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
-  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts)
-    for (const glm::vec3& vertex : part.mesh.positions) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
+  const auto hold = [&](const std::vector<glm::vec3>& vertices) {
+    for (const glm::vec3& vertex : vertices) plant.sphere.radius = std::max(plant.sphere.radius, glm::length(vertex));
+  };
+  hold(plant.tree.vertices);
+  for (const bake::Mesh& lod : plant.wood.lods) hold(lod.positions);
+  for (const bake::LeafMeshPart& part : plant.leaf_meshes.parts) hold(part.mesh.positions);
   if (options.leaf_count > 1) plant.wind = random_wind(plant.sphere.radius, random);
   return plant;
 }

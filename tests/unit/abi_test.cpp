@@ -15,8 +15,7 @@
 #include "mentions.h"
 #include "resized.h"
 
-namespace coppice::test {
-namespace abi_test {
+namespace coppice::test::abi_test {
 
 constexpr std::size_t kStep = 4;
 constexpr std::size_t kBeyond = 64;
@@ -221,5 +220,4 @@ TEST(WriteStruct, FillsAsMuchAsTheProgramHas) {
                              coppice_view_stats, coppice_change, coppice_file_info, coppice_material, coppice_card, coppice_leaf_output>();
 }
 
-}  // namespace abi_test
-}  // namespace coppice::test
+}  // namespace coppice::test::abi_test

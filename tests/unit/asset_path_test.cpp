@@ -9,8 +9,7 @@
 #include "process.h"
 #include "results.h"
 
-namespace coppice {
-namespace asset_path_test {
+namespace coppice::asset_path_test {
 
 namespace fs = std::filesystem;
 
@@ -62,5 +61,4 @@ TEST_F(ResolveInside, SaysThatAFileIsMissing) {
   test::expect_error(resolve_inside(folder, "birch.png"), Status::io, {"birch.png", std::strerror(ENOENT)});
 }
 
-}  // namespace asset_path_test
-}  // namespace coppice
+}  // namespace coppice::asset_path_test

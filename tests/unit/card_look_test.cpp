@@ -10,22 +10,28 @@
 
 #include "reader.h"
 
-namespace coppice::bake {
-namespace card_look_test {
+namespace coppice::bake::card_look_test {
 
 using Rgba = std::array<std::uint8_t, 4>;
 
-/// A TEXTURE chunk of 8 x 8 texels.
-std::vector<std::uint8_t> texture_chunk(const std::array<Rgba, 4>& quarters) {
-  const coppice_file_texture header{8, 8, 1, COPPICE_TEXTURE_RGBA8};
+constexpr Rgba kGreen{0, 188, 0, 255}, kHole{255, 0, 0, 0};
+
+/// A TEXTURE chunk of `side` x `side` texels.
+template <class TexelAt>
+std::vector<std::uint8_t> texture_chunk(std::uint32_t side, TexelAt&& texel_at) {
+  const coppice_file_texture header{side, side, 1, COPPICE_TEXTURE_RGBA8};
   std::vector<std::uint8_t> chunk(sizeof header);
   std::memcpy(chunk.data(), &header, sizeof header);
-  for (std::size_t y = 0; y < 8; ++y)
-    for (std::size_t x = 0; x < 8; ++x) {
-      const Rgba& texel = quarters[y / 4 * 2 + x / 4];
+  for (std::size_t y = 0; y < side; ++y)
+    for (std::size_t x = 0; x < side; ++x) {
+      const Rgba texel = texel_at(x, y);
       chunk.insert(chunk.end(), texel.begin(), texel.end());
     }
   return chunk;
+}
+
+std::vector<std::uint8_t> quarters_chunk(const std::array<Rgba, 4>& quarters) {
+  return texture_chunk(8, [&](std::size_t x, std::size_t y) { return quarters[y / 4 * 2 + x / 4]; });
 }
 
 coppice_file_material material_of(std::uint32_t texture) {
@@ -34,17 +40,17 @@ coppice_file_material material_of(std::uint32_t texture) {
   return material;
 }
 
-coppice_file_card whole_card() {
-  return {.material = 0, .uv = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+/// A card that shows all of the picture.
+coppice_file_card look_of(const coppice_file_material& material, const std::vector<std::vector<std::uint8_t>>& textures,
+                          const ShownShares& shown = kAllShown) {
+  coppice_file_card card{.material = 0, .uv = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  set_card_look(material, textures, shown, card);
+  return card;
 }
 
-constexpr Rgba kGreen{0, 188, 0, 255}, kHole{255, 0, 0, 0};
-
 TEST(CardLook, HolesHaveNoColourAndNoCells) {
-  const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kGreen, kGreen, kGreen, kGreen}),
-                                                        texture_chunk({kGreen, kHole, kHole, kHole})};
-  coppice_file_card card = whole_card();
-  set_card_look(material_of(1), textures, kAllShown, card);
+  const coppice_file_card card =
+      look_of(material_of(1), {quarters_chunk({kGreen, kGreen, kGreen, kGreen}), quarters_chunk({kGreen, kHole, kHole, kHole})});
   // Texels between green and a hole have some of its red.
   EXPECT_LT(card.albedo[0], 110);
   EXPECT_NEAR(card.albedo[1], 188, 14);
@@ -54,21 +60,18 @@ TEST(CardLook, HolesHaveNoColourAndNoCells) {
 }
 
 TEST(CardLook, BaseColourMultipliesAndACardShowsItsPart) {
-  const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kGreen, kHole, kHole, kHole})};
   coppice_file_material material = material_of(0);
   material.base_color[1] = 0.5f;
   coppice_file_card card{.material = 0, .uv = {{0.1f, 0.1f}, {0.4f, 0.1f}, {0.4f, 0.4f}, {0.1f, 0.4f}}};
-  set_card_look(material, textures, kAllShown, card);
+  set_card_look(material, std::vector(1, quarters_chunk({kGreen, kHole, kHole, kHole})), kAllShown, card);
   EXPECT_NEAR(card.albedo[1], 137, 2) << "sRGB of half of linear 0.503";
   EXPECT_EQ(card.mask[0] & card.mask[1], 0xffffffffu);
 }
 
 TEST(CardLook, WhatIsHiddenDoesNotColourIt) {
   constexpr Rgba kDark{0, 60, 0, 255};
-  const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kDark, kGreen, kDark, kGreen})};
-  coppice_file_card open = whole_card(), hidden = whole_card();
-  set_card_look(material_of(0), textures, kAllShown, open);
-  set_card_look(material_of(0), textures, {0, 0, 0, 0, 1, 1, 1, 1}, hidden);
+  const auto texture = quarters_chunk({kDark, kGreen, kDark, kGreen});
+  const coppice_file_card open = look_of(material_of(0), {texture}), hidden = look_of(material_of(0), {texture}, {0, 0, 0, 0, 1, 1, 1, 1});
   EXPECT_LT(open.albedo[1], 150);
   EXPECT_GT(hidden.albedo[1], 180);
   EXPECT_EQ(open.mask[0], hidden.mask[0]);
@@ -76,38 +79,21 @@ TEST(CardLook, WhatIsHiddenDoesNotColourIt) {
 
 TEST(CardLook, PartsThinnerThanACellKeepTheirShare) {
   // A crown on a stem: half of the card, and a sixteenth of the other half.
-  coppice_file_texture header{64, 64, 1, COPPICE_TEXTURE_RGBA8};
-  std::vector<std::uint8_t> chunk(sizeof header);
-  std::memcpy(chunk.data(), &header, sizeof header);
-  for (int y = 0; y < 64; ++y)
-    for (int x = 0; x < 64; ++x) {
-      const Rgba texel = y < 32 || (x >= 30 && x < 34) ? kGreen : kHole;
-      chunk.insert(chunk.end(), texel.begin(), texel.end());
-    }
-  const std::vector<std::vector<std::uint8_t>> textures{chunk};
-  coppice_file_card card = whole_card();
-  set_card_look(material_of(0), textures, kAllShown, card);
+  const auto texel_at = [](std::size_t x, std::size_t y) { return y < 32 || (x >= 30 && x < 34) ? kGreen : kHole; };
+  const coppice_file_card card = look_of(material_of(0), {texture_chunk(64, texel_at)});
   EXPECT_EQ(card.mask[0], 0xffffffffu);
   EXPECT_NEAR(std::popcount(card.mask[1]), 2, 1);
   EXPECT_EQ(card.mask[1] & ~0x18181818u, 0u) << "the columns of the stem";
 }
 
-TEST(CardLook, WithoutATextureItIsAllBaseColour) {
-  coppice_file_material material = material_of(COPPICE_NO_TEXTURE);
-  material.base_color[2] = 0.0f;
-  coppice_file_card card = whole_card();
-  set_card_look(material, {}, kAllShown, card);
-  EXPECT_EQ(card.albedo[0], 255);
-  EXPECT_EQ(card.albedo[2], 0);
-  EXPECT_EQ(card.mask[0] & card.mask[1], 0xffffffffu);
+TEST(CardLook, WithoutATextureItIsAllBaseColourAndWhatIsAllHoleKeepsACell) {
+  coppice_file_material bare = material_of(COPPICE_NO_TEXTURE);
+  bare.base_color[2] = 0.0f;
+  const coppice_file_card solid = look_of(bare, {}), hole = look_of(material_of(0), {quarters_chunk({kHole, kHole, kHole, kHole})});
+  EXPECT_EQ(solid.albedo[0], 255);
+  EXPECT_EQ(solid.albedo[2], 0);
+  EXPECT_EQ(solid.mask[0] & solid.mask[1], 0xffffffffu);
+  EXPECT_EQ(std::popcount(hole.mask[0]) + std::popcount(hole.mask[1]), 1);
 }
 
-TEST(CardLook, WhatIsAllHoleKeepsACell) {
-  const std::vector<std::vector<std::uint8_t>> textures{texture_chunk({kHole, kHole, kHole, kHole})};
-  coppice_file_card card = whole_card();
-  set_card_look(material_of(0), textures, kAllShown, card);
-  EXPECT_EQ(std::popcount(card.mask[0]) + std::popcount(card.mask[1]), 1);
-}
-
-}  // namespace card_look_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::card_look_test

@@ -10,8 +10,7 @@
 
 #include "hook_array.h"
 
-namespace coppice::gpu {
-namespace card_looks_test {
+namespace coppice::gpu::card_looks_test {
 
 /// A TEXTURE chunk of 4 x 4 texels of a colour.
 std::vector<std::uint8_t> texture_chunk(const std::array<std::uint8_t, 4>& rgba) {
@@ -99,5 +98,4 @@ TEST(CardLooks, ATrianglesCoverageIsThatOfEqualParts) {
   EXPECT_NEAR(triangle_look(looks, 0, kUvs, 16).coverage, 1.0f - 9.0f / 196.0f, 0.02f);
 }
 
-}  // namespace card_looks_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::card_looks_test

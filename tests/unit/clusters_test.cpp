@@ -24,8 +24,7 @@
 #include "random_tree.h"
 #include "reader.h"
 
-namespace coppice::gpu {
-namespace clusters_test {
+namespace coppice::gpu::clusters_test {
 
 using test::hook_array;
 using test::MadeMesh;
@@ -69,6 +68,12 @@ std::vector<Parts> parts_of(std::span<const std::uint8_t> page) {
   std::vector<Parts> parts;
   for (std::uint32_t i = 0; i < kBlockClusters; ++i) parts.emplace_back(page, i * sizeof(Cluster));
   return parts;
+}
+
+Corners packed(const QuantisedQuad& quad) {
+  Corners words{};
+  for (std::uint32_t i = 0; i < 12; ++i) words[i / 2] |= std::uint32_t{quad[i / 3][i % 3]} << (i % 2 * 16);
+  return words;
 }
 
 /// A crown of kLeaves leaves in the box [-1, 1]^3, quantised as the runtime has it.
@@ -118,21 +123,13 @@ struct Crown {
     return cuts;
   }
   /// Corners and card of each leaf of cut(leaf_count).
-  [[nodiscard]] std::multiset<LeafName> cut(std::uint32_t leaf_count) const;
+  [[nodiscard]] std::multiset<LeafName> cut(std::uint32_t leaf_count) const {
+    std::multiset<LeafName> leaves;
+    for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
+      if (lod::coppice_node_alive(id, nodes[id].split, leaf_count)) leaves.insert({packed(nodes[id].corners), nodes[id].card});
+    return leaves;
+  }
 };
-
-Corners packed(const QuantisedQuad& quad) {
-  Corners words{};
-  for (std::uint32_t i = 0; i < 12; ++i) words[i / 2] |= std::uint32_t{quad[i / 3][i % 3]} << (i % 2 * 16);
-  return words;
-}
-
-std::multiset<LeafName> Crown::cut(std::uint32_t leaf_count) const {
-  std::multiset<LeafName> leaves;
-  for (std::uint32_t id = 0; id < 2 * leaf_count - 1; ++id)
-    if (lod::coppice_node_alive(id, nodes[id].split, leaf_count)) leaves.insert({packed(nodes[id].corners), nodes[id].card});
-  return leaves;
-}
 
 LeafName name_of(const Leaf& leaf) {
   Corners words{};
@@ -140,19 +137,13 @@ LeafName name_of(const Leaf& leaf) {
   return {words, card_of_leaf(leaf.card)};
 }
 
-std::array<float, 3> corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_t corner) {
-  const std::array<float, 3> low{box.min.x, box.min.y, box.min.z}, step{box.step.x, box.step.y, box.step.z};
-  std::array<float, 3> at{};
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    const std::uint32_t half_word = corner * 3 + axis;
-    at[axis] = low[axis] + step[axis] * static_cast<float>(leaf.corners[half_word / 2] >> (half_word % 2 * 16) & 0xffffu);
-  }
-  return at;
+vec3 corner_m(const LeafBox& box, const Leaf& leaf, std::uint32_t corner) {
+  const auto half_word = [&](std::uint32_t i) { return leaf.corners[i / 2] >> (i % 2 * 16) & 0xffffu; };
+  return box.at({half_word(3 * corner), half_word(3 * corner + 1), half_word(3 * corner + 2)});
 }
 
-/// What clusters.glsl shows of a page's cluster: its first leaves as far as they live, but for those that are not born.
-template <class Shown>
-void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t leaf_count, const Shown& shown) {
+/// Adds what clusters.glsl shows of a page's cluster: its first leaves as far as they live, but for those that are not born.
+void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t leaf_count, std::multiset<LeafName>& shown) {
   const std::uint32_t splits = leaf_count - 1, first_split = index * kPageSplits;
   for (const auto& [cluster, leaves, splats] : parts_of(page)) {
     const std::uint32_t first_birth = first_split + (cluster.counts >> kCountFirstBirth & 511u);
@@ -162,7 +153,7 @@ void show(std::span<const std::uint8_t> page, std::uint32_t index, std::uint32_t
       const std::uint32_t birth = first_split + (leaf.life >> kBirthShift);
       EXPECT_GE(birth, first_birth);
       EXPECT_LE(birth, first_split + (cluster.counts >> kCountLastBirth & 511u));
-      if (birth < splits) shown(leaf);
+      if (birth < splits) shown.insert(name_of(leaf));
     }
   }
 }
@@ -174,8 +165,7 @@ TEST(Clusters, PagesHoldTheNodesOfEveryCutAndNoOthers) {
   for (const std::uint32_t leaf_count :
        {65u, 66u, 100u, 127u, 128u, 129u, 130u, 200u, 256u, 257u, 400u, 512u, 513u, 514u, 800u, 1024u, 1025u, 1026u, 1300u, 1499u, 1500u}) {
     std::multiset<LeafName> actual;
-    for (std::uint32_t page = 0; page * kPageSplits < leaf_count - 1; ++page)
-      show(pages[page], page, leaf_count, [&](const Leaf& leaf) { actual.insert(name_of(leaf)); });
+    for (std::uint32_t page = 0; page * kPageSplits < leaf_count - 1; ++page) show(pages[page], page, leaf_count, actual);
     EXPECT_EQ(actual, crown.cut(leaf_count)) << leaf_count;
   }
 }
@@ -256,7 +246,7 @@ TEST(Clusters, BoundTheirLeavesAndSayHowLongTheyAre) {
       for (const Leaf& leaf : leaves) {
         last_death = std::max(last_death, leaf.life & kNoDeath);
         for (std::uint32_t corner = 0; corner < 4; ++corner)
-          EXPECT_LE(length(vec3(corner_m(Crown::box(), leaf, corner)) - cluster.center), cluster.radius_m * 1.0001f);
+          EXPECT_LE(distance(corner_m(Crown::box(), leaf, corner), cluster.center), cluster.radius_m * 1.0001f);
       }
       EXPECT_EQ(cluster.last_death, last_death);
     }
@@ -270,7 +260,7 @@ TEST(Clusters, SplatsCoverTheAreaOfTheirLeaves) {
     for (std::size_t at = 0; at < parts.leaves.size(); ++at) {
       const Leaf& leaf = parts.leaves[at];
       std::array<vec3, 4> c;
-      for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = vec3(corner_m(Crown::box(), leaf, corner));
+      for (std::uint32_t corner = 0; corner < 4; ++corner) c[corner] = corner_m(Crown::box(), leaf, corner);
       leaf_m2 += static_cast<double>(quad_area(c) * crown.looks[card_of_leaf(leaf.card)].coverage);
       splat_m2 += parts.grains() * parts.side_m(at) * parts.side_m(at);
     }
@@ -330,14 +320,6 @@ MeshBlock block_of(MeshKind kind, const WoodSpan& mesh, const PlantLooks& looks,
   return *build_mesh(kind, mesh, {{looks, CrownLight{}}, Crown::box(), clusters}, default_allocator());
 }
 
-MeshBlock wood_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return block_of(MeshKind::wood, mesh, looks);
-}
-
-MeshBlock leaves_of(const WoodSpan& mesh, const PlantLooks& looks) {
-  return block_of(MeshKind::leaves, mesh, looks);
-}
-
 /// A rectangle of 1 x 2 m in two triangles, lit from above; u of their corners in [low, high].
 MadeMesh two_triangles(float low, float high) {
   MadeMesh mesh;
@@ -383,7 +365,7 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   mesh.indices = {0, 1, 2, 3, 0, 2};
   PlantLooks looks = untextured_looks({70, 80});
   looks.looks = hook_array(std::vector<CardLook>(5));
-  const MeshBlock built = wood_of(mesh, looks);
+  const MeshBlock built = block_of(MeshKind::wood, mesh, looks);
   const Parts list = only_part(built);
   ASSERT_EQ(list.leaves.size(), 2u);
   std::map<std::uint32_t, Leaf> by_look;
@@ -397,8 +379,8 @@ TEST(Clusters, WoodTrianglesKeepTheirMaterialAndNormal) {
   EXPECT_EQ(splats[4].look & 0xffffffu, 80u);
   EXPECT_FLOAT_EQ(built.list.facet_m, std::sqrt(3.0f));
   EXPECT_EQ(splats[4].normals & 0xffffu, 0u) << "straight up the octahedron is its middle";
-  const auto corner = corner_m(box_of(built.list), by_look[4], 2), repeated = corner_m(box_of(built.list), by_look[4], 3);
-  EXPECT_NEAR(corner[1], 2.0f, 1e-3f);
+  const vec3 corner = corner_m(box_of(built.list), by_look[4], 2), repeated = corner_m(box_of(built.list), by_look[4], 3);
+  EXPECT_NEAR(corner.y, 2.0f, 1e-3f);
   EXPECT_EQ(corner, repeated);
 }
 
@@ -414,7 +396,7 @@ MadeMesh strip(const std::array<std::array<float, 3>, 4>& normals) {
 TEST(Clusters, LightThatTurnsAlongALongTriangleMakesItAFacet) {
   const PlantLooks looks = untextured_looks({0});
   const std::array<float, 3> front{0, 0, 1}, side{1, 0, 0}, below{0, -1, 0};
-  const auto facet_m = [&](const MadeMesh& mesh) { return wood_of(mesh, looks).list.facet_m; };
+  const auto facet_m = [&](const MadeMesh& mesh) { return block_of(MeshKind::wood, mesh, looks).list.facet_m; };
   const float size_m = std::sqrt(0.4f);
   EXPECT_FLOAT_EQ(facet_m(strip({front, front, front, front})), size_m);
   EXPECT_FLOAT_EQ(facet_m(strip({front, side, front, side})), size_m) << "a stem: its light turns across it, which is narrow";
@@ -431,24 +413,24 @@ TEST(Clusters, WoodTrianglesCoverWhatTheirTextureCovers) {
     return sum;
   };
   const auto is_surface = [](const MeshBlock& built) { return (only_part(built).cluster.counts >> kCountSurface & 1u) != 0; };
-  const MeshBlock whole = wood_of(two_triangles(0.1f, 0.4f), looks);
+  const MeshBlock whole = block_of(MeshKind::wood, two_triangles(0.1f, 0.4f), looks);
   EXPECT_TRUE(is_surface(whole));
   EXPECT_EQ(whole.list.holed_m, 0.0f);
   EXPECT_NEAR(covered_m2(whole), 2.0, 0.01);
-  const MeshBlock half = wood_of(two_triangles(0.1f, 0.9f), looks);
+  const MeshBlock half = block_of(MeshKind::wood, two_triangles(0.1f, 0.9f), looks);
   EXPECT_FALSE(is_surface(half));
   EXPECT_EQ(half.list.holed_m, half.list.grain_m) << "where this is large, the texture has to make the outline";
   EXPECT_NEAR(covered_m2(half), 1.0, 0.1);
-  EXPECT_EQ(wood_of(two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
+  EXPECT_EQ(block_of(MeshKind::wood, two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
   // The same, but without holes.
   PlantLooks opaque = half_a_texture();
   opaque.materials[1].alpha_cutoff = 0.0f;
-  EXPECT_NEAR(covered_m2(wood_of(two_triangles(0.6f, 0.9f), opaque)), 2.0, 0.01);
+  EXPECT_NEAR(covered_m2(block_of(MeshKind::wood, two_triangles(0.6f, 0.9f), opaque)), 2.0, 0.01);
 }
 
 TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
   const PlantLooks looks = half_a_texture();
-  const Parts list = only_part(leaves_of(two_triangles(0.1f, 0.4f), looks));
+  const Parts list = only_part(block_of(MeshKind::leaves, two_triangles(0.1f, 0.4f), looks));
   ASSERT_EQ(list.leaves.size(), 2u);
   for (std::size_t triangle = 0; triangle < 2; ++triangle) {
     EXPECT_EQ(list.leaves[triangle].card, 2u) << "the second material's";
@@ -456,8 +438,16 @@ TEST(Clusters, TrianglesOfLeafMeshesHaveTheirTexturesColourAndNoHoles) {
     for (const auto& [i, albedo] : {std::pair{0u, 0.25f}, std::pair{1u, 0.5f}, std::pair{2u, 0.125f}})
       EXPECT_NEAR(kMaxSplatAlbedo * channel(i) * channel(i) / albedo, 1.0f, 0.35f) << "but for the leaf's own variation";
   }
-  EXPECT_EQ(leaves_of(two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
-  EXPECT_EQ(leaves_of(two_triangles(0.1f, 0.9f), looks).list.leaf_count, 0u) << "the texture makes the outline";
+  EXPECT_EQ(block_of(MeshKind::leaves, two_triangles(0.6f, 0.9f), looks).list.leaf_count, 0u) << "nothing but hole";
+  EXPECT_EQ(block_of(MeshKind::leaves, two_triangles(0.1f, 0.9f), looks).list.leaf_count, 0u) << "the texture makes the outline";
+}
+
+/// A right-angled triangle in the plane of z, of the second material; `u` of all its corners.
+void add_triangle(MadeMesh& mesh, const vec3& at, float width, float height, float u, std::uint32_t stalk) {
+  for (const vec3& corner : {at, at + vec3(width, 0, 0), at + vec3(0, height, 0)}) {
+    mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+    mesh.vertices.push_back({{corner.x, corner.y, corner.z}, {0, 0, 1}, {u, 0.5f}, 1, {static_cast<std::uint16_t>(stalk), 0, 0}});
+  }
 }
 
 /// Shadows of other plants are a cluster's: they would cut a leaf in two.
@@ -470,20 +460,16 @@ TEST(Clusters, TrianglesOfALeafAreOfOneCluster) {
     for (std::uint32_t triangle = 0; triangle < triangles; ++triangle)
       for (std::uint32_t leaf = 0; leaf < kStalks; ++leaf) {
         const auto x = static_cast<float>(leaf), size = 0.05f + 0.5f * static_cast<float>(triangle % 7);
-        const auto stalk = static_cast<std::uint16_t>(300 * leaf);
-        for (const auto& [dx, y] : {std::pair{0.0f, 0.0f}, std::pair{0.3f, 0.0f}, std::pair{0.0f, size}}) {
-          mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
-          mesh.vertices.push_back({{x + dx, y, 0}, {0, 0, 1}, {0.1f, 0.5f}, 1, {stalk, 0, 0}});
-        }
+        add_triangle(mesh, {x, 0, 0}, 0.3f, size, 0.1f, 300 * leaf);
       }
-    const MeshBlock built = leaves_of(mesh, looks);
+    const MeshBlock built = block_of(MeshKind::leaves, mesh, looks);
     std::uint32_t split = 0;
     std::size_t leaf_count = 0;
     for (const auto& [cluster, leaves, splats] : parts_of(built)) {
       EXPECT_LE(leaves.size(), kClusterLeaves);
       leaf_count += leaves.size();
       std::map<int, std::uint32_t> members;
-      for (const Leaf& leaf : leaves) ++members[static_cast<int>(corner_m(box_of(built.list), leaf, 0)[0] + 0.1f)];
+      for (const Leaf& leaf : leaves) ++members[static_cast<int>(corner_m(box_of(built.list), leaf, 0).x + 0.1f)];
       for (const auto& [leaf, count] : members) split += count != triangles;
     }
     EXPECT_EQ(leaf_count, std::size_t{kStalks} * triangles);
@@ -499,10 +485,7 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
   MadeMesh mesh;
   for (std::uint32_t triangle = 0; triangle < 1000; ++triangle) {
     const float x = number(), y = number(), z = number(), size = 0.01f + 0.01f * number(), u = triangle % 3 == 0 ? 0.9f : 0.1f;
-    for (const auto& [dx, dy] : {std::pair{0.0f, 0.0f}, std::pair{size, 0.0f}, std::pair{0.0f, size}}) {
-      mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
-      mesh.vertices.push_back({{x + dx, y + dy, z}, {0, 0, 1}, {u, 0.5f}, 1, {static_cast<std::uint16_t>(triangle), 0, 0}});
-    }
+    add_triangle(mesh, {x, y, z}, size, size, u, triangle);
   }
   for (const MeshKind kind : {MeshKind::wood, MeshKind::leaves})
     for (const bool leaves : {true, false}) {
@@ -517,7 +500,7 @@ TEST(Clusters, TrianglesOfAMeshFollowOneAnotherAsItsClustersDo) {
         EXPECT_EQ(cluster.last_death, next);
         next += cluster.counts & 0xffu;
         for (std::uint32_t index = 3 * cluster.last_death; index < 3 * next; ++index)
-          EXPECT_LE(length(vec3(mesh.vertices[indices[index]].position) - cluster.center), cluster.radius_m + 1e-3f);
+          EXPECT_LE(distance(vec3(mesh.vertices[indices[index]].position), cluster.center), cluster.radius_m + 1e-3f);
       }
       EXPECT_EQ(3 * next, block.index_count);
       std::ranges::sort(indices);
@@ -575,5 +558,4 @@ TEST(Clusters, TheLadderRisesAndItsRungsHoldWhatIsAskedFor) {
   EXPECT_EQ(lod::coppice_ladder_rung(kReadyLeaves), kReadyCuts - 1);
 }
 
-}  // namespace clusters_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::clusters_test

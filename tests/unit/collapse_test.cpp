@@ -15,8 +15,7 @@
 #include "test_foliage.h"
 #include "tree_order.h"
 
-namespace coppice::bake {
-namespace collapse_test {
+namespace coppice::bake::collapse_test {
 
 using test::NaiveAreas;
 using test::NaivePlant;
@@ -33,8 +32,12 @@ NaiveScene scene_of(Foliage foliage, bool count_background, std::uint32_t resolu
   return scene;
 }
 
+Result<CollapseResult> collapsed(const NaiveScene& scene, const AreaSource& source = {}) {
+  return collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
+}
+
 CollapseResult collapse(const NaiveScene& scene) {
-  return test::must(collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}));
+  return test::must(collapsed(scene));
 }
 
 std::string text(const Merge& merge) {
@@ -49,28 +52,21 @@ void expect_same_sequence(const CollapseSequence& actual, const CollapseSequence
   EXPECT_EQ(actual.evaluations, expected.evaluations);
 }
 
-struct Case {
-  const char* name;
-  Foliage foliage;
-};
-
-std::vector<Case> small_plants() {
-  return {{"random quads, seed 1", test::random_quads(60, 1)},
-          {"random quads, seed 2", test::random_quads(75, 2)},
-          {"crown, seed 3", test::ball_crown(90, 3)},
-          {"crown, seed 4", test::ball_crown(120, 4)},
-          {"duplicated leaves", test::duplicated_leaves(60, 5)},
-          {"identical leaves", test::plain_foliage(std::vector<Quad>(12, test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0.2f})))}};
-}
-
 class Collapse : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(Background, Collapse, testing::Values(true, false),
                          [](const auto& instance) { return instance.param ? "counted" : "not_counted"; });
 
 TEST_P(Collapse, SequenceIsThatOfTheNaiveImplementation) {
-  for (const Case& c : small_plants()) {
-    SCOPED_TRACE(c.name);
-    const NaiveScene scene = scene_of(c.foliage, GetParam());
+  const std::pair<const char*, Foliage> plants[] = {
+      {"random quads, seed 1", test::random_quads(60, 1)},
+      {"random quads, seed 2", test::random_quads(75, 2)},
+      {"crown, seed 3", test::ball_crown(90, 3)},
+      {"crown, seed 4", test::ball_crown(120, 4)},
+      {"duplicated leaves", test::duplicated_leaves(60, 5)},
+      {"identical leaves", test::plain_foliage(std::vector<Quad>(12, test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0.2f})))}};
+  for (const auto& [name, foliage] : plants) {
+    SCOPED_TRACE(name);
+    const NaiveScene scene = scene_of(foliage, GetParam());
     expect_same_sequence(collapse(scene).sequence, test::naive_collapse(scene));
   }
 }
@@ -136,8 +132,7 @@ TEST_P(Collapse, MeasuredAreasGiveTheSameSequence) {
     };
     for (const bool every_step : {true, false}) {
       source.every_step = every_step;
-      const auto result =
-          test::must(collapse_by_mutual_information({foliage, test::plain_materials(), {}}, scene.views, scene.options, {}, source));
+      const auto result = test::must(collapsed(scene, source));
       expect_same_sequence(result.sequence, expected.sequence);
       EXPECT_EQ(result.source.bits, expected.source.bits);
       for (std::size_t level = 0; level < expected.levels.size(); ++level)
@@ -157,8 +152,7 @@ TEST_P(Collapse, InitialAreasAreThoseThatWereMeasured) {
     measured.assign(areas.begin(), areas.end());
     return {};
   };
-  const auto result =
-      test::must(collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source));
+  const auto result = test::must(collapsed(scene, source));
   NaiveAreas areas;
   for (std::uint32_t leaf = 0; leaf <= 40; ++leaf) {
     const auto first = measured.begin() + static_cast<std::ptrdiff_t>(leaf * scene.views.size());
@@ -171,22 +165,17 @@ TEST_P(Collapse, InitialAreasAreThoseThatWereMeasured) {
 /// A device that fails at the n-th question ends the collapse with its error.
 TEST_P(Collapse, AFailureToMeasureIsPassedOn) {
   const NaiveScene scene = scene_of(test::ball_crown(20, 34), GetParam(), 24);
-  for (const bool every_step : {true, false}) {
-    for (int fails_at : {0, 1, 30}) {
-      if (!every_step && fails_at > 0) continue;
+  for (const bool every_step : {true, false})
+    for (const int fails_at : every_step ? std::vector{0, 1, 30} : std::vector{0}) {
       int asked = 0;
       AreaSource source{{}, every_step};
       source.measure = [&](const AreaRequest& request, std::span<std::uint32_t> areas) -> Result<void> {
         if (asked++ >= fails_at) return Error{Status::device_lost, "lost"};
         return areas_of_item_buffers(scene, request, areas);
       };
-      const auto result =
-          collapse_by_mutual_information({scene.source, test::plain_materials(), {}}, scene.views, scene.options, {}, source);
-      ASSERT_FALSE(result);
-      EXPECT_EQ(result.error().status, Status::device_lost);
+      test::expect_error(collapsed(scene, source), Status::device_lost);
       EXPECT_EQ(asked, fails_at + 1) << "it is not asked again";
     }
-  }
 }
 
 /// After every collapse, every leaf in every view, as integers.
@@ -206,9 +195,9 @@ TEST_P(Collapse, IncrementalAreasEqualAFullRender) {
         const auto found = expected.leaves.find(id);
         const std::vector<std::uint32_t> row =
             found == expected.leaves.end() ? std::vector<std::uint32_t>(scene.views.size(), 0) : found->second;
-        ASSERT_EQ(std::vector(live->areas(id).begin(), live->areas(id).end()), row) << "leaf " << id << " after " << i << " collapses";
+        ASSERT_TRUE(std::ranges::equal(live->areas(id), row)) << "leaf " << id << " after " << i << " collapses";
       }
-      ASSERT_EQ(std::vector(live->areas(live->background()).begin(), live->areas(live->background()).end()), expected.background) << i;
+      ASSERT_TRUE(std::ranges::equal(live->areas(live->background()), expected.background)) << i;
       if (i == sequence.merges.size()) break;
       const std::uint32_t result = foliage.leaf_count() + static_cast<std::uint32_t>(i);
       plant = test::merged_plant(plant, sequence.merges[i], result);
@@ -287,16 +276,14 @@ TEST_P(Collapse, ALeafCollapsedToAPointGoesFirst) {
 
 TEST(CollapseOptions, OutOfRangeIsRejected) {
   const Foliage foliage = test::ball_crown(4, 1);
-  const auto status = [&](const Foliage& leaves, const CollapseOptions& options) {
-    const auto result = collapse_by_mutual_information({leaves, test::plain_materials(), {}}, *viewpoints(3), options, {});
-    return result ? Status::ok : result.error().status;
+  const auto collapsed_with = [](const Foliage& leaves, const CollapseOptions& options) {
+    return collapse_by_mutual_information({leaves, test::plain_materials(), {}}, *viewpoints(3), options, {});
   };
-  EXPECT_EQ(status(foliage, {16, true, 1}), Status::ok);
-  EXPECT_EQ(status(foliage, {0, true, 8}), Status::invalid_argument);
-  EXPECT_EQ(status(foliage, {2049, true, 8}), Status::invalid_argument);
-  EXPECT_EQ(status(foliage, {16, true, 0}), Status::invalid_argument);
-  EXPECT_EQ(status(foliage, {16, true, 4097}), Status::invalid_argument);
-  EXPECT_EQ(status(Foliage{}, {16, true, 8}), Status::invalid_argument);
+  EXPECT_TRUE(collapsed_with(foliage, {16, true, 1}));
+  for (const CollapseOptions& options :
+       {CollapseOptions{0, true, 8}, CollapseOptions{2049, true, 8}, CollapseOptions{16, true, 0}, CollapseOptions{16, true, 4097}})
+    test::expect_error(collapsed_with(foliage, options), Status::invalid_argument);
+  test::expect_error(collapsed_with(Foliage{}, {16, true, 8}), Status::invalid_argument);
 }
 
 TEST(CollapseProgress, NeverFallsAndEndsAtOne) {
@@ -317,5 +304,4 @@ TEST(CollapseLevels, AreThePapersTableII) {
   EXPECT_EQ(level_leaf_counts(1), (std::vector<std::uint32_t>(7, 1)));
 }
 
-}  // namespace collapse_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::collapse_test

@@ -11,8 +11,7 @@
 #include "ledger.h"
 #include "printable.h"
 
-namespace coppice {
-namespace core_test {
+namespace coppice::core_test {
 
 struct Item {
   int id = 0;
@@ -149,5 +148,4 @@ TEST(Printable, HidesWhatATerminalObeys) {
   }
 }
 
-}  // namespace core_test
-}  // namespace coppice
+}  // namespace coppice::core_test

@@ -8,8 +8,7 @@
 
 #include "coppice/format.h"
 
-namespace coppice::gpu {
-namespace crown_light_test {
+namespace coppice::gpu::crown_light_test {
 
 constexpr std::uint32_t kLargest = COPPICE_QUANTISED_MAX;
 
@@ -124,5 +123,4 @@ TEST(CrownLight, DirectionsComeBackFromTheOctahedron) {
   EXPECT_EQ(packSnorm2x16(vec2(-1.0f, 0.5f)), 0x40008001u);
 }
 
-}  // namespace crown_light_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::crown_light_test

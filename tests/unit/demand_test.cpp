@@ -15,8 +15,7 @@
 #include "hook_array.h"
 #include "results.h"
 
-namespace coppice {
-namespace demand_test {
+namespace coppice::demand_test {
 
 using test::hook_array;
 
@@ -368,5 +367,4 @@ TEST(ChunkValue, NothingInViewWantsNothing) {
   EXPECT_EQ(texture_value(demanded, {}, 100), 0.0f);
 }
 
-}  // namespace demand_test
-}  // namespace coppice
+}  // namespace coppice::demand_test

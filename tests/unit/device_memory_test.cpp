@@ -10,8 +10,7 @@
 #include "device_memory_hook.h"
 #include "results.h"
 
-namespace coppice::gpu {
-namespace device_memory_test {
+namespace coppice::gpu::device_memory_test {
 
 constexpr std::uint64_t kUnit = 1024, kBlock = 16 * kUnit;
 
@@ -235,5 +234,4 @@ TEST_F(DeviceMemoryTest, AHookThatFailsOrGivesNonsenseIsAnError) {
   EXPECT_EQ(hook_.live_count, 0u) << "it gets it back";
 }
 
-}  // namespace device_memory_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::device_memory_test

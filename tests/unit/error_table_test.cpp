@@ -20,8 +20,7 @@
 #include "tree_order.h"
 #include "visibility.h"
 
-namespace coppice::bake {
-namespace error_table_test {
+namespace coppice::bake::error_table_test {
 
 Quad square_at(const glm::vec3& center, float half) {
   return test::rectangle(center - glm::vec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0});
@@ -258,5 +257,4 @@ TEST(WoodError, OtherSizesAreRefused) {
   EXPECT_FALSE(measure_wood_error(plant, std::array{&one}));
 }
 
-}  // namespace error_table_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::error_table_test

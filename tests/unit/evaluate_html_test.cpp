@@ -14,8 +14,7 @@
 #include "results.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_html_test {
+namespace coppice::bake::evaluate_html_test {
 
 LevelMeasures level(double fraction, double rmse_256, double rmse_16, double hausdorff) {
   LevelMeasures made;
@@ -170,5 +169,4 @@ TEST(EvaluationPictures, ShowTheMaterialsColourOnWhiteAndOnlyWhenAskedFor) {
   EXPECT_GT(green, image.rgba.size() / 4 / 10);
 }
 
-}  // namespace evaluate_html_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_html_test

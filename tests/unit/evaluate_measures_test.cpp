@@ -12,8 +12,7 @@
 #include "surface_distance.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_measures_test {
+namespace coppice::bake::evaluate_measures_test {
 
 EvaluationImage white_image(std::uint32_t size_px) {
   const std::size_t pixel_count = std::size_t{size_px} * size_px;
@@ -205,5 +204,4 @@ TEST(SurfaceSamples, FallOnTrianglesByTheirArea) {
   for (const glm::dvec3& point : samples.points) EXPECT_NEAR(tree.squared_distance(point), 0.0, 1e-12);
 }
 
-}  // namespace evaluate_measures_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_measures_test

@@ -17,8 +17,7 @@
 #include "surface_distance.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_methods_test {
+namespace coppice::bake::evaluate_methods_test {
 
 /// Facing +Z.
 Quad square_at(const glm::vec3& center, float side_m) {
@@ -274,5 +273,4 @@ TEST(LeafScale, GrowsAboutTheCentroid) {
   EXPECT_EQ(scaled, square_at({5, 1, 2}, 3));
 }
 
-}  // namespace evaluate_methods_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_methods_test

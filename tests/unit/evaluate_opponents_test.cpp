@@ -9,8 +9,7 @@
 #include "results.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_opponents_test {
+namespace coppice::bake::evaluate_opponents_test {
 
 /// In the plane z = 0.
 Quad flat(float x, float y, float width, float height) {
@@ -123,5 +122,4 @@ TEST(VoxelCloud, ACubeHoldsTheAreaByNormal) {
   EXPECT_NEAR((*whole)[0].area_m2[0] + (*whole)[0].area_m2[2], 2.0f, 1e-5);
 }
 
-}  // namespace evaluate_opponents_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_opponents_test

@@ -12,8 +12,7 @@
 #include "results.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_render_test {
+namespace coppice::bake::evaluate_render_test {
 
 // Seen from 3 m with tan(half field of view) = 1 / sqrt(8), the plane through the middle of the unit sphere is this wide from the middle
 // of the image to its side.
@@ -341,5 +340,4 @@ TEST(EvaluationRender, AVoxelIsAsOpaqueAsItsLeavesAreDense) {
   EXPECT_EQ(share({0, 0, 1}), 1.0);
 }
 
-}  // namespace evaluate_render_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_render_test

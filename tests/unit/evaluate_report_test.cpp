@@ -21,15 +21,30 @@
 #include "results.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace evaluate_report_test {
+namespace coppice::bake::evaluate_report_test {
+
+using Json = nlohmann::json;
+using Words = std::set<std::string>;
 
 EvaluationReport evaluate_crown(const EvaluateOptions& options, std::uint32_t leaf_count = 60) {
   return test::must(evaluate_foliage("crown", {test::ball_crown(leaf_count, 2), test::plain_materials(), {}}, options, {}));
 }
 
-std::set<std::string> keys(const nlohmann::json& object) {
-  std::set<std::string> names;
+/// The first level of the first method.
+LevelMeasures first_level(const EvaluationReport& report) {
+  return report.methods.at(0).levels.at(0);
+}
+
+Json json_of(const EvaluationReport& report) {
+  return Json::parse(evaluation_json(report));
+}
+
+Json first_level(const Json& report) {
+  return report["methods"][0]["levels"][0];
+}
+
+Words keys(const Json& object) {
+  Words names;
   for (const auto& item : object.items()) names.insert(item.key());
   return names;
 }
@@ -49,34 +64,29 @@ TEST(Evaluate, TheWholePlantHasNoError) {
     const LevelMeasures& level = method.levels.at(0);
     EXPECT_EQ(level.leaves, 60u);
     EXPECT_EQ(level.triangles, 120u);
-    EXPECT_EQ(level.rmse_full, 0.0) << method.name;
-    EXPECT_EQ(level.rmse_sixteenth, 0.0) << method.name;
     ASSERT_TRUE(level.lit);
-    EXPECT_EQ(level.lit->suns_full, 0.0) << method.name;
-    EXPECT_EQ(level.lit->frames_full, 0.0) << method.name;
+    double error = level.rmse_full + level.rmse_sixteenth + level.lit->suns_full + level.lit->frames_full;
     for (const LevelMeasures::Lighting& lighting : level.lightings) {
-      EXPECT_EQ(lighting.rmse_full, 0.0) << method.name;
-      EXPECT_EQ(lighting.rmse_sixteenth, 0.0) << method.name;
+      error += lighting.rmse_full + lighting.rmse_sixteenth;
       EXPECT_EQ(lighting.luminance, 1.0) << method.name;
     }
+    EXPECT_EQ(error, 0.0) << method.name;
     EXPECT_EQ(level.coverage, 1.0) << method.name;
     EXPECT_EQ(level.soft_iou, 1.0) << method.name;
     EXPECT_NEAR(level.area_ratio, 1.0, 1e-12) << method.name;
-    EXPECT_NEAR(level.hausdorff, 0.0, 1e-7) << method.name;
-    EXPECT_NEAR(level.mean_distance, 0.0, 1e-7) << method.name;
+    EXPECT_NEAR(level.hausdorff + level.mean_distance, 0.0, 1e-7) << method.name;
   }
 }
 
 TEST(Evaluate, ErrorsGrowAsLeavesGo) {
   EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.9, 0.3, 0.05}};
-  const EvaluationReport report = evaluate_crown(options, 200);
-  const std::vector<LevelMeasures>& levels = report.methods.at(0).levels;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double above = i == 0 ? 0.0 : levels[i - 1].rmse_full, mean_above = i == 0 ? 0.0 : levels[i - 1].mean_distance;
-    EXPECT_GT(levels[i].rmse_full, above);
-    EXPECT_GT(levels[i].mean_distance, mean_above);
-    EXPECT_LT(levels[i].rmse_quarter, levels[i].rmse_full);
-    EXPECT_LT(levels[i].rmse_sixteenth, levels[i].rmse_quarter);
+  LevelMeasures above;
+  for (const LevelMeasures& level : evaluate_crown(options, 200).methods.at(0).levels) {
+    EXPECT_GT(level.rmse_full, above.rmse_full);
+    EXPECT_GT(level.mean_distance, above.mean_distance);
+    EXPECT_LT(level.rmse_quarter, level.rmse_full);
+    EXPECT_LT(level.rmse_sixteenth, level.rmse_quarter);
+    above = level;
   }
 }
 
@@ -117,13 +127,13 @@ TEST(Evaluate, AgainstMeshesTheCardOfATriangleHasItsOutline) {
   const Plant plant = triangle_plant();
   EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0}};
   const auto by_quads = test::must(evaluate_plant(plant, options, {}));
-  EXPECT_EQ(by_quads.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(first_level(by_quads).rmse_full, 0.0);
   EXPECT_EQ(by_quads.source_triangles, 8u);
 
   options.reference = ReferenceKind::meshes;
   const auto by_meshes = test::must(evaluate_plant(plant, options, {}));
   EXPECT_EQ(by_meshes.source_triangles, 4u);
-  const LevelMeasures& level = by_meshes.methods[0].levels[0];
+  const LevelMeasures level = first_level(by_meshes);
   EXPECT_EQ(level.leaves, 4u);
   // A rectangle on a side of a triangle and as high as it has twice its area; half of that are holes.
   EXPECT_NEAR(level.area_ratio, 2.0, 1e-5);
@@ -147,26 +157,26 @@ TEST(Evaluate, ALeafThatIsAQuadHasNoErrorAgainstItsMeshTextureIncluded) {
   plant.images = {Image{2, 1, {255, 255, 255, 255, 40, 80, 20, 255}}};
   EvaluateOptions options{.methods = {Method::geometric}, .fractions = {1.0, 0.5}};
   options.reference = ReferenceKind::meshes;
-  const auto report = test::must(evaluate_plant(plant, options, {}));
-  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
-  EXPECT_NEAR(report.methods[0].levels[0].hausdorff, 0.0, 1e-7);
-  EXPECT_GT(report.methods[0].levels[1].rmse_full, 10.0);
+  const auto levels = test::must(evaluate_plant(plant, options, {})).methods[0].levels;
+  EXPECT_EQ(levels[0].rmse_full, 0.0);
+  EXPECT_NEAR(levels[0].hausdorff, 0.0, 1e-7);
+  EXPECT_GT(levels[1].rmse_full, 10.0);
 }
 
 TEST(Evaluate, ErrorsOfFilteredPicturesOfTwoSizesAgree) {
   EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}};
-  const double at_256 = evaluate_crown(options).methods[0].levels[0].rmse_quarter;
+  const double at_256 = first_level(evaluate_crown(options)).rmse_quarter;
   options.size_px = 512;
   const EvaluationReport report = evaluate_crown(options);
   EXPECT_EQ(report.size_px, 512u);
   EXPECT_EQ(rmse_names(512), (std::array<std::string, 3>{"rmse_512", "rmse_128", "rmse_32"}));
-  const LevelMeasures& level = report.methods[0].levels[0];
+  const LevelMeasures level = first_level(report);
   // Between the errors at 128 and at 32 px lies that at 64, which 256 px give.
   EXPECT_LT(at_256, level.rmse_quarter);
   EXPECT_GT(at_256, level.rmse_sixteenth);
-  const auto json = nlohmann::json::parse(evaluation_json(report));
-  EXPECT_EQ(json["methods"][0]["levels"][0]["rmse_512"], level.rmse_full);
-  EXPECT_FALSE(json["methods"][0]["levels"][0].contains("rmse_256"));
+  const Json json = first_level(json_of(report));
+  EXPECT_EQ(json["rmse_512"], level.rmse_full);
+  EXPECT_FALSE(json.contains("rmse_256"));
   EXPECT_NE(evaluation_table(report).find("rmse_128"), std::string::npos);
 }
 
@@ -176,18 +186,14 @@ TEST(Evaluate, RefusesWhatCannotBeMeasured) {
     return !report && report.error().status == Status::invalid_argument;
   };
   const Foliage crown = test::ball_crown(5, 2);
+  EXPECT_FALSE(refused(crown, {.methods = {Method::stochastic}}));
+  EXPECT_TRUE(refused({}, {.methods = {Method::stochastic}}));
+  EXPECT_TRUE(refused(test::plain_foliage({Quad{}}), {.methods = {Method::stochastic}}));
+  for (const double fraction : {0.0, -0.5, 1.5, std::nan("")})
+    EXPECT_TRUE(refused(crown, {.methods = {Method::stochastic}, .fractions = {fraction}})) << fraction;
+  EXPECT_TRUE(refused(crown, {.methods = {Method::stochastic}, .fractions = {}}));
+  EXPECT_TRUE(refused(crown, {.methods = {}}));
   EvaluateOptions options;
-  options.methods = {Method::stochastic};
-  EXPECT_FALSE(refused(crown, options));
-  EXPECT_TRUE(refused({}, options));
-  EXPECT_TRUE(refused(test::plain_foliage({Quad{}}), options));
-  for (const double fraction : {0.0, -0.5, 1.5, std::nan("")}) {
-    options.fractions = {fraction};
-    EXPECT_TRUE(refused(crown, options)) << fraction;
-  }
-  options.fractions = {};
-  EXPECT_TRUE(refused(crown, options));
-  options = {};
   options.reference = ReferenceKind::meshes;
   EXPECT_TRUE(refused(crown, options)) << "quads have no meshes";
   for (const std::uint32_t size_px : {0u, 100u, 8192u}) {
@@ -195,33 +201,30 @@ TEST(Evaluate, RefusesWhatCannotBeMeasured) {
     options.size_px = size_px;
     EXPECT_TRUE(refused(crown, options)) << size_px;
   }
-  options = {};
-  options.methods = {};
-  EXPECT_TRUE(refused(crown, options));
 }
 
 TEST(EvaluationReport, JsonHasTheKeysOfTheContract) {
   EvaluateOptions options{.methods = {Method::geometric, Method::meshopt_sloppy}, .fractions = {0.5, 0.1}};
-  const auto json = nlohmann::json::parse(evaluation_json(evaluate_crown(options)));
-  EXPECT_EQ(keys(json), (std::set<std::string>{"plant", "source_leaves", "reference", "setup", "view_distance", "size_px", "methods"}));
+  const Json json = json_of(evaluate_crown(options));
+  EXPECT_EQ(keys(json), (Words{"plant", "source_leaves", "reference", "setup", "view_distance", "size_px", "methods"}));
   EXPECT_EQ(json["plant"], "crown");
   EXPECT_EQ(json["source_leaves"], 60);
   EXPECT_EQ(json["reference"], "quads");
   EXPECT_EQ(json["size_px"], 256);
+  EXPECT_EQ(json["setup"], "ours");
+  EXPECT_EQ(json["view_distance"], 3.0);
   ASSERT_EQ(json["methods"].size(), 2u);
   EXPECT_EQ(json["methods"][1]["name"], "meshopt_sloppy");
-  for (const auto& method : json["methods"]) {
-    EXPECT_EQ(keys(method), (std::set<std::string>{"name", "levels"}));
+  for (const Json& method : json["methods"]) {
+    EXPECT_EQ(keys(method), (Words{"name", "levels"}));
     ASSERT_EQ(method["levels"].size(), 2u);
-    for (const auto& level : method["levels"])
-      EXPECT_EQ(keys(level), (std::set<std::string>{"fraction",      "leaves",         "triangles",       "rmse_256",       "rmse_64",
-                                                    "rmse_16",       "coverage",       "area_ratio",      "hausdorff",      "mean_distance",
-                                                    "rmse_256_suns", "rmse_16_suns",   "rmse_256_frames", "rmse_16_frames", "rmse_256_mean",
-                                                    "rmse_16_mean",  "rmse_256_worst", "rmse_16_worst",   "luminance",      "lightings"}));
-    EXPECT_EQ(json["setup"], "ours");
-    EXPECT_EQ(json["view_distance"], 3.0);
     EXPECT_EQ(method["levels"][0]["leaves"], 30);
     EXPECT_EQ(method["levels"][1]["fraction"], 0.1);
+    for (const Json& level : method["levels"])
+      EXPECT_EQ(keys(level), (Words{"fraction",      "leaves",         "triangles",       "rmse_256",       "rmse_64",
+                                    "rmse_16",       "coverage",       "area_ratio",      "hausdorff",      "mean_distance",
+                                    "rmse_256_suns", "rmse_16_suns",   "rmse_256_frames", "rmse_16_frames", "rmse_256_mean",
+                                    "rmse_16_mean",  "rmse_256_worst", "rmse_16_worst",   "luminance",      "lightings"}));
   }
 }
 
@@ -230,7 +233,7 @@ TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
   const EvaluationReport with = evaluate_crown(options);
   options.suns_and_frames = false;
   const EvaluationReport without = evaluate_crown(options);
-  const LevelMeasures &lit = with.methods[0].levels[0], &plain = without.methods[0].levels[0];
+  const LevelMeasures lit = first_level(with), plain = first_level(without);
   EXPECT_EQ(lit.rmse_full, plain.rmse_full);
   EXPECT_FALSE(plain.lit);
   ASSERT_TRUE(lit.lit);
@@ -245,14 +248,14 @@ TEST(Evaluate, MeasuresSunsAndFramesUnlessToldNotTo) {
 TEST(Evaluate, SixPairsOfLightAndGroundAreMeasured) {
   EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}, .suns_and_frames = false};
   const EvaluationReport report = evaluate_crown(options);
-  const LevelMeasures& level = report.methods[0].levels[0];
-  const auto json = nlohmann::json::parse(evaluation_json(report))["methods"][0]["levels"][0];
+  const LevelMeasures level = first_level(report);
+  const Json json = first_level(json_of(report));
   ASSERT_EQ(json["lightings"].size(), 6u);
   std::set<std::pair<std::string, double>> pairs;
   double largest = 0.0, sum = 0.0;
   for (std::size_t i = 0; i < 6; ++i) {
-    const auto& lighting = json["lightings"][i];
-    EXPECT_EQ(keys(lighting), (std::set<std::string>{"light", "ground", "rmse_256", "rmse_16", "luminance"}));
+    const Json& lighting = json["lightings"][i];
+    EXPECT_EQ(keys(lighting), (Words{"light", "ground", "rmse_256", "rmse_16", "luminance"}));
     pairs.emplace(lighting["light"].get<std::string>(), lighting["ground"].get<double>());
     EXPECT_EQ(lighting["rmse_16"], level.lightings[i].rmse_sixteenth);
     EXPECT_GT(level.lightings[i].rmse_full, level.lightings[i].rmse_sixteenth);
@@ -297,7 +300,7 @@ LevelMeasures as_level_of_wall(const Foliage& foliage) {
   const Mesh mesh = foliage_mesh(foliage);
   EXPECT_TRUE(write_glb(folder / "1.glb", {{"leaves", &mesh}}, test::plain_materials(), {}));
   EvaluateOptions options{.methods = {}, .level_sets = {{"mine", folder.path()}}, .fractions = {1.0}, .suns_and_frames = false};
-  return test::must(evaluate_foliage("wall", {wall(kFlatNormals), test::plain_materials(), {}}, options, {})).methods.at(0).levels.at(0);
+  return first_level(test::must(evaluate_foliage("wall", {wall(kFlatNormals), test::plain_materials(), {}}, options, {})));
 }
 
 TEST(Evaluate, AFilesSpreadAndOpacityCount) {
@@ -315,17 +318,17 @@ TEST(Evaluate, AFilesSpreadAndOpacityCount) {
 TEST(Evaluate, OfASweepTheBestCounts) {
   EvaluateOptions options{.methods = {Method::fsa}, .fractions = {0.5}, .suns_and_frames = false};
   const EvaluationReport report = evaluate_crown(options);
-  EXPECT_FALSE(report.methods[0].levels[0].parameters.empty());
-  const auto json = nlohmann::json::parse(evaluation_json(report));
-  EXPECT_EQ(json["methods"][0]["levels"][0]["parameters"], report.methods[0].levels[0].parameters);
-  EXPECT_NE(evaluation_table(report).find(report.methods[0].levels[0].parameters), std::string::npos);
+  const std::string parameters = first_level(report).parameters;
+  EXPECT_FALSE(parameters.empty());
+  EXPECT_EQ(first_level(json_of(report))["parameters"], parameters);
+  EXPECT_NE(evaluation_table(report).find(parameters), std::string::npos);
 }
 
 TEST(Evaluate, FartherCamerasSeeTheCrownFromFarther) {
   EvaluateOptions options{.methods = {Method::stochastic}, .fractions = {0.3}, .suns_and_frames = false};
-  const double near = evaluate_crown(options).methods[0].levels[0].rmse_full;
+  const double near = first_level(evaluate_crown(options)).rmse_full;
   options.view_distance_radii = 30.0;
-  EXPECT_NE(evaluate_crown(options).methods[0].levels[0].rmse_full, near);
+  EXPECT_NE(first_level(evaluate_crown(options)).rmse_full, near);
   const Foliage foliage = test::ball_crown(5, 2);
   for (const double distance : {1.0, 0.0, 1e9, std::nan("")}) {
     options.view_distance_radii = distance;
@@ -349,10 +352,10 @@ TEST(Evaluate, ThePapersQuadsAreOpaqueRectangles) {
   EvaluateOptions options{.methods = {Method::mi, Method::geometric}, .fractions = {1.0, 0.5}};
   options.setup = Setup::paper;
   const auto report = test::must(evaluate_plant(triangle_plant(), options, {}));
-  EXPECT_EQ(report.methods[0].levels[0].rmse_full, 0.0);
+  EXPECT_EQ(first_level(report).rmse_full, 0.0);
   EXPECT_TRUE(test::mentions(paper_claim(report), {"mi", "rmse_256", "geometric", "2"}));
-  EXPECT_EQ(nlohmann::json::parse(evaluation_json(report))["setup"], "paper");
-  const auto both = nlohmann::json::parse(evaluations_json({report, report}));
+  EXPECT_EQ(json_of(report)["setup"], "paper");
+  const Json both = Json::parse(evaluations_json({report, report}));
   EXPECT_EQ(both["plants"].size(), 2u);
   EXPECT_EQ(both["plants"][1]["plant"], "trefoil");
 }
@@ -386,8 +389,7 @@ TEST(EvaluationReport, TableMarksTheLeastErrorAndJsonHasNullForNoNumber) {
   EXPECT_TRUE(test::mentions(table, {"two methods", "10"}));
   EXPECT_NE(table.find("12.50*"), std::string::npos) << table;
   EXPECT_NE(table.find("40.25 "), std::string::npos) << table;
-  EXPECT_TRUE(nlohmann::json::parse(evaluation_json(report))["methods"][1]["levels"][0]["hausdorff"].is_null());
+  EXPECT_TRUE(json_of(report)["methods"][1]["levels"][0]["hausdorff"].is_null());
 }
 
-}  // namespace evaluate_report_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::evaluate_report_test

@@ -18,8 +18,7 @@
 #include "texture_regions.h"
 #include "wood_lods.h"
 
-namespace coppice::bake {
-namespace first_read_test {
+namespace coppice::bake::first_read_test {
 
 /// As long as measure_error_table's, and of no meaning.
 ErrorTable flat_errors(std::uint32_t leaf_count) {
@@ -66,5 +65,4 @@ TEST(FirstRead, OfAThirdPartyPlantIsAtMost64KiB) {
   EXPECT_GT(count, 0u);
 }
 
-}  // namespace first_read_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::first_read_test

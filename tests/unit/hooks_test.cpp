@@ -20,8 +20,7 @@
 #include "results.h"
 #include "transfer.h"
 
-namespace coppice {
-namespace hooks_test {
+namespace coppice::hooks_test {
 
 /// One attempt.
 Result<void> read_once(const coppice_io& io, std::int64_t file, std::uint64_t offset, std::span<std::uint8_t> out) {
@@ -214,13 +213,4 @@ TEST(IoResult, SaysTheSystemsReason) {
   EXPECT_EQ(read_error(-ENOMEM, 8, 0).status, Status::out_of_memory);
 }
 
-TEST(IoResult, AReadIsTriedAFewTimesWithGrowingPauses) {
-  ReadRetry retry;
-  std::vector<std::uint64_t> pauses_ms;
-  while (retry.pause(1'000'000)) pauses_ms.push_back(retry.again_ns / 1'000'000 - 1);
-  EXPECT_EQ(pauses_ms, (std::vector<std::uint64_t>{50, 200, 800}));
-  EXPECT_EQ(retry.failed_attempts, kReadAttempts);
-}
-
-}  // namespace hooks_test
-}  // namespace coppice
+}  // namespace coppice::hooks_test

@@ -19,8 +19,7 @@
 #include "results.h"
 #include "select.h"
 
-namespace coppice::test {
-namespace host_test {
+namespace coppice::test::host_test {
 
 /// A host with one plant, which stands in view.
 class HostChanges : public testing::Test {
@@ -383,5 +382,4 @@ TEST(WriteLeaves, AreLitAsTheirNodesSay) {
   for (const std::uint32_t count : sides) EXPECT_GT(count, 70u);
 }
 
-}  // namespace host_test
-}  // namespace coppice::test
+}  // namespace coppice::test::host_test

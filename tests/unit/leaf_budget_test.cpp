@@ -7,8 +7,7 @@
 #include <functional>
 #include <vector>
 
-namespace coppice {
-namespace leaf_budget_test {
+namespace coppice::leaf_budget_test {
 
 constexpr float kErrorPx = 2.0f;
 constexpr std::uint32_t kBudget = 100'000;
@@ -88,5 +87,4 @@ TEST(LeafBudget, TrianglesOfTheHardwareWeighMore) {
   EXPECT_GT(work_in_leaves({.leaves = 10, .hardware_triangles = 20}), 50.0);
 }
 
-}  // namespace leaf_budget_test
-}  // namespace coppice
+}  // namespace coppice::leaf_budget_test

@@ -19,8 +19,7 @@
 #include "results.h"
 #include "texture_regions.h"
 
-namespace coppice::bake {
-namespace leaf_cards_test {
+namespace coppice::bake::leaf_cards_test {
 
 using test::kite;
 using test::LeafMesh;
@@ -262,5 +261,4 @@ TEST(DropUnusedMaterials, KeepsWhatCardsAndWoodUse) {
   EXPECT_EQ(plant.wood.lods[0].triangle_materials, (std::vector<std::uint32_t>{0, 0}));
 }
 
-}  // namespace leaf_cards_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::leaf_cards_test

@@ -29,8 +29,7 @@
 #include "unpack.h"
 #include "visibility.h"
 
-namespace coppice::bake {
-namespace leaf_mesh_parts_test {
+namespace coppice::bake::leaf_mesh_parts_test {
 
 Quad square_at(const glm::vec3& center, float half) {
   return test::rectangle(center - glm::vec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0});
@@ -287,5 +286,4 @@ TEST(LeafMeshError, SeesWhatIsPaintedOnThem) {
   EXPECT_GT(error_px.back(), 15.0f);
 }
 
-}  // namespace leaf_mesh_parts_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::leaf_mesh_parts_test

@@ -9,8 +9,7 @@
 #include "packed_plant.h"
 #include "streamer_fixture.h"
 
-namespace coppice {
-namespace leaf_mesh_stream_test {
+namespace coppice::leaf_mesh_stream_test {
 
 using test::demand_of;
 
@@ -46,10 +45,11 @@ TEST_F(LeafMeshStream, ComeBeforeTheirQuadsErrTooMuchAndNoSooner) {
   EXPECT_EQ(streamer->stats().all().wanted, 0u);
 }
 
-TEST_F(LeafMeshStream, FullDetailAsksForThem) {
+TEST_F(LeafMeshStream, FullDetailAsksForEverything) {
   view.full = true;
   const std::uint32_t plant = open("a");
   frames(20, {demand_of(10.0f)});
+  expect_whole(plant);
   EXPECT_TRUE(streamer->state(plant).leaf_meshes_resident);
 }
 
@@ -156,5 +156,4 @@ TEST_F(LeafMeshStream, ClosingGivesThemBack) {
   EXPECT_EQ(open("a"), 0u);
 }
 
-}  // namespace leaf_mesh_stream_test
-}  // namespace coppice
+}  // namespace coppice::leaf_mesh_stream_test

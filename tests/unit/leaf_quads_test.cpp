@@ -18,8 +18,7 @@
 #include "plants_folder.h"
 #include "results.h"
 
-namespace coppice::bake {
-namespace leaf_quads_test {
+namespace coppice::bake::leaf_quads_test {
 
 using test::kite;
 using test::LeafMesh;
@@ -290,5 +289,4 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-}  // namespace leaf_quads_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::leaf_quads_test

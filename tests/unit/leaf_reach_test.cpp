@@ -6,8 +6,7 @@
 
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace leaf_reach_test {
+namespace coppice::bake::leaf_reach_test {
 
 const Quad kUnitSquare = test::rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
 
@@ -17,9 +16,6 @@ TEST(LeafReach, OfPointsAboveBesideAndOffACorner) {
   EXPECT_DOUBLE_EQ(squared_reach({{-3, -4, 0}}, kUnitSquare), 25.0);
   EXPECT_DOUBLE_EQ(squared_reach({{0.25f, 0.5f, 0}, {0.5f, 0.5f, -3}, {2, 0.5f, 0}}, kUnitSquare), 9.0);
   EXPECT_DOUBLE_EQ(squared_reach({{0, 3, 4}}, test::rectangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0})), 25.0);
-}
-
-TEST(LeafReach, OfALeafToItselfIsNothing) {
   EXPECT_DOUBLE_EQ(squared_reach(reach_points(kUnitSquare), kUnitSquare), 0.0);
 }
 
@@ -38,5 +34,4 @@ TEST(LeafReach, KeepsTheOutermostPoints) {
   EXPECT_EQ(std::count(points.begin(), points.end(), glm::vec3(0.1f)), 0);
 }
 
-}  // namespace leaf_reach_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::leaf_reach_test

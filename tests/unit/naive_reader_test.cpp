@@ -22,8 +22,7 @@
 #include "unpack.h"
 #include "wood_codec.h"
 
-namespace coppice {
-namespace naive_reader_test {
+namespace coppice::naive_reader_test {
 
 using test::Bytes;
 using test::NaivePlant;
@@ -291,5 +290,4 @@ TEST(NaiveReader, AgreesOnMutantsOfKeptFiles) {
     expect_agreement_on_mutants(file, file.bytes.size() > 5000 ? 40 : 3, 2);
 }
 
-}  // namespace naive_reader_test
-}  // namespace coppice
+}  // namespace coppice::naive_reader_test

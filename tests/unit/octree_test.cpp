@@ -9,8 +9,7 @@
 #include "quad_merge.h"
 #include "test_foliage.h"
 
-namespace coppice::bake {
-namespace octree_test {
+namespace coppice::bake::octree_test {
 
 using Ids = std::vector<std::uint32_t>;
 
@@ -34,12 +33,16 @@ Ids cell_candidates(LeafOctree& octree, std::uint32_t id, std::uint32_t count) {
   return found;
 }
 
+LeafOctree octree_of(const std::vector<glm::vec3>& points) {
+  LeafOctree octree(at(points), static_cast<std::uint32_t>(points.size()));
+  for (std::uint32_t i = 0; i < points.size(); ++i) octree.insert(i, points[i]);
+  return octree;
+}
+
 TEST(LeafOctree, GrowsCellByCellAndKeepsTheNearest) {
   // Seven leaves in all: depth 2 + ceil(log2(7) / 3) = 3, cells of 1 m.
-  const std::vector<glm::vec3> points{{0.1f, 0.1f, 0.1f}, {1.9f, 1.9f, 1.9f}, {2.1f, 0.1f, 0.1f},
-                                      {3.9f, 3.9f, 3.9f}, {4.1f, 0.1f, 0.1f}, {7.9f, 7.9f, 7.9f}};
-  LeafOctree octree(at(points), 6);
-  for (std::uint32_t i = 0; i < 6; ++i) octree.insert(i, points[i]);
+  LeafOctree octree =
+      octree_of({{0.1f, 0.1f, 0.1f}, {1.9f, 1.9f, 1.9f}, {2.1f, 0.1f, 0.1f}, {3.9f, 3.9f, 3.9f}, {4.1f, 0.1f, 0.1f}, {7.9f, 7.9f, 7.9f}});
   // The own cell has no other; the first ring has leaf 1, though leaf 2 is nearer.
   EXPECT_EQ(candidates(octree, 0, 1), (Ids{1}));
   EXPECT_EQ(cell_candidates(octree, 0, 1), (Ids{1}));
@@ -56,9 +59,7 @@ TEST(LeafOctree, GrowsCellByCellAndKeepsTheNearest) {
 
 /// The paper weighs everything in the enlarged cell, however much that is.
 TEST(LeafOctree, ACellOfManyGivesThemAll) {
-  const std::vector<glm::vec3> points(40, glm::vec3(4.5f));
-  LeafOctree octree(at(points), 40);
-  for (std::uint32_t i = 0; i < 40; ++i) octree.insert(i, points[i]);
+  LeafOctree octree = octree_of(std::vector<glm::vec3>(40, glm::vec3(4.5f)));
   Ids others;
   for (std::uint32_t i = 0; i < 40; ++i)
     if (i != 7) others.push_back(i);
@@ -73,13 +74,9 @@ TEST(LeafOctree, TiesGoToTheSmallerId) {
   EXPECT_EQ(candidates(octree, 2, 3), (Ids{0, 1, 3}));
 }
 
-TEST(LeafOctree, ALoneLeafHasNoCandidates) {
-  LeafOctree octree(at({glm::vec3(1)}), 1);
-  octree.insert(0, glm::dvec3(1));
-  EXPECT_TRUE(candidates(octree, 0, 8).empty());
-}
-
-TEST(LeafOctree, AFoliageWithoutExtentIsOneCell) {
+TEST(LeafOctree, ALoneLeafHasNoCandidatesAndAFoliageWithoutExtentIsOneCell) {
+  LeafOctree lone = octree_of({glm::vec3(1)});
+  EXPECT_TRUE(candidates(lone, 0, 8).empty());
   const Foliage foliage = test::plain_foliage(std::vector<Quad>(3, Quad{glm::vec3(2), glm::vec3(2), glm::vec3(2), glm::vec3(2)}));
   LeafOctree octree(foliage, 3);
   for (std::uint32_t i = 0; i < 3; ++i) octree.insert(i, glm::dvec3(2));
@@ -108,5 +105,4 @@ TEST(LeafOctree, FollowsInsertionsAndRemovals) {
   }
 }
 
-}  // namespace octree_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::octree_test

@@ -15,8 +15,7 @@
 #include "results.h"
 #include "unpack.h"
 
-namespace coppice::bake {
-namespace pack_test {
+namespace coppice::bake::pack_test {
 
 using test::packed;
 using test::packed_plant;
@@ -282,5 +281,4 @@ TEST(Verify, NoticesASphereThatIsTooSmall) {
   EXPECT_STREQ(verify(packed(plant)).error().what, "plant sphere");
 }
 
-}  // namespace pack_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::pack_test

@@ -16,8 +16,7 @@
 #include "instances.h"
 #include "pick.h"
 
-namespace coppice::test {
-namespace pick_test {
+namespace coppice::test::pick_test {
 
 class Rays {
  public:
@@ -287,5 +286,4 @@ TEST(PickRuntime, WrongRaysAreRefused) {
   EXPECT_EQ(coppice_pick(host.context(), nullptr, &hit), COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
-}  // namespace pick_test
-}  // namespace coppice::test
+}  // namespace coppice::test::pick_test

@@ -10,8 +10,7 @@
 #include "hook_array.h"
 #include "random_tree.h"
 
-namespace coppice {
-namespace select_test {
+namespace coppice::select_test {
 
 using test::hook_array;
 
@@ -40,43 +39,34 @@ struct Table {
   [[nodiscard]] lod::CoppiceColumn column(float size_px) const { return lod::coppice_column(table, size_px); }
 };
 
-TEST(LeafCount, HitsLevelsExactly) {
+TEST(LeafCount, IsLinearInLogLeafCountAndLogSizeAndStaysWithinTheTree) {
   const Table t;
-  EXPECT_FLOAT_EQ(t.leaves(8.0f, 4.0f), 1.0f);
-  EXPECT_FLOAT_EQ(t.leaves(8.0f, 2.0f), 10.0f);
-  EXPECT_FLOAT_EQ(t.leaves(32.0f, 8.0f), 10.0f);
-  EXPECT_FLOAT_EQ(t.leaves(32.0f, 2.0f), 100.0f);
-}
-
-TEST(LeafCount, IsLinearInLogLeafCountBetweenLevels) {
-  const Table t;
-  // Error 1 is two thirds of the way from 2 to 0.5: 10^(1 + 2/3).
-  EXPECT_NEAR(t.leaves(8.0f, 1.0f), 46.4159f, 1e-3f);
-  // Error 3 is half way from 4 to 2: 10^0.5.
-  EXPECT_NEAR(t.leaves(8.0f, 3.0f), 3.16228f, 1e-4f);
-}
-
-TEST(LeafCount, IsLinearInLogSizeBetweenSizes) {
-  const Table t;
-  // 16 px is half way from 8 to 32 in log size: errors 10, 5, 1.25.
-  EXPECT_NEAR(t.leaves(16.0f, 5.0f), 10.0f, 1e-4f);
-  EXPECT_NEAR(t.leaves(16.0f, 7.5f), 3.16228f, 1e-4f);
-}
-
-TEST(LeafCount, ClampsBelowTheFirstSizeAndGrowsAboveTheLast) {
-  const Table t;
-  EXPECT_FLOAT_EQ(t.leaves(1.0f, 3.0f), t.leaves(8.0f, 3.0f));
-  EXPECT_FLOAT_EQ(t.leaves(0.0f, 3.0f), t.leaves(8.0f, 3.0f));
-  // Twice the last size: errors 32, 16, 4.
-  EXPECT_NEAR(t.leaves(64.0f, 16.0f), 10.0f, 1e-4f);
-  EXPECT_NEAR(t.leaves(64.0f, 24.0f), 3.16228f, 1e-4f);
-}
-
-TEST(LeafCount, StaysWithinTheTree) {
-  const Table t;
-  EXPECT_FLOAT_EQ(t.leaves(1e6f, 2.0f), 100.0f);
-  EXPECT_FLOAT_EQ(t.leaves(8.0f, 1e6f), 1.0f);
-  EXPECT_FLOAT_EQ(t.leaves(8.0f, 1e-6f), 100.0f);
+  struct Case {
+    float size_px, threshold_px, leaves;
+  };
+  const Case cases[] = {
+      // levels and sizes of the table
+      {8.0f, 4.0f, 1.0f},
+      {8.0f, 2.0f, 10.0f},
+      {32.0f, 8.0f, 10.0f},
+      {32.0f, 2.0f, 100.0f},
+      // Error 1 is two thirds of the way from 2 to 0.5: 10^(1 + 2/3). Error 3 is half way from 4 to 2: 10^0.5.
+      {8.0f, 1.0f, 46.4159f},
+      {8.0f, 3.0f, 3.16228f},
+      // 16 px is half way from 8 to 32 in log size: errors 10, 5, 1.25.
+      {16.0f, 5.0f, 10.0f},
+      {16.0f, 7.5f, 3.16228f},
+      // below the first size as there; at twice the last size errors are 32, 16, 4
+      {1.0f, 3.0f, 3.16228f},
+      {0.0f, 3.0f, 3.16228f},
+      {64.0f, 16.0f, 10.0f},
+      {64.0f, 24.0f, 3.16228f},
+      {1e6f, 2.0f, 100.0f},
+      {8.0f, 1e6f, 1.0f},
+      {8.0f, 1e-6f, 100.0f},
+  };
+  for (const auto& [size_px, threshold_px, leaves] : cases)
+    EXPECT_NEAR(t.leaves(size_px, threshold_px), leaves, 1e-5f * leaves + 6e-5f) << size_px << " px at " << threshold_px;
 }
 
 TEST(LeafCount, GrowsWithSizeAndFallsWithThreshold) {
@@ -157,6 +147,8 @@ TEST(LeafMeshes, AreDrawnWhereQuadsErrByMoreThanTheThreshold) {
   t.plant.leaf_meshes_resident = false;
   EXPECT_FALSE(t.lod_at(1000.0f).leaf_meshes) << "quads until they are there";
   EXPECT_EQ(t.lod_at(1000.0f).leaf_count, 100.0f);
+  t.plant.leaf_meshes_resident = t.view.full = true;
+  EXPECT_TRUE(t.lod_at(1.0f).leaf_meshes) << "in full detail always";
 }
 
 TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
@@ -179,12 +171,6 @@ TEST(LeafMeshes, TheCutBecomesAllQuadsWhereMeshesTakeOver) {
   EXPECT_GT(last, 90.0f);
   t.plant.leaf_meshes_resident = false;
   EXPECT_LT(t.lod_at(32.0f * threshold_px / 2.0f).leaf_count, 90.0f) << "nothing takes over: the cut as the table has it";
-}
-
-TEST(LeafMeshes, FullDetailDrawsThem) {
-  TableWithMeshes t;
-  t.view.full = true;
-  EXPECT_TRUE(t.lod_at(1.0f).leaf_meshes);
 }
 
 TEST(ProjectedSize, IsTheDiameterAtItsDistance) {
@@ -324,5 +310,4 @@ TEST(SelectLods, AgreesWithTheFunctionsItIsMadeOf) {
   }
 }
 
-}  // namespace select_test
-}  // namespace coppice
+}  // namespace coppice::select_test

@@ -8,33 +8,14 @@
 
 #include "symbol_writer.h"
 
-namespace coppice {
-namespace symbol_reader_test {
+namespace coppice::symbol_reader_test {
 
 using Bytes = std::vector<std::uint8_t>;
-
-TEST(SymbolWeight, FollowsTheTable) {
-  const std::vector<std::uint32_t> expected = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192};
-  for (std::uint32_t digit = 0; digit < kWeightDigits; ++digit) EXPECT_EQ(symbol_weight(digit), expected[digit]);
-}
-
-TEST(Zigzag, SmallStaysSmall) {
-  EXPECT_EQ(zigzag(0), 0u);
-  EXPECT_EQ(zigzag(-1), 1u);
-  EXPECT_EQ(zigzag(1), 2u);
-  for (std::int32_t value : {-16383, -5, 0, 7, 16383}) EXPECT_EQ(unzigzag(zigzag(value)), value);
-}
 
 std::vector<std::uint32_t> shared_out(const Bytes& digits) {
   std::vector<std::uint32_t> probabilities(digits.size());
   share_out(digits, probabilities);
   return probabilities;
-}
-
-TEST(ShareOut, KnownShares) {
-  // weights 4 0 2: 1 + 4 * 1018 / 6, 0, 1 + 2 * 1018 / 6; five are left over
-  EXPECT_EQ(shared_out({4, 0, 2}), (std::vector<std::uint32_t>{684, 0, 340}));
-  EXPECT_EQ(shared_out({0, 1}), (std::vector<std::uint32_t>{0, 1024}));
 }
 
 TEST(ShareOut, GivesEverythingAwayAndToEverySymbolThatCounts) {
@@ -94,28 +75,23 @@ struct Exact {
   std::size_t size;
 };
 
+void expect_round_trip(const Message& sent) {
+  SymbolReader reader = sent.reader();
+  EXPECT_EQ(reader.only_one(), sent.digits.size() == 1);
+  EXPECT_EQ(sent.block.empty(), sent.symbols.empty() || sent.digits.size() == 1);
+  ASSERT_TRUE(reader.start(sent.block));
+  for (std::uint8_t symbol : sent.symbols) ASSERT_EQ(reader.next(), symbol);
+  EXPECT_TRUE(reader.finished()) << sent.symbols.size() << " of " << sent.digits.size();
+}
+
 TEST(Symbols, ComeBack) {
   for (std::size_t length : {0u, 1u, 2u, 3u, 1000u})
     for (unsigned alphabet : {1u, 2u, 16u, 200u, 256u})
-      for (std::uint32_t seed = 0; seed < 20; ++seed) {
-        const Message sent = message(length, alphabet, seed);
-        SymbolReader reader = sent.reader();
-        EXPECT_EQ(reader.only_one(), alphabet == 1);
-        EXPECT_EQ(sent.block.empty(), length == 0 || alphabet == 1);
-        ASSERT_TRUE(reader.start(sent.block));
-        for (std::uint8_t symbol : sent.symbols) ASSERT_EQ(reader.next(), symbol);
-        EXPECT_TRUE(reader.finished()) << length << " of " << alphabet << ", seed " << seed;
-      }
-}
-
-TEST(Symbols, TheRarestLastOneIsNoProblem) {
-  Message sent = message(0, 256);
-  sent.symbols = {0, 255, 255};
-  sent.block = bake::write_symbols(sent.probabilities, sent.symbols);
-  SymbolReader reader = sent.reader();
-  ASSERT_TRUE(reader.start(sent.block));
-  for (std::uint8_t symbol : sent.symbols) ASSERT_EQ(reader.next(), symbol);
-  EXPECT_TRUE(reader.finished());
+      for (std::uint32_t seed = 0; seed < 20; ++seed) expect_round_trip(message(length, alphabet, seed));
+  Message rarest = message(0, 256);
+  rarest.symbols = {0, 255, 255};
+  rarest.block = bake::write_symbols(rarest.probabilities, rarest.symbols);
+  expect_round_trip(rarest);
 }
 
 TEST(Symbols, TakeTheirEntropy) {
@@ -135,7 +111,7 @@ bool reads_to_the_end(const Message& sent, std::span<const std::uint8_t> block, 
   return reader.finished();
 }
 
-TEST(Symbols, ACutOrLongerBlockIsNoticed) {
+TEST(Symbols, ACutOrLongerBlockAndOneTooManyOrTooFewAreNoticed) {
   const Message sent = message(300, 16);
   EXPECT_TRUE(reads_to_the_end(sent, sent.block, 300));
   for (std::size_t size = 0; size < sent.block.size(); ++size) {
@@ -145,12 +121,7 @@ TEST(Symbols, ACutOrLongerBlockIsNoticed) {
   Bytes longer = sent.block;
   longer.insert(longer.begin(), 0);
   EXPECT_FALSE(reads_to_the_end(sent, longer, 300));
-}
-
-TEST(Symbols, OneTooManyOrTooFewIsNoticed) {
-  const Message sent = message(300, 16);
-  EXPECT_FALSE(reads_to_the_end(sent, sent.block, 299));
-  EXPECT_FALSE(reads_to_the_end(sent, sent.block, 301));
+  for (const std::size_t count : {299u, 301u}) EXPECT_FALSE(reads_to_the_end(sent, sent.block, count));
   EXPECT_FALSE(reads_to_the_end(sent, {}, 1));
 }
 
@@ -161,42 +132,28 @@ TEST(Symbols, AStateThatIsNotThereIsRefused) {
   EXPECT_TRUE(reader.start(Bytes{0x3f}));
 }
 
-TEST(PlainBits, ComeBack) {
-  BitReader reader;
-  for (std::uint32_t seed = 0; seed < 40; ++seed) {
-    std::mt19937 random(seed);
-    std::vector<bake::PlainBits> sent;
-    std::size_t used = 0;
-    for (std::uint32_t i = 0; i < 30 * seed; ++i) {
-      const auto count = static_cast<std::uint32_t>(1 + random() % 32);
-      sent.push_back({static_cast<std::uint32_t>(random() & (~std::uint64_t{0} >> (64 - count))), count});
-      used += count;
-    }
-    const Bytes bytes = bake::write_bits(sent);
-    EXPECT_EQ(bytes.size(), 4 + 4 * (used / 32 + 1));
-    ASSERT_TRUE(reader.start(bytes));
-    for (const auto& [bits, count] : sent) ASSERT_EQ(reader.next(count), bits);
-    EXPECT_TRUE(reader.finished());
-  }
-}
-
-TEST(PlainBits, FillWholeWords) {
-  const std::vector<bake::PlainBits> two = {{0xdeadbeefu, 32}, {0x12345678u, 32}};
-  const Bytes bytes = bake::write_bits(two);
+void expect_bits_back(const std::vector<bake::PlainBits>& sent) {
+  std::size_t used = 0;
+  for (const auto& [bits, count] : sent) used += count;
+  const Bytes bytes = bake::write_bits(sent);
+  EXPECT_EQ(bytes.size(), 4 + 4 * (used / 32 + 1));
   BitReader reader;
   ASSERT_TRUE(reader.start(bytes));
-  EXPECT_EQ(reader.next(32), two[0].bits);
-  EXPECT_EQ(reader.next(32), two[1].bits);
+  for (const auto& [bits, count] : sent) ASSERT_EQ(reader.next(count), bits);
   EXPECT_TRUE(reader.finished());
 }
 
-TEST(PlainBits, PastTheEndThereIsNoRead) {
-  const std::vector<bake::PlainBits> sent = {{5, 3}};
-  const Exact exact(bake::write_bits(sent));
-  BitReader reader;
-  ASSERT_TRUE(reader.start(exact.span()));
-  for (int i = 0; i < 100; ++i) reader.next(31);
-  EXPECT_FALSE(reader.finished());
+TEST(PlainBits, ComeBack) {
+  for (std::uint32_t seed = 0; seed < 40; ++seed) {
+    std::mt19937 random(seed);
+    std::vector<bake::PlainBits> sent;
+    for (std::uint32_t i = 0; i < 30 * seed; ++i) {
+      const auto count = static_cast<std::uint32_t>(1 + random() % 32);
+      sent.push_back({static_cast<std::uint32_t>(random() & (~std::uint64_t{0} >> (64 - count))), count});
+    }
+    expect_bits_back(sent);
+  }
+  expect_bits_back({{0xdeadbeefu, 32}, {0x12345678u, 32}});
 }
 
 TEST(PlainBits, WhatIsLeftOverIsNoticed) {
@@ -211,10 +168,14 @@ TEST(PlainBits, WhatIsLeftOverIsNoticed) {
   EXPECT_FALSE(reader.finished()) << "bits that are not 0";
 }
 
-TEST(PlainBits, ALengthThatIsNotTheirsIsRefused) {
+TEST(PlainBits, EndWhereTheirLengthSays) {
   const std::vector<bake::PlainBits> sent = {{5, 3}};
   const Bytes bytes = bake::write_bits(sent);
+  const Exact exact(bytes);
   BitReader reader;
+  ASSERT_TRUE(reader.start(exact.span()));
+  for (int i = 0; i < 100; ++i) reader.next(31);
+  EXPECT_FALSE(reader.finished()) << "nothing is read past the end";
   for (int length : {0, 3, 5, 8, 255}) {
     Bytes other = bytes;
     other[0] = static_cast<std::uint8_t>(length);
@@ -237,5 +198,4 @@ TEST(DecoderPool, KeepsOneSetAndMakesOthersWhenItIsTaken) {
   }
 }
 
-}  // namespace symbol_reader_test
-}  // namespace coppice
+}  // namespace coppice::symbol_reader_test

@@ -42,20 +42,21 @@ TEST(MipLevels, AverageInLinearLight) {
 }
 
 TEST(MipLevels, OddSidesLoseNoTexel) {
-  Image image{3, 1, {0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255}};
-  const auto levels = mip_levels(image, 0.0f);
+  const auto levels = mip_levels(Image{3, 1, {0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255}}, 0.0f);
   ASSERT_EQ(levels.size(), 2u);
   EXPECT_EQ(levels[1].rgba[0], 156);  // a third of the light
 }
 
 TEST(MipLevels, HolesTakeTheColourAroundThem) {
-  const auto levels = mip_levels(discs(64, 16, 5.0, {40, 160, 20}), 0.5f);
-  for (const Image& level : levels)
+  for (const Image& level : mip_levels(discs(64, 16, 5.0, {40, 160, 20}), 0.5f))
     for (std::size_t i = 0; i < level.rgba.size(); i += 4) {
       ASSERT_NEAR(level.rgba[i], 40, 1);
       ASSERT_NEAR(level.rgba[i + 1], 160, 1);
       ASSERT_NEAR(level.rgba[i + 2], 20, 1);
     }
+  // So does what the alpha test discards.
+  for (const Image& level : mip_levels(Image{2, 1, {255, 0, 255, 100, 0, 128, 0, 200}}, 0.5f))
+    for (std::size_t i = 0; i < level.rgba.size(); i += 4) EXPECT_EQ(level.rgba[i + 1], 128);
 }
 
 TEST(MipLevels, WhatIsNotShownDoesNotCount) {
@@ -77,12 +78,6 @@ TEST(MipLevels, WithoutAnAlphaTestTransparentTexelsShowTheirColour) {
   const auto levels = mip_levels(Image{2, 1, {255, 255, 255, 0, 0, 0, 0, 255}}, 0.0f);
   EXPECT_EQ(levels[0].rgba[0], 255);
   EXPECT_EQ(levels[1].rgba[0], 188);
-}
-
-TEST(MipLevels, TexelsThatTheAlphaTestDiscardsLendNoColour) {
-  const auto levels = mip_levels(Image{2, 1, {255, 0, 255, 100, 0, 128, 0, 200}}, 0.5f);
-  for (const Image& level : levels)
-    for (std::size_t i = 0; i < level.rgba.size(); i += 4) EXPECT_EQ(level.rgba[i + 1], 128);
 }
 
 TEST(MipLevels, LevelZeroKeepsItsAlphaAndItsSolidColours) {
@@ -174,13 +169,6 @@ double colour_psnr(const Image& a, const Image& b, float alpha_cutoff) {
   return count == 0.0 ? 0.0 : 10.0 * std::log10(255.0 * 255.0 * count / std::max(sum, 1e-9));
 }
 
-TEST(EncodeTexture, LaysLevelsOutTightly) {
-  const auto chunk = test::must(encode_texture(leaves(8, 8), 0.5f, TextureCoding::rgba8));
-  EXPECT_EQ(chunk.size(), sizeof(coppice_file_texture) + 4 * (64 + 16 + 4 + 1));
-  EXPECT_EQ(encode_texture(leaves(8, 8), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 16 * (4 + 1 + 1 + 1));
-  EXPECT_EQ(encode_texture(opaque(leaves(8, 8)), 0.5f, TextureCoding::bc)->size(), sizeof(coppice_file_texture) + 8 * (4 + 1 + 1 + 1));
-}
-
 TEST(EncodeTexture, AlphaIsStoredWhereItIsTested) {
   const auto format = [](const Image& image, float cutoff) {
     return decoded(*encode_texture(image, cutoff, TextureCoding::bc)).layout.format;
@@ -205,7 +193,6 @@ TEST(EncodeTexture, NoTexelCrossesTheAlphaTest) {
       const Image image = leaves(width, 161);
       const std::vector<Image> levels = mip_levels(image, cutoff);
       const Decoded stored = decoded(*encode_texture(image, cutoff, TextureCoding::bc));
-      ASSERT_EQ(stored.layout.format, std::uint32_t{COPPICE_TEXTURE_BC3});
       ASSERT_EQ(stored.levels.size(), levels.size());
       for (std::size_t i = 0; i < levels.size(); ++i) {
         ASSERT_GT(alpha_coverage(levels[i], cutoff), 0.0) << i;

@@ -11,8 +11,7 @@
 #include "results.h"
 #include "streamer_fixture.h"
 
-namespace coppice {
-namespace texture_stream_test {
+namespace coppice::texture_stream_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -117,5 +116,4 @@ TEST_F(TextureStream, ADamagedTextureIsNamedWithItsPlace) {
   }
 }
 
-}  // namespace texture_stream_test
-}  // namespace coppice
+}  // namespace coppice::texture_stream_test

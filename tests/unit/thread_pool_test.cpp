@@ -11,8 +11,7 @@
 
 #include "results.h"
 
-namespace coppice {
-namespace thread_pool_test {
+namespace coppice::thread_pool_test {
 
 TEST(ThreadPool, RunsEverythingBeforeItGoes) {
   std::atomic<int> ran = 0;
@@ -101,5 +100,4 @@ TEST(ThreadPool, RunsInlineWhatNoLongerFitsTheQueue) {
   EXPECT_EQ(gate.ran, static_cast<int>(ThreadPool::kQueueLength + 10));
 }
 
-}  // namespace thread_pool_test
-}  // namespace coppice
+}  // namespace coppice::thread_pool_test

@@ -9,8 +9,7 @@
 #include "coppice_transparency.h"
 #include "tree.h"
 
-namespace coppice::gpu {
-namespace transparency_test {
+namespace coppice::gpu::transparency_test {
 
 constexpr std::uint32_t kLeaves = 48;
 constexpr double kStep = 1.0 / 16;
@@ -26,14 +25,6 @@ double shown_share(std::initializer_list<std::uint32_t> dithers, std::uint32_t s
     for (std::uint32_t x = 0; x < side; ++x)
       shown += std::ranges::all_of(dithers, [&](std::uint32_t dither) { return shows_pixel(dither, 900 + x, 500 + y); });
   return shown / static_cast<double>(side * side);
-}
-
-TEST(Transparency, IsTheRestOfOpacity) {
-  EXPECT_EQ(transparency_of(kOpaque), 0u);
-  EXPECT_EQ(transparency_of(1), kMaxTransparency) << "opacity 1 of 16";
-  EXPECT_EQ(transparency_of(8), 8u);
-  EXPECT_EQ(opacity_of(0), 1.0f);
-  EXPECT_EQ(opacity_of(8), 0.5f);
 }
 
 TEST(Transparency, ALeafsWordHoldsItsCardAndItsTransparency) {
@@ -114,5 +105,4 @@ TEST(Transparency, TheFixedPatternMovesWithTheLeaf) {
     }
 }
 
-}  // namespace transparency_test
-}  // namespace coppice::gpu
+}  // namespace coppice::gpu::transparency_test

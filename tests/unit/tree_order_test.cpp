@@ -12,8 +12,7 @@
 #include "test_foliage.h"
 #include "viewpoints.h"
 
-namespace coppice::bake {
-namespace tree_order_test {
+namespace coppice::bake::tree_order_test {
 
 using Corners = std::array<std::uint8_t, 4>;
 
@@ -52,7 +51,11 @@ Foliage three_leaves() {
 }
 
 /// Three leaves in a row: 1 and 2 merge, then 0 and the result.
-TEST(TreeOrder, ThreeLeaves) {
+Tree tree_of_three(const Foliage& foliage) {
+  return build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
+}
+
+TEST(TreeOrder, ThreeLeavesAndOne) {
   Foliage foliage = three_leaves();
   foliage.cards = {0, 1, 0};
   foliage.card_table.push_back(foliage.card_table[0]);
@@ -69,14 +72,21 @@ TEST(TreeOrder, ThreeLeaves) {
   EXPECT_EQ(cut_nodes(tree, 1), (std::vector<std::uint32_t>{0}));
   EXPECT_EQ(cut_nodes(tree, 2), (std::vector<std::uint32_t>{1, 2}));
   EXPECT_EQ(cut_nodes(tree, 3), (std::vector<std::uint32_t>{1, 3, 4}));
+
+  const Tree one = build_tree(test::ball_crown(1, 4), CollapseSequence{});
+  EXPECT_EQ(one.nodes.size(), 1u);
+  EXPECT_TRUE(one.split_parent.empty());
+  EXPECT_EQ(one.node_source, (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(cut_nodes(one, 1), (std::vector<std::uint32_t>{0}));
 }
 
 TEST(TreeOrder, CutsHaveTheOpacitiesOfTheirMerges) {
   const Foliage foliage = three_leaves();
-  const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
+  const Tree tree = tree_of_three(foliage);
   EXPECT_EQ(cut_foliage(tree, foliage.card_table, 1).opacities, (std::vector<std::uint8_t>{4}));
   EXPECT_EQ(cut_foliage(tree, foliage.card_table, 2).opacities, (std::vector<std::uint8_t>{kOpaque, 9}));
   EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).opacities, (std::vector<std::uint8_t>(3, kOpaque)));
+  EXPECT_EQ(cut_foliage(tree, foliage.card_table, 3).quads, foliage.quads);
 
   const Foliage cut = cut_foliage(tree, foliage.card_table, 2), solid = solid_foliage(cut);
   EXPECT_EQ(solid.opacities, (std::vector<std::uint8_t>{kOpaque, kOpaque}));
@@ -90,7 +100,7 @@ TEST(TreeOrder, NodesHaveTheNormalsOfTheirLeaves) {
   foliage.normals = {kFlatNormals, kFlatNormals, pack_normals(31, 31, 15, NormalSide::against)};
   for (const glm::dvec3& normal : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)})
     foliage.normal_sums.push_back(normal_sum(normal, 2.0));
-  const Tree tree = build_tree(foliage, CollapseSequence{{Merge{1, 2, {0, 1, 6, 7}, 9}, Merge{0, 3, {0, 1, 6, 7}, 4}}, 0});
+  const Tree tree = tree_of_three(foliage);
   const auto root = cut_foliage(tree, foliage.card_table, 1).normals;
   EXPECT_EQ(root, (std::vector<std::uint16_t>{node_normals(foliage.normal_sums[0] + (foliage.normal_sums[1] + foliage.normal_sums[2]))}));
   EXPECT_EQ(along_step_of(root[0]), 5u) << "a third of each";
@@ -104,27 +114,21 @@ Tree baked_tree(const Foliage& foliage) {
   return build_tree(foliage, result.sequence);
 }
 
-std::vector<std::uint32_t> parents_of(const Tree& tree) {
-  std::vector<std::uint32_t> parents(tree.nodes.size(), kNone);
-  for (std::uint32_t s = 0; s < tree.split_parent.size(); ++s) parents[2 * s + 1] = parents[2 * s + 2] = tree.split_parent[s];
-  return parents;
-}
-
 TEST(TreeOrder, EveryCutIsAPartitionOfTheSourceLeaves) {
   const Tree tree = baked_tree(test::ball_crown(100, 1));
-  const std::vector<std::uint32_t> parents = parents_of(tree);
+  std::vector<std::uint32_t> parents(tree.nodes.size(), kNone);
+  for (std::uint32_t s = 0; s < tree.split_parent.size(); ++s) parents[2 * s + 1] = parents[2 * s + 2] = tree.split_parent[s];
   for (std::uint32_t m = 1; m <= 100; ++m) {
     const std::vector<std::uint32_t> cut = cut_nodes(tree, m);
     ASSERT_EQ(cut.size(), m);
-    ASSERT_TRUE(std::is_sorted(cut.begin(), cut.end()));
+    ASSERT_TRUE(std::ranges::is_sorted(cut));
     ASSERT_LT(cut.back(), 2 * m - 1);
-    const std::set<std::uint32_t> members(cut.begin(), cut.end());
     std::set<std::uint32_t> covering;
     for (std::uint32_t node = 0; node < tree.nodes.size(); ++node) {
       if (tree.node_source[node] == kNone) continue;
       std::uint32_t ancestor_count = 0;
       for (std::uint32_t up = node; up != kNone; up = parents[up]) {
-        if (members.count(up) == 0) continue;
+        if (!std::ranges::binary_search(cut, up)) continue;
         ++ancestor_count;
         covering.insert(up);
       }
@@ -160,26 +164,4 @@ TEST(TreeOrder, NodesAreSourceLeavesOrHaveTwoChildrenWhoseVerticesTheyShare) {
   EXPECT_EQ(sources.size(), 100u);
 }
 
-TEST(TreeOrder, TheFinestCutIsTheFoliage) {
-  const Foliage foliage = test::ball_crown(40, 3);
-  const Foliage cut = cut_foliage(baked_tree(foliage), foliage.card_table, 40);
-  ASSERT_EQ(cut.leaf_count(), 40u);
-  const auto less = [](const Quad& a, const Quad& b) { return std::lexicographical_compare(&a[0].x, &a[0].x + 3, &b[0].x, &b[0].x + 3); };
-  std::vector<Quad> expected = foliage.quads, actual = cut.quads;
-  std::sort(expected.begin(), expected.end(), less);
-  std::sort(actual.begin(), actual.end(), less);
-  EXPECT_EQ(actual, expected);
-  EXPECT_EQ(cut.card_table.size(), 1u);
-}
-
-TEST(TreeOrder, OneLeafIsARootWithoutSplits) {
-  const Foliage foliage = test::ball_crown(1, 4);
-  const Tree tree = build_tree(foliage, CollapseSequence{});
-  EXPECT_EQ(tree.nodes.size(), 1u);
-  EXPECT_TRUE(tree.split_parent.empty());
-  EXPECT_EQ(tree.node_source, (std::vector<std::uint32_t>{0}));
-  EXPECT_EQ(cut_nodes(tree, 1), (std::vector<std::uint32_t>{0}));
-}
-
-}  // namespace tree_order_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::tree_order_test

@@ -15,8 +15,7 @@
 #include "viewpoints.h"
 #include "visibility.h"
 
-namespace coppice::bake {
-namespace visibility_test {
+namespace coppice::bake::visibility_test {
 
 TEST(Viewpoints, TwentyAreTheVerticesOfADodecahedron) {
   const auto views = test::must(viewpoints(20));
@@ -324,5 +323,4 @@ TEST(ItemBuffers, BadInputIsRejected) {
   EXPECT_EQ(status(good, masked, views, 16), Status::invalid_argument);
 }
 
-}  // namespace visibility_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::visibility_test

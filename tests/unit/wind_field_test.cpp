@@ -12,8 +12,7 @@
 
 #include "still_wind.h"
 
-namespace coppice {
-namespace wind_field_test {
+namespace coppice::wind_field_test {
 
 using Point = std::array<float, 3>;
 
@@ -147,5 +146,4 @@ TEST(WindField, ChecksTakeWhatKeepsTheLimitsAndNoMore) {
   EXPECT_FALSE(check_wind_head(flat, 0)) << "nodes too near to each other";
 }
 
-}  // namespace wind_field_test
-}  // namespace coppice
+}  // namespace coppice::wind_field_test

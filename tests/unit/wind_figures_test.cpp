@@ -15,8 +15,7 @@
 #include "plants_folder.h"
 #include "results.h"
 
-namespace coppice::test {
-namespace wind_figures_test {
+namespace coppice::test::wind_figures_test {
 
 void expect_whole(const WindFigures& of) {
   // What is beside a stem that slopes comes a little nearer to it, or goes farther.
@@ -148,5 +147,4 @@ TEST(BendingInWind, IsThatOfTreesAndOfGrasses) {
   }
 }
 
-}  // namespace wind_figures_test
-}  // namespace coppice::test
+}  // namespace coppice::test::wind_figures_test

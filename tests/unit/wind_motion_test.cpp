@@ -10,8 +10,7 @@
 
 #include "still_wind.h"
 
-namespace coppice {
-namespace wind_motion_test {
+namespace coppice::wind_motion_test {
 
 using namespace gpu;
 
@@ -328,5 +327,4 @@ TEST_F(WindMotion, HostsAreToldTheGustsThatPlantsBendBy) {
   }
 }
 
-}  // namespace wind_motion_test
-}  // namespace coppice
+}  // namespace coppice::wind_motion_test

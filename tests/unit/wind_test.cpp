@@ -22,6 +22,7 @@
 #include "leaf_cards.h"
 #include "results.h"
 #include "seeded_random.h"
+#include "union_find.h"
 #include "wind_field.h"
 #include "wood_bending.h"
 #include "wood_graph.h"
@@ -29,8 +30,7 @@
 #include "wood_plants.h"
 #include "wood_skeleton.h"
 
-namespace coppice::bake {
-namespace wind_test {
+namespace coppice::bake::wind_test {
 
 struct Tube {
   glm::vec3 foot{0.0f}, tip{0.0f, 1.0f, 0.0f};
@@ -95,23 +95,20 @@ void add_leaves(const glm::vec3& from, const glm::vec3& to, int count, TestPlant
   }
 }
 
-/// A trunk of 6 m with one branch of 2 m at half its height, leaves on the outer half of the branch and at the top.
-TestPlant branched_plant(int leaf_count = 1200) {
+/// A trunk of 6 m with one branch of 2 m at half its height, leaves on the outer half of the branch and at the top. trunk_m, branch_m:
+/// radii at foot and tip
+TestPlant branched_plant(int leaf_count = 1200, const glm::vec2& trunk_m = {0.05f, 0.01f}, const glm::vec2& branch_m = {0.02f, 0.004f}) {
   TestPlant plant;
-  append_tube({{0, 0, 0}, {0, 6, 0}, 0.05f, 0.01f, 60}, plant.wood);
-  append_tube({{0, 3, 0}, {2, 3.5f, 0}, 0.02f, 0.004f, 30}, plant.wood);
+  append_tube({{0, 0, 0}, {0, 6, 0}, trunk_m[0], trunk_m[1], 60}, plant.wood);
+  append_tube({{0, 3, 0}, {2, 3.5f, 0}, branch_m[0], branch_m[1], 30}, plant.wood);
   add_leaves({1, 3.25f, 0}, {2, 3.5f, 0}, leaf_count / 2, plant);
   add_leaves({0, 4.5f, 0}, {0, 6, 0}, leaf_count / 2, plant);
   return plant;
 }
 
-WindField field_of(const Wind& wind) {
-  return {wind.head, wind.nodes};
-}
-
 WindSample sample(const Wind& wind, const glm::vec3& at) {
   const float position[3] = {at.x, at.y, at.z};
-  return sample_wind(field_of(wind), position);
+  return sample_wind({wind.head, wind.nodes}, position);
 }
 
 double lean_m(const Wind& wind, const glm::vec3& at) {
@@ -127,7 +124,7 @@ void expect_within_limits(const Wind& wind, const Sphere& sphere, const std::str
   const auto head = check_wind_head(wind.head, 0);
   ASSERT_TRUE(head) << what << ": " << head.error().message();
   ASSERT_EQ(wind.nodes.size(), wind_node_count(wind.head.node_side)) << what;
-  const auto field = check_wind_field(field_of(wind), sphere.radius, 0);
+  const auto field = check_wind_field({wind.head, wind.nodes}, sphere.radius, 0);
   ASSERT_TRUE(field) << what << ": " << field.error().message();
 }
 
@@ -192,16 +189,10 @@ TEST(WoodGraph, EverythingIsConnectedHoweverLoose) {
     wood.triangle_materials.push_back(0);
   }
   const WoodGraph graph = wood_graph(wood, 0.05);
-  std::vector<bool> is_reached(graph.points.size(), false);
-  std::vector<std::uint32_t> next{0};
-  is_reached[0] = true;
-  while (!next.empty()) {
-    const std::uint32_t point = next.back();
-    next.pop_back();
-    for (const std::uint32_t to : graph.links_of(point))
-      if (!is_reached[to]) is_reached[to] = true, next.push_back(to);
-  }
-  EXPECT_EQ(std::ranges::count(is_reached, false), 0);
+  UnionFind parts(graph.points.size());
+  for (std::uint32_t point = 0; point < graph.points.size(); ++point)
+    for (const std::uint32_t to : graph.links_of(point)) parts.join(point, to);
+  for (std::uint32_t point = 0; point < graph.points.size(); ++point) EXPECT_EQ(parts.find(point), 0u);
 }
 
 /// A mast of one thickness with a load at its top: F L^3 / (3 E I).
@@ -237,13 +228,10 @@ double area_m2(const Mesh& mesh) {
 TEST(WoodJoints, LongPiecesAreDividedAndStayTogether) {
   coppice_file_wind wind = kStillWind;
   wind.height_m = 2.0f;
-  const auto tube = [](std::uint32_t ring_count) {
-    Mesh wood;
-    append_tube({{0, 0, 0}, {0.3f, 2, 0}, 0.02f, 0.01f, ring_count}, wood);
-    return wood;
-  };
-  const Mesh plain = tube(2);
-  Mesh divided = plain, stiff = plain, fine = tube(20);
+  Mesh plain, fine;
+  append_tube({{0, 0, 0}, {0.3f, 2, 0}, 0.02f, 0.01f, 2}, plain);
+  append_tube({{0, 0, 0}, {0.3f, 2, 0}, 0.02f, 0.01f, 20}, fine);
+  Mesh divided = plain, stiff = plain;
   wind.bend_m = 0.06f;
   add_joints(wind, stiff);
   EXPECT_EQ(stiff.positions, plain.positions) << "it hardly bends";
@@ -251,8 +239,7 @@ TEST(WoodJoints, LongPiecesAreDividedAndStayTogether) {
   add_joints(wind, divided);
   EXPECT_NEAR(area_m2(divided), area_m2(plain), 1e-5);
   ASSERT_EQ(divided.triangle_materials.size(), divided.indices.size() / 3);
-  ASSERT_EQ(divided.normals.size(), divided.positions.size());
-  ASSERT_EQ(divided.uvs.size(), divided.positions.size());
+  ASSERT_TRUE(divided.normals.size() == divided.positions.size() && divided.uvs.size() == divided.positions.size());
   std::map<std::set<std::uint32_t>, int> sides;
   float longest_m = 0.0f;
   for (std::size_t i = 0; i < divided.indices.size(); ++i) {
@@ -265,8 +252,9 @@ TEST(WoodJoints, LongPiecesAreDividedAndStayTogether) {
     const float y = divided.positions[*ends.begin()].y;
     EXPECT_TRUE(count == 2 || y < 0.1f || y > 1.9f) << "no side ends at " << y;
   }
+  Mesh as_it_was = fine;
   add_joints(wind, fine);
-  EXPECT_EQ(fine.positions, tube(20).positions);
+  EXPECT_EQ(fine.positions, as_it_was.positions);
 }
 
 TEST(Wind, TheStemBendsAndTheBranchLeansTowardsItsTip) {
@@ -278,10 +266,8 @@ TEST(Wind, TheStemBendsAndTheBranchLeansTowardsItsTip) {
   EXPECT_NEAR(wind.head.base_y_m + wind.head.height_m, 6.06f, 0.1f);
   EXPECT_GT(wind.head.bend_m, 0.01f) << "a slender stem bends";
   EXPECT_EQ(wind_height_share(wind.head, wind.head.base_y_m + wind.head.height_m), 1.0f);
-  for (const glm::vec3 foot : {glm::vec3(0, 0, 0), glm::vec3(0.08f, 0, 0), glm::vec3(0, 0, -0.08f)}) {
-    EXPECT_EQ(lean_m(wind, foot), 0.0);
-    EXPECT_EQ(sway_m(wind, foot), 0.0);
-  }
+  for (const glm::vec3 foot : {glm::vec3(0, 0, 0), glm::vec3(0.08f, 0, 0), glm::vec3(0, 0, -0.08f)})
+    EXPECT_EQ(lean_m(wind, foot) + sway_m(wind, foot), 0.0);
   const double at_fork = lean_m(wind, {0.1f, 3, 0}), halfway = lean_m(wind, {1, 3.25f, 0}), at_tip = lean_m(wind, {2, 3.5f, 0});
   EXPECT_LT(at_fork, 0.5 * halfway);
   EXPECT_LT(halfway, 0.8 * at_tip);
@@ -292,12 +278,7 @@ TEST(Wind, TheStemBendsAndTheBranchLeansTowardsItsTip) {
 
 TEST(Wind, AStoutTreeMovesLessThanASlenderOne) {
   const auto grown = [](float radius_m) {
-    TestPlant plant;
-    append_tube({{0, 0, 0}, {0, 6, 0}, radius_m, 0.3f * radius_m, 60}, plant.wood);
-    append_tube({{0, 3, 0}, {2, 3.5f, 0}, 0.3f * radius_m, 0.05f * radius_m, 30}, plant.wood);
-    add_leaves({1, 3.25f, 0}, {2, 3.5f, 0}, 600, plant);
-    add_leaves({0, 4.5f, 0}, {0, 6, 0}, 600, plant);
-    return plant.wind();
+    return branched_plant(1200, {radius_m, 0.3f * radius_m}, {0.3f * radius_m, 0.05f * radius_m}).wind();
   };
   const Wind stout = grown(0.4f), slender = grown(0.03f);
   EXPECT_LT(stout.head.bend_m, 0.05f * slender.head.bend_m);
@@ -341,9 +322,8 @@ TEST(Wind, ThreadsDoNotMatter) {
 TEST(Wind, StiffnessDividesAndLimitsHoldBelowOne) {
   const TestPlant plant = branched_plant();
   const Wind plain = plant.wind(), stiff = plant.wind({true, 2.0f}), soft = plant.wind({true, 0.1f});
-  EXPECT_FLOAT_EQ(stiff.head.bend_m, 0.5f * plain.head.bend_m);
-  EXPECT_FLOAT_EQ(stiff.head.lean_m, 0.5f * plain.head.lean_m);
-  EXPECT_FLOAT_EQ(stiff.head.sway_m, 0.5f * plain.head.sway_m);
+  for (const auto by_m : {&coppice_file_wind::bend_m, &coppice_file_wind::lean_m, &coppice_file_wind::sway_m})
+    EXPECT_FLOAT_EQ(stiff.head.*by_m, 0.5f * plain.head.*by_m);
   expect_within_limits(soft, plant.sphere(), "soft");
   EXPECT_GE(soft.head.bend_m, plain.head.bend_m);
   TestPlant stout;
@@ -355,24 +335,18 @@ TEST(Wind, StiffnessDividesAndLimitsHoldBelowOne) {
 
 TEST(Wind, NoneMeansStill) {
   const Wind wind = branched_plant().wind({false, 1.0f});
-  EXPECT_EQ(wind.head.bend_m, 0.0f);
-  EXPECT_EQ(wind.head.lean_m, 0.0f);
-  EXPECT_EQ(wind.head.sway_m, 0.0f);
+  for (const float by_m : {wind.head.bend_m, wind.head.lean_m, wind.head.sway_m}) EXPECT_EQ(by_m, 0.0f);
   EXPECT_EQ(wind.head.node_side, 0u);
   EXPECT_TRUE(wind.nodes.empty());
   EXPECT_TRUE(check_wind_head(wind.head, 0));
 }
 
 TEST(Wind, TheGridTakesAtMostTwoBytesALeaf) {
-  for (const std::size_t leaves : {std::size_t{0}, std::size_t{15}, std::size_t{16}, std::size_t{127}, std::size_t{128}, std::size_t{1023},
-                                   std::size_t{1024}, std::size_t{100000}}) {
-    const std::uint32_t side = wind_node_side(leaves);
+  for (const auto& [leaves, side] :
+       std::map<std::size_t, std::uint32_t>{{0, 0}, {15, 0}, {16, 2}, {127, 2}, {128, 4}, {1023, 4}, {1024, 8}, {100000, 8}}) {
+    EXPECT_EQ(wind_node_side(leaves), side) << leaves;
     EXPECT_LE(sizeof(coppice_file_wind_node) * wind_node_count(side), 2 * leaves);
   }
-  EXPECT_EQ(wind_node_side(15), 0u);
-  EXPECT_EQ(wind_node_side(16), 2u);
-  EXPECT_EQ(wind_node_side(128), 4u);
-  EXPECT_EQ(wind_node_side(1024), 8u);
 }
 
 TEST(Wind, WeightsSayWhatBends) {
@@ -467,25 +441,21 @@ TEST(Wind, PlantsWithoutSenseKeepTheLimits) {
   expect_within_limits(point.wind(), point.sphere(), "a point");
 }
 
-void expect_sound(Plant plant, const std::string& name) {
-  const bool has_leaves = !plant.leaves.empty();
-  Foliage foliage;
-  if (has_leaves)
-    foliage = *card_foliage(plant);
-  else
-    foliage.quads.emplace_back().fill(plant.wood.positions.front());
-  const Sphere sphere = plant_sphere(foliage, plant.wood);
-  for (const float stiffness : {0.1f, 1.0f}) {
-    const Wind wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {true, stiffness});
-    expect_within_limits(wind, sphere, name);
-    EXPECT_GT(wind.head.bend_m + wind.head.lean_m, 0.0f) << name;
-  }
-}
-
 class WindOfWood : public testing::TestWithParam<test::WoodPlant> {};
 
 TEST_P(WindOfWood, KeepsTheLimits) {
-  expect_sound(GetParam().grow(), std::string(GetParam().name));
+  Plant plant = GetParam().grow();
+  Foliage foliage;
+  if (plant.leaves.empty())
+    foliage.quads.emplace_back().fill(plant.wood.positions.front());
+  else
+    foliage = *card_foliage(plant);
+  const Sphere sphere = plant_sphere(foliage, plant.wood);
+  for (const float stiffness : {0.1f, 1.0f}) {
+    const Wind wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {true, stiffness});
+    expect_within_limits(wind, sphere, plant.name);
+    EXPECT_GT(wind.head.bend_m + wind.head.lean_m, 0.0f);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Plants, WindOfWood, testing::ValuesIn(test::wood_plants()),
@@ -498,7 +468,7 @@ TEST(Wind, GrownPlantsKeepTheLimitsAndTwigsMoveMost) {
     const Sphere sphere = plant_sphere(foliage, plant.wood);
     const Wind wind = wind_of({plant.wood, plant.foliage, plant.leaves, foliage.quads, sphere}, {});
     expect_within_limits(wind, sphere, species);
-    EXPECT_GT(max_wind_move_m(field_of(wind)), 0.015 * sphere.radius) << species << " visibly moves in a gale";
+    EXPECT_GT(max_wind_move_m({wind.head, wind.nodes}), 0.015 * sphere.radius) << species << " visibly moves in a gale";
     double leaf_sum_m = 0.0;
     for (const Quad& quad : foliage.quads) leaf_sum_m += lean_m(wind, quad[1]);
     const double foot_m = lean_m(wind, {0.0f, wind.head.base_y_m + 0.1f * wind.head.height_m, 0.0f});
@@ -506,5 +476,4 @@ TEST(Wind, GrownPlantsKeepTheLimitsAndTwigsMoveMost) {
   }
 }
 
-}  // namespace wind_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::wind_test

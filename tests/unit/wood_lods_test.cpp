@@ -26,8 +26,7 @@
 #include "wood_plants.h"
 #include "wood_proxies.h"
 
-namespace coppice::bake {
-namespace wood_lods_test {
+namespace coppice::bake::wood_lods_test {
 
 constexpr std::uint32_t kSides = 16, kRings = 60;
 
@@ -389,5 +388,4 @@ TEST(WoodLods, SameWoodSameLods) {
   }
 }
 
-}  // namespace wood_lods_test
-}  // namespace coppice::bake
+}  // namespace coppice::bake::wood_lods_test

@@ -17,8 +17,9 @@
 
 namespace coppice::test {
 
+/// May be called by any thread.
 struct FakeAllocator {
-  std::size_t live_bytes = 0, live_count = 0, calls = 0;
+  std::atomic<std::size_t> live_bytes = 0, live_count = 0, calls = 0;
   std::size_t fail_at = SIZE_MAX;  ///< index of the call that returns null
   bool fail_for_good = false;      ///< and all that follow
 

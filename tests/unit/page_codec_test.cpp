@@ -44,19 +44,18 @@ Result<std::vector<Split>> decoded(const QuantisedTree& tree, std::span<const st
   return bake::DecodedPages(tree.nodes[0], static_cast<std::uint32_t>(tree.splits.size() + 1), card_count).add(bytes);
 }
 
-void expect_equal(const Split& a, const Split& b) {
-  EXPECT_EQ(a.parent, b.parent);
-  EXPECT_EQ(a.parent_slots, b.parent_slots);
-  EXPECT_EQ(a.new_vertices, b.new_vertices);
-  EXPECT_EQ(a.cards, b.cards);
-}
-
 // Everything a page says comes back, and its nodes know what replaces them, in later pages too.
 void expect_round_trip(const QuantisedTree& tree, std::uint32_t card_count) {
   bake::DecodedPages pages(tree.nodes[0], static_cast<std::uint32_t>(tree.splits.size() + 1), card_count);
   for (std::uint32_t page = 0; page * COPPICE_PAGE_SPLITS < tree.splits.size(); ++page) {
     const auto splits = test::must(pages.add(encoded(tree, page)));
-    for (std::size_t i = 0; i < splits.size(); ++i) expect_equal(splits[i], tree.splits[page * COPPICE_PAGE_SPLITS + i]);
+    for (std::size_t i = 0; i < splits.size(); ++i) {
+      const Split &split = splits[i], &expected = tree.splits[page * COPPICE_PAGE_SPLITS + i];
+      EXPECT_EQ(split.parent, expected.parent);
+      EXPECT_EQ(split.parent_slots, expected.parent_slots);
+      EXPECT_EQ(split.new_vertices, expected.new_vertices);
+      EXPECT_EQ(split.cards, expected.cards);
+    }
   }
   const std::vector<PageNode> nodes = pages.nodes();
   ASSERT_EQ(nodes.size(), tree.nodes.size());
@@ -77,12 +76,9 @@ TEST(PageCodec, GivesBackEverySplitAndNode) {
 
 TEST(PageCodec, GivesBackEverySideAndAlong) {
   QuantisedTree tree = quantised(700);
-  std::uint32_t next = 0;
-  for (PageNode& node : tree.nodes) {
-    const auto side = static_cast<NormalSide>(next % 3);
-    if (next % 7 != 0) node.normals = test::coarse_enough(pack_normals(next * 11 % 32, next * 5 % 32, next / 3 % 16, side));
-    ++next;
-  }
+  for (std::uint32_t i = 0; i < tree.nodes.size(); ++i)
+    if (i % 7 != 0)
+      tree.nodes[i].normals = test::coarse_enough(pack_normals(i * 11 % 32, i * 5 % 32, i / 3 % 16, static_cast<NormalSide>(i % 3)));
   expect_round_trip(tree, 2);
 }
 
@@ -305,17 +301,21 @@ std::uint16_t guessed(const page_model::PageHeader& header, AxisRule rule, const
   return pack_normals(u, v, 15, NormalSide::either);
 }
 
+/// In the plane of x and y.
+void expect_axis(std::uint16_t normals, float x, float y) {
+  const std::array<float, 3> axis = unpack_normals(normals, {}).axis;
+  EXPECT_NEAR(axis[0], x, 0.05f);
+  EXPECT_NEAR(axis[1], y, 0.05f);
+  EXPECT_NEAR(axis[2], 0.0f, 0.05f);
+}
+
 TEST(GuessedAxis, IsTheNormalInThePlantNotInTheBox) {
   page_model::PageHeader header;
   header.axis_weights = {65535, 16384, 65535};  // y's steps are half as long as x's and z's
   const auto packed = [&](const std::array<Point, 4>& quad) { return guessed(header, AxisRule::quad, quad); };
-  const std::array<float, 3> slanted = unpack_normals(packed({{{0, 0, 0}, {0, 0, 50}, {100, 200, 50}, {100, 200, 0}}}), {}).axis;
-  EXPECT_NEAR(slanted[0], -0.707f, 0.05f);
-  EXPECT_NEAR(slanted[1], 0.707f, 0.05f);
-  EXPECT_NEAR(slanted[2], 0.0f, 0.05f);
-  EXPECT_EQ(packed({{{0, 0, 0}, {0, 0, 50}, {100, 200, 50}, {100, 200, 0}}}),
-            packed({{{100, 200, 0}, {100, 200, 50}, {0, 0, 50}, {0, 0, 0}}}))
-      << "whichever side the quad turns";
+  const std::uint16_t slanted = packed({{{0, 0, 0}, {0, 0, 50}, {100, 200, 50}, {100, 200, 0}}});
+  expect_axis(slanted, -0.707f, 0.707f);
+  EXPECT_EQ(slanted, packed({{{100, 200, 0}, {100, 200, 50}, {0, 0, 50}, {0, 0, 0}}})) << "whichever side the quad turns";
   EXPECT_EQ(packed({{{7, 7, 7}, {7, 7, 7}, {7, 7, 7}, {7, 7, 7}}}), pack_normals(16, 16, 15, NormalSide::either));
   // The farthest corners of the box: no sum overflows.
   constexpr std::int32_t kFar = COPPICE_FINE_QUANTISED_MAX;
@@ -330,10 +330,7 @@ TEST(GuessedAxis, IsTheWayFromStalkToTipInThePlantNotInTheBox) {
   header.axis_weights = {65535, 16384, 65535};  // y's steps are half as long as x's and z's
   const auto packed = [&](const std::array<Point, 4>& quad) { return guessed(header, AxisRule::spine, quad); };
   const std::uint16_t up_and_along = packed({{{0, 0, 0}, {100, 200, 0}, {100, 200, 50}, {0, 0, 50}}});
-  const std::array<float, 3> slanted = unpack_normals(up_and_along, {}).axis;
-  EXPECT_NEAR(slanted[0], 0.707f, 0.05f);
-  EXPECT_NEAR(slanted[1], 0.707f, 0.05f);
-  EXPECT_NEAR(slanted[2], 0.0f, 0.05f);
+  expect_axis(up_and_along, 0.707f, 0.707f);
   EXPECT_EQ(up_and_along, packed({{{100, 200, 0}, {0, 0, 0}, {0, 0, 50}, {100, 200, 50}}})) << "whichever end is the stalk";
   EXPECT_EQ(packed({{{7, 7, 7}, {9, 9, 9}, {7, 7, 7}, {9, 9, 9}}}), pack_normals(16, 16, 15, NormalSide::either));
   constexpr std::int32_t kFar = COPPICE_FINE_QUANTISED_MAX;

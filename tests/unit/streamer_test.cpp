@@ -298,9 +298,8 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
 class TightBudget : public StreamerTest, public testing::WithParamInterface<std::uint64_t> {};
 
 TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
-  start();
+  start_with("a");
   gpu->frames_behind = GetParam();
-  open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
   const std::uint64_t budget = ledger.reserved() + 560000;
@@ -412,8 +411,7 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
 }
 
 TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
-  start();
-  open("a");
+  start_with("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
   ledger.set_budget(ledger.reserved() + 600000);

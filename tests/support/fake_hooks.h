@@ -10,12 +10,19 @@
 #include <cstring>
 #include <deque>
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "hooks.h"
 
-namespace coppice::test {
+namespace coppice {
+
+inline void PrintTo(Reading reading, std::ostream* out) {
+  *out << (reading == Reading::automatic ? "automatic" : "thread_pool");
+}
+
+namespace test {
 
 /// May be called by any thread.
 struct FakeAllocator {
@@ -170,4 +177,5 @@ struct FakeLog {
   }
 };
 
-}  // namespace coppice::test
+}  // namespace test
+}  // namespace coppice

@@ -15,7 +15,6 @@
 #include "fake_hooks.h"
 #include "io_result.h"
 #include "mentions.h"
-#include "print_reading.h"
 #include "process.h"
 #include "results.h"
 #include "transfer.h"
@@ -104,6 +103,10 @@ TEST_P(DefaultIo, ReadsFromTheOffset) {
   const auto past_the_end = read_once(io, file, 8, four);
   EXPECT_EQ(past_the_end.error().status, Status::io);
   EXPECT_EQ(past_the_end.error().offset, 8u);
+  std::ofstream(folder_ / "other") << "abcdefghij";
+  std::filesystem::rename(folder_ / "other", path_);
+  EXPECT_TRUE(read_once(io, file, 3, four));
+  EXPECT_EQ(std::string(four.begin(), four.end()), "3456") << "the file that was opened";
   io.close(io.user, file);
 }
 

@@ -21,7 +21,6 @@
 #include "fake_hooks.h"
 #include "mentions.h"
 #include "places.h"
-#include "print_reading.h"
 #include "results.h"
 #include "scene_stream.h"
 #include "streamer.h"

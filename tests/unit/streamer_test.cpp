@@ -18,7 +18,6 @@
 #include "gltf_builder.h"
 #include "mentions.h"
 #include "packed_plant.h"
-#include "print_reading.h"
 #include "process.h"
 #include "results.h"
 #include "streamer_fixture.h"

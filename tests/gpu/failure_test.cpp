@@ -355,7 +355,8 @@ TEST_F(VulkanFailureTest, AFunctionThatTheLoaderLacksIsNamed) {
 template <class Hook>
 void FailureTest::fail_each_call(Hook& hook, const HookCalls& wanted, std::initializer_list<std::string_view> names) {
   create_and_destroy();
-  const std::size_t of_creation = std::exchange(hook.calls, 0);
+  const std::size_t of_creation = hook.calls;
+  hook.calls = 0;
   const std::uint64_t leaves = run().drawn.drawn_leaf_count;
   const std::size_t all = hook.calls;
   ASSERT_GE(of_creation, wanted.least_of_creation);

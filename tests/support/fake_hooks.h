@@ -10,15 +10,23 @@
 #include <cstring>
 #include <deque>
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "hooks.h"
 
-namespace coppice::test {
+namespace coppice {
 
+inline void PrintTo(Reading reading, std::ostream* out) {
+  *out << (reading == Reading::automatic ? "automatic" : "thread_pool");
+}
+
+namespace test {
+
+/// May be called by any thread.
 struct FakeAllocator {
-  std::size_t live_bytes = 0, live_count = 0, calls = 0;
+  std::atomic<std::size_t> live_bytes = 0, live_count = 0, calls = 0;
   std::size_t fail_at = SIZE_MAX;  ///< index of the call that returns null
   bool fail_for_good = false;      ///< and all that follow
 
@@ -169,4 +177,5 @@ struct FakeLog {
   }
 };
 
-}  // namespace coppice::test
+}  // namespace test
+}  // namespace coppice

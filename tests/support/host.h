@@ -15,41 +15,27 @@
 #include <tuple>
 #include <vector>
 
+#include "abi.h"
 #include "coppice/coppice.h"
 #include "places.h"
 #include "vectors.h"
 
 namespace coppice::test {
 
-inline const std::string kPlants = (std::string(test::kTestData) + "/plants/");
-
-using ChunkName = std::tuple<std::uint32_t, coppice_streamed, std::uint32_t>;
-
-inline ChunkName name_of(const coppice_change& change) {
-  return {change.file, change.chunk, change.index};
-}
-
-/// Hooks that run inline, so that a frame is the same each time.
-inline void run_now(void*, void (*function)(void*), void* argument) {
-  function(argument);
-}
+inline const std::string kPlants = std::string(test::kTestData) + "/plants/";
 
 class Host {
  public:
   explicit Host(std::uint64_t budget_bytes = 64u << 20) {
-    coppice_jobs jobs;
-    coppice_jobs_init(&jobs);
-    jobs.submit = run_now;
-    coppice_context_desc desc;
-    coppice_context_desc_init(&desc);
+    auto jobs = struct_defaults<coppice_jobs>();
+    jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };  // inline: a frame is the same each time
+    auto desc = struct_defaults<coppice_context_desc>();
     desc.jobs = &jobs;
     desc.memory_budget_bytes = budget_bytes;
     desc.streaming_ms = 1000.0f;
     EXPECT_EQ(coppice_context_create(&desc, &context_), COPPICE_OK) << coppice_last_error(nullptr);
-    coppice_view_desc view;
-    coppice_view_desc_init(&view);
+    const auto view = struct_defaults<coppice_view_desc>();
     EXPECT_EQ(coppice_view_create(context_, &view, &view_), COPPICE_OK);
-    coppice_camera_init(&camera_);
     camera_.view = view_;
     camera_.width_px = camera_.height_px = 512;
     camera_.clip_from_view[10] = camera_.clip_from_view[15] = 0.0f;
@@ -78,8 +64,7 @@ class Host {
     return instance;
   }
   void frame() {
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = struct_defaults<coppice_frame>();
     frame.frame_number = ++number_;
     frame.completed_number = number_ - 1;
     frame.cameras = &camera_;
@@ -89,8 +74,7 @@ class Host {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));  // reads come back
   }
   coppice_change next() {
-    coppice_change change;
-    coppice_change_init(&change);
+    auto change = struct_defaults<coppice_change>();
     EXPECT_EQ(coppice_next_change(context_, &change), COPPICE_OK) << coppice_last_error(context_);
     return change;
   }
@@ -98,8 +82,9 @@ class Host {
   /// Takes and frees everything; keeps what was added and the bytes of pages.
   void take_all() {
     for (coppice_change change = next(); change.kind != COPPICE_CHANGE_NONE; change = next()) {
+      const std::tuple name{change.file, change.chunk, change.index};
       if (change.kind == COPPICE_CHANGE_CHUNK_ADDED) {
-        EXPECT_TRUE(there.insert(name_of(change)).second);
+        EXPECT_TRUE(there.insert(name).second);
         if (change.chunk == COPPICE_STREAMED_PAGES) {
           std::vector<coppice_leaf_node> of_page(change.node_count);
           EXPECT_EQ(change.byte_count, of_page.size() * sizeof of_page[0]);
@@ -110,7 +95,7 @@ class Host {
         if (change.chunk == COPPICE_STREAMED_WOOD) take_wood(change);
         EXPECT_EQ(confirm(change, COPPICE_OUTCOME_TAKEN), COPPICE_OK);
       } else if (change.kind == COPPICE_CHANGE_CHUNK_DROPPED) {
-        EXPECT_EQ(there.erase(name_of(change)), 1u);
+        EXPECT_EQ(there.erase(name), 1u);
         EXPECT_EQ(confirm(change, COPPICE_OUTCOME_FREED), COPPICE_OK);
       } else {
         files[change.file] += change.kind == COPPICE_CHANGE_PLANT_OPENED ? 1 : -1;
@@ -129,14 +114,12 @@ class Host {
     ADD_FAILURE() << "does not settle";
   }
   coppice_plant_info info(coppice_plant plant) {
-    coppice_plant_info info;
-    coppice_plant_info_init(&info);
+    auto info = struct_defaults<coppice_plant_info>();
     EXPECT_EQ(coppice_plant_get_info(context_, plant, &info), COPPICE_OK);
     return info;
   }
   coppice_stats stats() {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
+    auto stats = struct_defaults<coppice_stats>();
     EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
     return stats;
   }
@@ -148,10 +131,9 @@ class Host {
     return draws;
   }
 
-  std::set<ChunkName> there;
+  std::set<std::tuple<std::uint32_t, coppice_streamed, std::uint32_t>> there;  ///< chunks: file, kind, index
   std::map<std::uint32_t, int> files;
-  std::vector<coppice_leaf_node> nodes;  ///< from node 1 on, of the one plant
-
+  std::vector<coppice_leaf_node> nodes;   ///< from node 1 on, of the one plant
   std::vector<std::array<vec3, 3>> wood;  ///< triangles of the wood that came last; object space
 
  private:
@@ -167,7 +149,7 @@ class Host {
 
   coppice_context* context_ = nullptr;
   coppice_view view_ = 0;
-  coppice_camera camera_{};
+  coppice_camera camera_ = struct_defaults<coppice_camera>();
   std::uint64_t number_ = 0;
 };
 

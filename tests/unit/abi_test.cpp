@@ -25,22 +25,18 @@ bool same_bytes(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// init  sets a struct of so many bytes to its defaults, by whichever function its header has
-template <class T, class Init>
-void expect_defaults_in_any_size(Init init) {
-  T known{};
-  std::memset(static_cast<void*>(&known), 0xee, sizeof known);
-  init(&known, sizeof known);
-  EXPECT_EQ(known.struct_size, sizeof known);
+/// write  fills a struct of so many bytes: with as much of `full` as fits, and zeros behind it
+template <class T, class Write>
+void expect_filled_in_any_size(const T& full, const Write& write) {
   for (std::size_t bytes = kStep; bytes <= sizeof(T) + kBeyond; bytes += kStep) {
-    Resized<T> other(T{}, bytes, 0xee);
-    init(other.get(), bytes);
-    EXPECT_TRUE(other.has_canaries()) << bytes;
+    Resized<T> theirs(T{}, bytes, 0xee);
+    write(theirs.get(), bytes);
+    EXPECT_TRUE(theirs.has_canaries()) << bytes;
     T expected{};
-    std::memcpy(static_cast<void*>(&expected), &known, std::min(bytes, sizeof(T)));
+    std::memcpy(static_cast<void*>(&expected), &full, std::min(bytes, sizeof(T)));
     expected.struct_size = static_cast<std::uint32_t>(bytes);
-    EXPECT_TRUE(same_bytes(other.value(), expected)) << bytes;
-    for (std::size_t i = sizeof(T); i < bytes; ++i) EXPECT_EQ(other.byte(i), 0) << i << " of " << bytes;
+    EXPECT_TRUE(same_bytes(theirs.value(), expected)) << bytes;
+    for (std::size_t i = sizeof(T); i < bytes; ++i) EXPECT_EQ(theirs.byte(i), 0) << i << " of " << bytes;
   }
 }
 
@@ -54,9 +50,12 @@ void init_struct(coppice_vulkan_struct kind, void* data, std::size_t bytes) {
 
 template <class Kind, class T>
 void expect_defaults(Kind kind, void (*init)(T*)) {
-  expect_defaults_in_any_size<T>([kind](void* data, std::size_t bytes) { init_struct(kind, data, bytes); });
-  init(nullptr);
   T known{};
+  std::memset(static_cast<void*>(&known), 0xee, sizeof known);
+  init_struct(kind, &known, sizeof known);
+  EXPECT_EQ(known.struct_size, sizeof known);
+  expect_filled_in_any_size(known, [kind](void* data, std::size_t bytes) { init_struct(kind, data, bytes); });
+  init(nullptr);
   init(&known);
   EXPECT_TRUE(same_bytes(known, struct_defaults<T>()));
 }
@@ -195,24 +194,12 @@ TEST(ReadRecord, AnArrayMayBeOfShorterOrLongerRecords) {
   for (const std::uint32_t bytes : {0u, 2u, 10u, 5000u}) EXPECT_NE(records_problem(theirs, 1, bytes, "records"), "");
 }
 
-template <class T>
-void expect_written() {
-  const T full = far_from_default<T>();
-  for (std::size_t bytes = kStep; bytes <= sizeof(T) + kBeyond; bytes += kStep) {
-    Resized<T> theirs(T{}, bytes, 0xee);
-    write_struct(full, theirs.get());
-    EXPECT_TRUE(theirs.has_canaries()) << bytes;
-    T expected{};
-    std::memcpy(static_cast<void*>(&expected), &full, std::min(bytes, sizeof(T)));
-    expected.struct_size = static_cast<std::uint32_t>(bytes);
-    EXPECT_TRUE(same_bytes(theirs.value(), expected)) << bytes;
-    for (std::size_t i = sizeof(T); i < bytes; ++i) EXPECT_EQ(theirs.byte(i), 0) << i << " of " << bytes;
-  }
-}
-
 template <class... T>
 void expect_written_in_any_size() {
-  (expect_written<T>(), ...);
+  const auto expect_written = []<class Each>(const Each& full) {
+    expect_filled_in_any_size(full, [&](Each* theirs, std::size_t) { write_struct(full, theirs); });
+  };
+  (expect_written(far_from_default<T>()), ...);
 }
 
 TEST(WriteStruct, FillsAsMuchAsTheProgramHas) {

@@ -63,10 +63,7 @@ TEST(DemandView, FindsTheNearPlaneWhicheverWayDepthRuns) {
   const float near_m = 0.5f, far_m = 100.0f;
   const auto forward = demand_view(view_from({}, far_m / (near_m - far_m), near_m * far_m / (near_m - far_m)));
   const auto reversed = demand_view(view_from({}, near_m / (far_m - near_m), near_m * far_m / (far_m - near_m)));
-  ASSERT_TRUE(forward);
-  ASSERT_TRUE(reversed);
-  EXPECT_NEAR(forward->near_m, near_m, 1e-4f);
-  EXPECT_NEAR(reversed->near_m, near_m, 1e-4f);
+  for (const auto& view : {forward, reversed}) EXPECT_NEAR(test::must(view).near_m, near_m, 1e-4f);
 }
 
 TEST(DemandView, FollowsARotatedCamera) {
@@ -135,15 +132,14 @@ TEST(Demand, SortsInstancesBySize) {
 
 TEST(EyeMotion, FollowsASteadyCameraAndNoOther) {
   EyeMotion motion;
-  using Vector = vec3;
-  EXPECT_EQ(follow_eye(motion, {100, 0, 0}, 10.0f), Vector{}) << "one frame is no motion";
-  EXPECT_EQ(follow_eye(motion, {101, 0, 0}, 10.0f), Vector{}) << "nor are two: the first may have been a jump";
-  EXPECT_EQ(follow_eye(motion, {102, 0, 0}, 10.0f), (Vector{10, 0, 0}));
-  EXPECT_EQ(follow_eye(motion, {103, 0.125f, 0}, 8.0f), (Vector{8, 1, 0})) << "a gentle curve";
-  EXPECT_EQ(follow_eye(motion, {500, 0, 0}, 10.0f), Vector{}) << "a jump";
-  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{});
-  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{}) << "a stop";
-  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), Vector{}) << "and rest";
+  EXPECT_EQ(follow_eye(motion, {100, 0, 0}, 10.0f), vec3{}) << "one frame is no motion";
+  EXPECT_EQ(follow_eye(motion, {101, 0, 0}, 10.0f), vec3{}) << "nor are two: the first may have been a jump";
+  EXPECT_EQ(follow_eye(motion, {102, 0, 0}, 10.0f), (vec3{10, 0, 0}));
+  EXPECT_EQ(follow_eye(motion, {103, 0.125f, 0}, 8.0f), (vec3{8, 1, 0})) << "a gentle curve";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 0}, 10.0f), vec3{}) << "a jump";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), vec3{});
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), vec3{}) << "a stop";
+  EXPECT_EQ(follow_eye(motion, {500, 0, 1}, 10.0f), vec3{}) << "and rest";
 }
 
 TEST(EyeMotion, WhatWillComeIntoViewIsWanted) {

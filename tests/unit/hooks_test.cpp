@@ -15,7 +15,6 @@
 #include "fake_hooks.h"
 #include "io_result.h"
 #include "mentions.h"
-#include "print_reading.h"
 #include "process.h"
 #include "results.h"
 #include "transfer.h"
@@ -30,8 +29,14 @@ Result<void> read_once(const coppice_io& io, std::int64_t file, std::uint64_t of
   return read.result();
 }
 
-TEST(HookArray, GivesBackWhatItTook) {
+TEST(HookArray, GivesBackWhatItTookAndDestroysItsElements) {
   test::FakeAllocator allocator;
+  {
+    auto outer = test::must(HookArray<HookBuffer>::allocate(allocator.hook(), 3));
+    outer[1] = test::must(HookBuffer::allocate(allocator.hook(), 100));
+    EXPECT_GE(allocator.live_bytes, 100u);
+  }
+  EXPECT_EQ(allocator.live_bytes, 0u);
   {
     auto array = test::must(HookArray<std::uint32_t>::allocate(allocator.hook(), 10));
     EXPECT_EQ(allocator.live_bytes, 40u);
@@ -44,24 +49,12 @@ TEST(HookArray, GivesBackWhatItTook) {
   EXPECT_EQ(allocator.live_bytes, 0u);
 }
 
-TEST(HookArray, DestroysItsElements) {
-  test::FakeAllocator allocator;
-  {
-    auto outer = test::must(HookArray<HookBuffer>::allocate(allocator.hook(), 3));
-    auto inner = test::must(HookBuffer::allocate(allocator.hook(), 100));
-    outer[1] = std::move(inner);
-    EXPECT_GE(allocator.live_bytes, 100u);
-  }
-  EXPECT_EQ(allocator.live_bytes, 0u);
-}
-
 TEST(HookArray, ReportsWhatCannotBeHad) {
   test::FakeAllocator allocator{.fail_at = 0};
   EXPECT_EQ(HookBuffer::allocate(allocator.hook(), 1).error().status, Status::out_of_memory);
   EXPECT_EQ(HookArray<std::uint64_t>::allocate(allocator.hook(), SIZE_MAX / 4).error().status, Status::out_of_memory);
   EXPECT_EQ(allocator.calls, 1u) << "a size that overflows must not reach the hook";
-  const auto empty = test::must(HookBuffer::allocate(allocator.hook(), 0));
-  EXPECT_TRUE(empty.empty());
+  EXPECT_TRUE(test::must(HookBuffer::allocate(allocator.hook(), 0)).empty());
 }
 
 TEST(CompleteHooks, RefusesHooksSetInPart) {
@@ -110,6 +103,10 @@ TEST_P(DefaultIo, ReadsFromTheOffset) {
   const auto past_the_end = read_once(io, file, 8, four);
   EXPECT_EQ(past_the_end.error().status, Status::io);
   EXPECT_EQ(past_the_end.error().offset, 8u);
+  std::ofstream(folder_ / "other") << "abcdefghij";
+  std::filesystem::rename(folder_ / "other", path_);
+  EXPECT_TRUE(read_once(io, file, 3, four));
+  EXPECT_EQ(std::string(four.begin(), four.end()), "3456") << "the file that was opened";
   io.close(io.user, file);
 }
 

@@ -36,6 +36,13 @@ class HostChanges : public testing::Test {
     return all;
   }
 
+  void take_frames(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      host.frame();
+      host.take_all();
+    }
+  }
+
   Host host;
   coppice_plant plant = host.open("two_pages.coppice");
 };
@@ -46,17 +53,14 @@ TEST_F(HostChanges, APlantComesChunkByChunkAndGoesAgain) {
   EXPECT_EQ(host.there.size(), 3u) << "two pages and a wood LoD";
   EXPECT_EQ(host.info(plant).resident_leaf_count, 520u);
   coppice_plant_close(host.context(), plant);
-  for (int i = 0; i < 4; ++i) {
-    host.frame();
-    host.take_all();
-  }
+  take_frames(4);
   EXPECT_TRUE(host.there.empty());
   EXPECT_EQ(host.files[0], -1) << "closed; that it was opened was taken before";
 }
 
 TEST_F(HostChanges, WhatIsNotConfirmedDoesNotCount) {
   std::vector<coppice_change> held;
-  std::vector<std::vector<unsigned char>> bytes;
+  std::vector<std::vector<unsigned char>> bytes;  // as they came
   for (int i = 0; i < 50; ++i)
     for (const coppice_change& change : changes(1)) {
       const auto* first = static_cast<const unsigned char*>(change.bytes);
@@ -111,10 +115,7 @@ TEST_F(HostChanges, TheBudgetIsKept) {
   host.settle();
   const std::uint64_t full_bytes = host.stats().memory_bytes;
   ASSERT_EQ(coppice_set_memory_budget(host.context(), full_bytes - 300), COPPICE_OK) << coppice_last_error(host.context());
-  for (int i = 0; i < 10; ++i) {
-    host.frame();
-    host.take_all();
-  }
+  take_frames(10);
   EXPECT_LE(host.stats().memory_bytes, full_bytes - 300);
   EXPECT_EQ(host.info(plant).resident_leaf_count, 513u) << "the second page went";
 }
@@ -247,22 +248,31 @@ struct HostTree {
   coppice_file_info info = struct_defaults<coppice_file_info>();
   std::vector<coppice_leaf_node> nodes;
   std::vector<std::uint32_t> splits;  ///< [nodes]
+
+  explicit HostTree(Host& host) {
+    EXPECT_EQ(coppice_file_get_info(host.context(), 0, &info), COPPICE_OK);
+    nodes = {info.root};
+    nodes.insert(nodes.end(), host.nodes.begin(), host.nodes.end());
+    for (const coppice_leaf_node& node : nodes) splits.push_back(node.split);
+  }
 };
 
-HostTree tree_of(Host& host) {
-  HostTree tree;
-  EXPECT_EQ(coppice_file_get_info(host.context(), 0, &tree.info), COPPICE_OK);
-  tree.nodes = {tree.info.root};
-  tree.nodes.insert(tree.nodes.end(), host.nodes.begin(), host.nodes.end());
-  for (const coppice_leaf_node& node : tree.nodes) tree.splits.push_back(node.split);
-  return tree;
+/// Where so many leaves go. Vertices and indices must be as long.
+template <class V, class I>
+coppice_leaf_output output_into(std::vector<V>& vertices, std::vector<I>& indices, std::uint32_t leaf_count) {
+  auto output = struct_defaults<coppice_leaf_output>();
+  output.vertices = vertices.data();
+  output.indices = indices.data();
+  output.vertex_capacity = 4 * leaf_count;
+  output.index_capacity = 6 * leaf_count;
+  return output;
 }
 
 TEST(WriteLeaves, AreTheCutInAnyLayout) {
   Host host;
   host.add(host.open("two_pages.coppice"), 0, -3);
   host.settle();
-  const auto [info, nodes, splits] = tree_of(host);
+  const auto [info, nodes, splits] = HostTree(host);
 
   auto layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = sizeof(Vertex);
@@ -283,10 +293,7 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
     auto output = struct_defaults<coppice_leaf_output>();
     ASSERT_EQ(coppice_write_leaves(host.context(), 0, leaf_count, &layout, &output), COPPICE_OK);
     ASSERT_EQ(output.vertex_count, 4 * whole);
-    output.vertices = vertices.data();
-    output.indices = indices.data();
-    output.vertex_capacity = 4 * whole;
-    output.index_capacity = 6 * whole;
+    output = output_into(vertices, indices, whole);
     ASSERT_EQ(coppice_write_leaves(host.context(), 0, leaf_count, &layout, &output), COPPICE_OK) << coppice_last_error(host.context());
     EXPECT_EQ(output.leaf_count, whole);
     for (std::uint32_t i = 0; i < whole; ++i) {
@@ -313,11 +320,7 @@ TEST(WriteLeaves, AreTheCutInAnyLayout) {
   layout = struct_defaults<coppice_leaf_layout>();
   layout.vertex_bytes = 12;
   layout.position = 0;
-  auto output = struct_defaults<coppice_leaf_output>();
-  output.vertices = positions.data();
-  output.indices = indices.data();
-  output.vertex_capacity = 80;
-  output.index_capacity = 120;
+  coppice_leaf_output output = output_into(positions, indices, 20);
   ASSERT_EQ(coppice_write_leaves(host.context(), 0, 20.0f, &layout, &output), COPPICE_OK);
   EXPECT_EQ(indices[119], 79u);
   layout.normal = 4;
@@ -330,7 +333,7 @@ TEST(WriteLeaves, AreLitAsTheirNodesSay) {
   Host host;
   host.add(host.open("noisy_looks.coppice"), 0, -3);
   host.settle();
-  const auto [info, nodes, splits] = tree_of(host);
+  const auto [info, nodes, splits] = HostTree(host);
 
   struct Lit {
     std::array<float, 3> normal;
@@ -347,11 +350,7 @@ TEST(WriteLeaves, AreLitAsTheirNodesSay) {
     ASSERT_EQ(select_cut(splits, leaf_count, cut), leaf_count);
     std::vector<Lit> vertices(4 * std::size_t{leaf_count});
     std::vector<std::uint32_t> indices(6 * std::size_t{leaf_count});
-    auto output = struct_defaults<coppice_leaf_output>();
-    output.vertices = vertices.data();
-    output.indices = indices.data();
-    output.vertex_capacity = 4 * leaf_count;
-    output.index_capacity = 6 * leaf_count;
+    coppice_leaf_output output = output_into(vertices, indices, leaf_count);
     ASSERT_EQ(coppice_write_leaves(host.context(), 0, static_cast<float>(leaf_count), &layout, &output), COPPICE_OK);
     for (std::uint32_t i = 0; i < leaf_count; ++i) {
       const coppice_leaf_node& node = nodes[cut[i]];

@@ -12,7 +12,6 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <thread>
@@ -22,7 +21,6 @@
 #include "fake_hooks.h"
 #include "mentions.h"
 #include "places.h"
-#include "print_reading.h"
 #include "results.h"
 #include "scene_stream.h"
 #include "streamer.h"
@@ -92,26 +90,6 @@ namespace {
 const std::string kPlant = std::string(test::kTestData) + "/plants/two_pages.coppice";
 const std::string kScene = std::string(test::kTestData) + "/scene_v1/small.forest";
 
-/// Any thread; the n-th allocation has nothing.
-struct NthAllocator {
-  std::atomic<std::size_t> calls = 0, live = 0;
-  std::size_t fail_at = SIZE_MAX;
-
-  coppice_allocator hook() {
-    return {sizeof(coppice_allocator), this,
-            [](void* user, std::size_t bytes, std::size_t align) -> void* {
-              auto* self = static_cast<NthAllocator*>(user);
-              if (self->calls++ == self->fail_at) return nullptr;
-              ++self->live;
-              return std::aligned_alloc(align, (bytes + align - 1) / align * align);
-            },
-            [](void* user, void* pointer, std::size_t) {
-              --static_cast<NthAllocator*>(user)->live;
-              std::free(pointer);
-            }};
-  }
-};
-
 class IoFault : public testing::TestWithParam<Reading> {
  protected:
   void TearDown() override { set_fault(Fault::none, 0, 0); }
@@ -127,6 +105,13 @@ class IoFault : public testing::TestWithParam<Reading> {
     std::uint64_t failed = 0;
     std::uint32_t resident_pages = 0, resident_tiles = 0;
     std::vector<std::string> lines;
+
+    void expect_all_there() const {
+      EXPECT_TRUE(opened);
+      EXPECT_EQ(failed, 0u);
+      EXPECT_EQ(resident_pages, 2u);
+      EXPECT_EQ(resident_tiles, 1u);
+    }
   };
   static Outcome run(const coppice_allocator& allocator = {}) {
     Outcome outcome;
@@ -179,12 +164,10 @@ INSTANTIATE_TEST_SUITE_P(Default, IoFault, testing::Values(Reading::automatic, R
 TEST_P(IoFault, AnErrorOfTheNthReadIsTriedAgain) {
   for (std::size_t n = 0;; ++n) {
     set_fault(Fault::fails, n, 1);
+    SCOPED_TRACE(n);
     const Outcome outcome = run();
-    EXPECT_TRUE(outcome.opened) << n;
-    EXPECT_EQ(outcome.failed, 0u) << n;
-    EXPECT_EQ(outcome.resident_pages, 2u) << n;
-    EXPECT_EQ(outcome.resident_tiles, 1u) << n;
-    EXPECT_TRUE(outcome.lines.empty()) << n << ": " << outcome.lines[0];
+    outcome.expect_all_there();
+    EXPECT_TRUE(outcome.lines.empty()) << outcome.lines[0];
     if (faults.reads <= n) break;
     ASSERT_LT(n, 100u);
   }
@@ -193,16 +176,12 @@ TEST_P(IoFault, AnErrorOfTheNthReadIsTriedAgain) {
 TEST_P(IoFault, TheNthAllocationThatFailsCostsNothingThatCouldComeLater) {
   std::size_t opened = 0;
   for (std::size_t n = 0;; ++n) {
-    NthAllocator allocator;
-    allocator.fail_at = n;
+    test::FakeAllocator allocator{.fail_at = n};
     const Outcome outcome = run(allocator.hook());
-    EXPECT_EQ(allocator.live, 0u) << n << ": a leak";
+    EXPECT_EQ(allocator.live_count, 0u) << n << ": a leak";
     EXPECT_EQ(outcome.failed, 0u) << n << ": a lack of memory is no damage";
-    if (outcome.opened) {
-      ++opened;
-      EXPECT_EQ(outcome.resident_pages, 2u) << n;
-      EXPECT_EQ(outcome.resident_tiles, 1u) << n;
-    }
+    opened += outcome.opened ? 1u : 0u;
+    if (outcome.opened) outcome.expect_all_there();
     EXPECT_LE(outcome.lines.size(), 1u) << n << ": " << outcome.lines[1];
     if (allocator.calls <= n) break;
     ASSERT_LT(n, 500u);
@@ -213,10 +192,7 @@ TEST_P(IoFault, TheNthAllocationThatFailsCostsNothingThatCouldComeLater) {
 TEST_P(IoFault, EveryReadThatComesShortIsReadToItsEnd) {
   set_fault(Fault::comes_short, 0, SIZE_MAX);
   const Outcome outcome = run();
-  EXPECT_TRUE(outcome.opened);
-  EXPECT_EQ(outcome.failed, 0u);
-  EXPECT_EQ(outcome.resident_pages, 2u);
-  EXPECT_EQ(outcome.resident_tiles, 1u);
+  outcome.expect_all_there();
   EXPECT_TRUE(outcome.lines.empty());
   EXPECT_GT(faults.reads, 20u) << "halves of halves";
 }

@@ -4,20 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "gltf_builder.h"
 #include "io_result.h"
 #include "mentions.h"
 #include "packed_plant.h"
-#include "print_reading.h"
-#include "process.h"
-#include "results.h"
 #include "streamer_fixture.h"
 
 namespace coppice::stream_fault_test {
@@ -26,19 +19,14 @@ using test::demand_of;
 using test::ReadFault;
 using Bytes = std::vector<std::uint8_t>;
 
-const GpuSizes kGpuSizes = {.plant_bytes = 1000};
-constexpr std::uint32_t kLeaves = 3000, kChunks = 9;  // six pages, two wood LoDs, a texture
-
-Bytes plant_bytes(std::uint32_t seed) {
-  return test::packed_plant({.leaf_count = kLeaves, .seed = seed});
-}
+constexpr std::uint32_t kChunks = 9;  // six pages, two wood LoDs, a texture
 
 class StreamFault : public test::StreamerFixture {
  protected:
   void SetUp() override {
-    static const Bytes a = plant_bytes(5), b = plant_bytes(6);
+    static const Bytes a = test::packed_plant({.leaf_count = 3000, .seed = 5}), b = test::packed_plant({.leaf_count = 3000, .seed = 6});
     io.files = {{"a", a}, {"b", b}};
-    options.gpu = kGpuSizes;
+    options.gpu = {.plant_bytes = 1000};
   }
   void shut_down() {
     gpu.reset();
@@ -247,58 +235,6 @@ TEST_F(StreamFault, ALostDeviceIsSaidOnce) {
   EXPECT_GT(failed, 2u);
   EXPECT_EQ(log.lines.size(), 1u);
   shut_down();
-}
-
-/// The default hooks on real files.
-class FileFault : public testing::TestWithParam<Reading> {
- protected:
-  void SetUp() override {
-    test::write_file(path_, plant_bytes(5));
-    set_ = test::must(complete_hooks({.log = log_.hook()}, GetParam()));
-    streamer_ = test::must(Streamer::create(set_.hooks, ledger_, {.gpu = kGpuSizes}));
-    gpu_ = std::make_unique<test::FakeGpu>(*streamer_, ledger_);
-    plant_ = test::must(streamer_->open_plant(path_.c_str()));
-  }
-  /// Frames until nothing is wanted.
-  void settle() {
-    const std::vector<PlantDemand> demands = {demand_of(5000.0f)};
-    for (int i = 0; i < 5000; ++i) {
-      gpu_->frame(view_, demands);
-      if (i > 3 && streamer_->stats().all().wanted == 0 && streamer_->stats().all().in_flight == 0) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    ADD_FAILURE() << "still wanted: " << streamer_->stats().all().wanted;
-  }
-
-  test::TemporaryFolder folder_;
-  std::filesystem::path path_ = folder_ / "plant.coppice";
-  test::FakeLog log_;
-  HookSet set_;
-  LodView view_;
-  Ledger ledger_{256ull << 20};
-  std::unique_ptr<Streamer> streamer_;
-  std::unique_ptr<test::FakeGpu> gpu_;
-  std::uint32_t plant_ = 0;
-};
-
-INSTANTIATE_TEST_SUITE_P(Automatic, FileFault, testing::Values(Reading::automatic));
-INSTANTIATE_TEST_SUITE_P(ThreadPool, FileFault, testing::Values(Reading::thread_pool));
-
-TEST_P(FileFault, ARenamedReplacementLeavesTheOpenFileAlone) {
-  const std::filesystem::path other = path_.string() + ".new";
-  test::write_file(other, plant_bytes(6));
-  std::filesystem::rename(other, path_);
-  settle();
-  EXPECT_EQ(streamer_->state(plant_).resident_leaf_count, kLeaves);
-  EXPECT_TRUE(log_.lines.empty()) << log_.lines.front();
-}
-
-TEST_P(FileFault, ATruncatedFileKeepsItsLastGoodCut) {
-  std::filesystem::resize_file(path_, find_chunk(streamer_->file(plant_), COPPICE_CHUNK_PAGE, 2)->offset + 1);
-  settle();
-  EXPECT_EQ(streamer_->state(plant_).resident_page_count, 2u);
-  ASSERT_FALSE(log_.lines.empty());
-  for (const std::string& line : log_.lines) EXPECT_TRUE(test::names_an_offset(line)) << line;
 }
 
 }  // namespace coppice::stream_fault_test

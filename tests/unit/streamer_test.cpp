@@ -18,7 +18,6 @@
 #include "gltf_builder.h"
 #include "mentions.h"
 #include "packed_plant.h"
-#include "print_reading.h"
 #include "process.h"
 #include "results.h"
 #include "streamer_fixture.h"
@@ -298,9 +297,8 @@ TEST_F(StreamerTest, MemoryCountsUntilTheGpuIsDoneWithIt) {
 class TightBudget : public StreamerTest, public testing::WithParamInterface<std::uint64_t> {};
 
 TEST_P(TightBudget, IsNeverExceededAndNothingThrashes) {
-  start();
+  start_with("a");
   gpu->frames_behind = GetParam();
-  open("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
   const std::uint64_t budget = ledger.reserved() + 560000;
@@ -412,8 +410,7 @@ TEST_F(ATwentieth, ColdStartReadsOnlyWhatStays) {
 }
 
 TEST_F(StreamerTest, EqualDemandsShareAFullBudgetWithoutSwapping) {
-  start();
-  open("a");
+  start_with("a");
   open("b");
   frames(1, {PlantDemand{}, PlantDemand{}});
   ledger.set_budget(ledger.reserved() + 600000);

@@ -3,7 +3,6 @@
 // METHOD is default, mi or stochastic; PLANT a species of `coppice plant`, or FILE.glb[:leaf material]. The viewpoints are not the
 // baker's: a Fibonacci sphere turned away from its axes, another light, no box filter of the baker's.
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>

@@ -4,13 +4,11 @@
 // Each submission also waits for a timeline semaphore, the gate. A wait for its fence or for a value that it signals opens the gate for it
 // and those before; all other waits open it for all. Asking without waiting opens nothing.
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <mutex>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "layer_state.h"

@@ -13,8 +13,7 @@
 #include "mentions.h"
 #include "resized.h"
 
-namespace coppice::test {
-namespace abi_runtime_test {
+namespace coppice::test::abi_runtime_test {
 
 constexpr const char* kPath = "plant.coppice";
 
@@ -243,5 +242,4 @@ TEST(CallGuard, ConstCallsOverlapAndOthersDoNot) {
   EXPECT_TRUE(guard.enter("sixth", Access::shared));
 }
 
-}  // namespace abi_runtime_test
-}  // namespace coppice::test
+}  // namespace coppice::test::abi_runtime_test

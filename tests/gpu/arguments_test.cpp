@@ -11,7 +11,6 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -20,8 +19,7 @@
 #include "context_fixture.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace arguments_test {
+namespace coppice::test::arguments_test {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -670,5 +668,4 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
   }
 }
 
-}  // namespace arguments_test
-}  // namespace coppice::test
+}  // namespace coppice::test::arguments_test

@@ -7,8 +7,7 @@
 #include "path_fixture.h"
 #include "render_pass.h"
 
-namespace coppice::test {
-namespace classic_device_test {
+namespace coppice::test::classic_device_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -69,5 +68,4 @@ TEST_P(ClassicDeviceTest, DrawsColourAndDepthAlone) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ClassicDeviceTest, testing::Values(kHardwarePath, kComputePath), path_name);
 
-}  // namespace classic_device_test
-}  // namespace coppice::test
+}  // namespace coppice::test::classic_device_test

@@ -11,8 +11,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace debug_label_test {
+namespace coppice::test::debug_label_test {
 
 /// What the library has asked for.
 struct Told {
@@ -124,5 +123,4 @@ TEST_F(DebugLabelTest, NothingIsMissingWithoutTheExtension) {
   EXPECT_TRUE(told().names.empty());
 }
 
-}  // namespace debug_label_test
-}  // namespace coppice::test
+}  // namespace coppice::test::debug_label_test

@@ -5,8 +5,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace draw_count_test {
+namespace coppice::test::draw_count_test {
 
 struct CountedDraw {
   VkBuffer buffer;
@@ -68,5 +67,4 @@ TEST_F(DrawCountTest, NoneIsAboveWhatItsCallTakes) {
   EXPECT_EQ(full, 1u) << "commands are short";
 }
 
-}  // namespace draw_count_test
-}  // namespace coppice::test
+}  // namespace coppice::test::draw_count_test

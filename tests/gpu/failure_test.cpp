@@ -18,8 +18,7 @@
 #include "functions.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace failure_test {
+namespace coppice::test::failure_test {
 
 constexpr std::uint32_t kSidePx = 32, kMapPx = 32;
 constexpr int kFrames = 60;
@@ -442,5 +441,4 @@ TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
   ASSERT_EQ(create_context(bare, &context_), COPPICE_OK);
 }
 
-}  // namespace failure_test
-}  // namespace coppice::test
+}  // namespace coppice::test::failure_test

@@ -6,8 +6,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace leaf_mesh_test {
+namespace coppice::test::leaf_mesh_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr std::uint32_t kLeaves = 300;
@@ -186,5 +185,4 @@ TEST_F(LeafMeshTest, ALeafKeepsItsColour) {
   EXPECT_LT(different, leaf_pixels / 50);
 }
 
-}  // namespace leaf_mesh_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_mesh_test

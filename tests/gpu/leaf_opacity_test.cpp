@@ -13,8 +13,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace leaf_opacity_test {
+namespace coppice::test::leaf_opacity_test {
 
 constexpr std::uint32_t kSidePx = 192, kRow = 20;
 constexpr std::uint8_t kHalf = kOpaque / 2;
@@ -275,5 +274,4 @@ INSTANTIATE_TEST_SUITE_P(Paths, LeafOpacityTest,
                          testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
                          [](const auto& path) { return path.param.name; });
 
-}  // namespace leaf_opacity_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_opacity_test

@@ -11,8 +11,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace leaf_raster_test {
+namespace coppice::test::leaf_raster_test {
 
 constexpr std::uint32_t kSidePx = 256;
 
@@ -457,5 +456,4 @@ INSTANTIATE_TEST_SUITE_P(All, ProjectionTest,
                                          Projection{.name = "oblique_forward", .oblique = true, .forward = true}),
                          [](const auto& projection) { return std::string(projection.param.name); });
 
-}  // namespace leaf_raster_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_raster_test

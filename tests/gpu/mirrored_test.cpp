@@ -4,8 +4,7 @@
 
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace mirrored_test {
+namespace coppice::test::mirrored_test {
 
 constexpr std::uint32_t kSidePx = 160;
 
@@ -47,5 +46,4 @@ TEST_P(MirroredTest, IsTheMirrorImage) {
 
 INSTANTIATE_TEST_SUITE_P(Path, MirroredTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace mirrored_test
-}  // namespace coppice::test
+}  // namespace coppice::test::mirrored_test

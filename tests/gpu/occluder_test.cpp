@@ -8,8 +8,7 @@
 
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace occluder_test {
+namespace coppice::test::occluder_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr float kNear_m = 0.05f;  // make_view's
@@ -286,5 +285,4 @@ TEST_P(OccluderTest, BothEyesOfAPairHaveTheirs) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, OccluderTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace occluder_test
-}  // namespace coppice::test
+}  // namespace coppice::test::occluder_test

@@ -8,8 +8,7 @@
 #include "fake_hooks.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace open_test {
+namespace coppice::test::open_test {
 
 constexpr std::uint32_t kSidePx = 96;
 constexpr const char* kPath = "plant.coppice";
@@ -238,5 +237,4 @@ TEST_F(OpenTest, BadMemoryIsRefusedAsAFileIs) {
   expect_refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 0, "pack"), invalid, {": size", "0"});
 }
 
-}  // namespace open_test
-}  // namespace coppice::test
+}  // namespace coppice::test::open_test

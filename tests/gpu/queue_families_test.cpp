@@ -7,8 +7,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace queue_families_test {
+namespace coppice::test::queue_families_test {
 
 /// What the library has asked for.
 struct Asked {
@@ -95,5 +94,4 @@ TEST_F(QueueFamiliesTest, SeveralShareAllAndNoBarrierNamesAStageThatOneLacks) {
   EXPECT_EQ(asked().stages.count(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT), 1u);
 }
 
-}  // namespace queue_families_test
-}  // namespace coppice::test
+}  // namespace coppice::test::queue_families_test

@@ -9,8 +9,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace relief_test {
+namespace coppice::test::relief_test {
 
 constexpr std::uint32_t kSidePx = 64;
 
@@ -104,5 +103,4 @@ TEST_F(ReliefTest, AFlatMapChangesNothing) {
     EXPECT_NEAR(lit(gpu(), walled_plant(surface), &straight, sun), lit(gpu(), walled_plant(surface), nullptr, sun), 2);
 }
 
-}  // namespace relief_test
-}  // namespace coppice::test
+}  // namespace coppice::test::relief_test

@@ -2,13 +2,11 @@
 
 #include <array>
 #include <memory>
-#include <string>
 
 #include "path_fixture.h"
 #include "render_pass.h"
 
-namespace coppice::test {
-namespace render_pass_test {
+namespace coppice::test::render_pass_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -157,5 +155,4 @@ TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, RenderPassTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace render_pass_test
-}  // namespace coppice::test
+}  // namespace coppice::test::render_pass_test

@@ -7,8 +7,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace renderer_test {
+namespace coppice::test::renderer_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -91,5 +90,4 @@ TEST_F(RendererTest, DrawCommandsKeepToAShareOfTheBudget) {
   EXPECT_EQ(std::count(cuts.begin(), cuts.end(), 64.0f), 95) << "for these there is a command of their own each";
 }
 
-}  // namespace renderer_test
-}  // namespace coppice::test
+}  // namespace coppice::test::renderer_test

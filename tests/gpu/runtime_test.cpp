@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <string_view>
 
 #include <glm/common.hpp>
 
@@ -20,8 +19,7 @@
 #include "fake_hooks.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace runtime_test {
+namespace coppice::test::runtime_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -500,5 +498,4 @@ TEST_F(RuntimeTest, AFileThatIsNotThereIsNamedOnceAndThereIsRoomForSoManyInstanc
   EXPECT_EQ(stats().instance_count, 0u);
 }
 
-}  // namespace runtime_test
-}  // namespace coppice::test
+}  // namespace coppice::test::runtime_test

@@ -12,8 +12,7 @@
 #include "mentions.h"
 #include "scene_context.h"
 
-namespace coppice::test {
-namespace scene_runtime_test {
+namespace coppice::test::scene_runtime_test {
 
 using SceneRuntimeTest = SceneContextTest;
 
@@ -194,5 +193,4 @@ TEST_F(SceneRuntimeTest, WrongFilesAreRefused) {
   EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
 }
 
-}  // namespace scene_runtime_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_runtime_test

@@ -13,8 +13,7 @@
 #include "mentions.h"
 #include "scene_context.h"
 
-namespace coppice::test {
-namespace scene_trees_test {
+namespace coppice::test::scene_trees_test {
 
 constexpr double kEverywhere = std::numeric_limits<double>::infinity();
 
@@ -310,5 +309,4 @@ TEST_F(SceneTreesTest, WhatIsNoTreeIsRefusedAndNothingChanges) {
   EXPECT_TRUE(mentions(log_, {"trees[0].scene"}));
 }
 
-}  // namespace scene_trees_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_trees_test

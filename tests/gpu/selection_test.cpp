@@ -7,8 +7,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace selection_test {
+namespace coppice::test::selection_test {
 
 class SelectionTest : public VulkanTest {};
 
@@ -74,5 +73,4 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   expect_same_cuts(scene, plants, parallel);
 }
 
-}  // namespace selection_test
-}  // namespace coppice::test
+}  // namespace coppice::test::selection_test

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ostream>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -12,8 +11,7 @@
 #include "path_fixture.h"
 #include "shadow_map.h"
 
-namespace coppice::test {
-namespace shadow_test {
+namespace coppice::test::shadow_test {
 
 constexpr float kRadius_m = 12.0f;
 
@@ -183,5 +181,4 @@ TEST_P(ShadowTest, AFrameOnItsWayKeepsItsImages) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace shadow_test
-}  // namespace coppice::test
+}  // namespace coppice::test::shadow_test

@@ -11,8 +11,7 @@
 #include "mentions.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace small_device_test {
+namespace coppice::test::small_device_test {
 
 /// What the physical device says of itself, changed.
 struct SmallDevice {
@@ -239,5 +238,4 @@ TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
   }
 }
 
-}  // namespace small_device_test
-}  // namespace coppice::test
+}  // namespace coppice::test::small_device_test

@@ -5,7 +5,6 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "context_fixture.h"
@@ -13,8 +12,7 @@
 #include "mentions.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace start_test {
+namespace coppice::test::start_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -348,5 +346,4 @@ TEST_F(StartTest, WithoutAContextOrAPlaceForTheAnswerItIsRefused) {
   EXPECT_TRUE(mentions(log_, {": ready", "null"}));
 }
 
-}  // namespace start_test
-}  // namespace coppice::test
+}  // namespace coppice::test::start_test

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <ostream>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -20,8 +19,7 @@
 #include "render_pass.h"
 #include "surface_host_comp.h"
 
-namespace coppice::test {
-namespace surface_test {
+namespace coppice::test::surface_test {
 
 constexpr std::uint32_t kSidePx = 160;
 constexpr std::size_t kPixels = std::size_t{kSidePx} * kSidePx;
@@ -522,5 +520,4 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
 INSTANTIATE_TEST_SUITE_P(Paths, WindOnSurface, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace surface_test
-}  // namespace coppice::test
+}  // namespace coppice::test::surface_test

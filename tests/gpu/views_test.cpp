@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <memory>
-#include <numeric>
-#include <ostream>
 #include <random>
 #include <thread>
 
@@ -16,8 +13,7 @@
 #include "mentions.h"
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace views_test {
+namespace coppice::test::views_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -520,5 +516,4 @@ TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ViewsTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace views_test
-}  // namespace coppice::test
+}  // namespace coppice::test::views_test

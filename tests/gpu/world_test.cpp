@@ -2,16 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <filesystem>
-#include <ostream>
 
 #include "golden.h"
 #include "path_fixture.h"
 #include "shadow_map.h"
 
-namespace coppice::test {
-namespace world_test {
+namespace coppice::test::world_test {
 
 using Offset = std::array<double, 3>;
 
@@ -188,5 +184,4 @@ TEST_P(WorldTest, RecordsMayBeShorterAndLarger) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(kHardwarePath, Path{"compute", VK_TRUE, VK_FALSE}), path_name);
 
-}  // namespace world_test
-}  // namespace coppice::test
+}  // namespace coppice::test::world_test

@@ -1,16 +1,12 @@
 // Plants whose leaves, bark and ornaments have one picture or one material between them, and pictures in forms that are not read.
 
-#include <cmath>
 #include <random>
-
-#include <glm/geometric.hpp>
 
 #include "looks_case.h"
 #include "test_foliage.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace shared_pictures {
+namespace coppice::test::shared_pictures {
 
 constexpr UvBox kLeafBox{{0.02f, 0.05f}, {0.42f, 0.95f}}, kBarkBox{{0.56f, 0.02f}, {0.76f, 0.98f}}, kPotBox{{0.85f, 0.4f}, {0.95f, 0.5f}};
 
@@ -163,5 +159,4 @@ INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                                                    .defect = [] { return tree_of(Textures::ktx2); }}),
                          looks_name);
 
-}  // namespace shared_pictures
-}  // namespace coppice::test
+}  // namespace coppice::test::shared_pictures

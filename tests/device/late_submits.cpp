@@ -110,7 +110,7 @@ PFN_vkVoidFunction late_function(std::string_view name) {
                                OURS(WaitForFences, wait_for_fences),   OURS(QueueWaitIdle, queue_wait_idle),
                                OURS(DeviceWaitIdle, device_wait_idle), OURS(QueueSubmit, queue_submit),
                                OURS(QueuePresentKHR, queue_present),   OURS(DestroySemaphore, destroy_semaphore)};
-  return find_function(hooks, name);
+  return layer::find_function(hooks, name);
 }
 
 VkResult create_gate(Device& device) {

@@ -559,6 +559,9 @@ struct Test {
   const char* name;
   std::function<int()> run;
 };
+std::function<int()> counted(const Counted& draw) {
+  return [draw] { return draw_counted(draw); };
+}
 constexpr std::uint32_t kAll = kSide_px * kSide_px;
 const std::array kTests{
     Test{"empty", empty},
@@ -571,22 +574,10 @@ const std::array kTests{
     Test{"int64_and_texels", int64_and_texels},
     Test{"draw_triangle", [] { return expect("green pixels", green_pixels(draw_triangle), kAll); }},
     Test{"draw_discard_depth", [] { return expect("green pixels", green_pixels(draw_triangle, true), kAll / 2); }},
-    Test{"count_1_of_1",
-         [] {
-           return draw_counted(Counted{1, 1, kAll});
-         }},
-    Test{"count_0_of_256",
-         [] {
-           return draw_counted(Counted{0, 256, 0});
-         }},
-    Test{"count_1_of_256",
-         [] {
-           return draw_counted(Counted{1, 256, kAll});
-         }},
-    Test{"count_0_then_direct",
-         [] {
-           return draw_counted(Counted{0, 256, kAll, true});
-         }},
+    Test{"count_1_of_1", counted({1, 1, kAll})},
+    Test{"count_0_of_256", counted({0, 256, 0})},
+    Test{"count_1_of_256", counted({1, 256, kAll})},
+    Test{"count_0_then_direct", counted({0, 256, kAll, true})},
 };
 
 }  // namespace

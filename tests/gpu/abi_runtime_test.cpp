@@ -34,7 +34,7 @@ class AbiTest : public ContextTest {
   }
 
   coppice_camera camera() const {
-    coppice_camera camera = make_view({.width_px = 32, .height_px = 32});
+    coppice_camera camera = make_view({.width_px = 32});
     camera.view = view_;
     return camera;
   }

@@ -353,7 +353,7 @@ class ArgumentsTest : public ContextTest {
 const coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 
 Shot good_view() {
-  return make_view({.width_px = 32, .height_px = 32});
+  return make_view({.width_px = 32});
 }
 
 TEST_F(ArgumentsTest, EveryFieldOfADesc) {

@@ -92,7 +92,7 @@ class DebugLabelTest : public ContextTest {
     if (!enabled) with.get_instance_proc_addr = without_debug_utils;
     create(with);
     add(open_random({.leaf_count = 20, .leaf_mesh_count = 1}), placement_at());
-    frame(make_view({.width_px = 64, .height_px = 64}));
+    frame(make_view({.width_px = 64}));
     EXPECT_EQ(log_, "");
   }
 };

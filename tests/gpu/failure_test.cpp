@@ -141,8 +141,7 @@ class FailureTest : public ContextTest {
   }
 
   coppice_status record_frame(std::uint32_t side_px) {
-    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
-    view.error_px = 0.01f;
+    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .error_px = 0.01f});
     auto frame = defaults(coppice_frame_init);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;

@@ -49,7 +49,7 @@ class GrowthTest : public ContextTest {
     return plant;
   }
 
-  Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx});
   const std::vector<std::uint8_t> crown_ = plant_bytes({.leaf_count = 900, .seed = 5});
 };
 

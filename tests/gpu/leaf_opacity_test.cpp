@@ -75,12 +75,10 @@ class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Pa
     const gpu::Plant plant = gpu::gpu_plant(sheet(kOpaque).file.plant);
     const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
     const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
-    Shot view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
-                           .target_m = {middle.x, middle.y, middle.z},
-                           .width_px = kSidePx,
-                           .height_px = kSidePx});
-    view.error_px = 1e-4f;
-    return view;
+    return make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
+                      .target_m = {middle.x, middle.y, middle.z},
+                      .width_px = kSidePx,
+                      .error_px = 1e-4f});
   }
 
   /// After a frame: lists are built over some of them.

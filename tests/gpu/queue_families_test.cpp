@@ -65,7 +65,7 @@ class QueueFamiliesTest : public ContextTest {
     std::ranges::copy(families, with.queue_families);
     create(with);
     add(open_random({.leaf_count = 600, .seed = 4}), placement_at());
-    Picture picture = settle(make_view({.width_px = 96, .height_px = 96}));
+    Picture picture = settle(make_view({.width_px = 96}));
     EXPECT_EQ(log_, "");
     destroy();
     return picture;

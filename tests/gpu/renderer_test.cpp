@@ -37,9 +37,7 @@ coppice_placement at(float x, float z) {
 }
 
 Shot front_view() {
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  view.lod = COPPICE_LOD_FULL;
-  return view;
+  return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .lod = COPPICE_LOD_FULL});
 }
 
 TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {

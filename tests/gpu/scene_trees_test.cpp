@@ -41,11 +41,7 @@ class SceneTreesTest : public SceneContextTest {
   }
 
   /// From above onto some trees about (0, 0, -19), every leaf, so that slots make no difference.
-  static Shot near_view() {
-    Shot view = make_view({.eye_m = {0, 5, -17}, .target_m = {0, 0, -19}, .width_px = 128, .height_px = 128});
-    view.lod = COPPICE_LOD_FULL;
-    return view;
-  }
+  static Shot near_view() { return make_view({.eye_m = {0, 5, -17}, .target_m = {0, 0, -19}, .width_px = 128, .lod = COPPICE_LOD_FULL}); }
   static Shot far_view() { return view_from(0, 2, 50000); }
 
   /// What is drawn once all of the view is there, against a picture of it.

@@ -21,7 +21,7 @@ constexpr std::array<float, 3> kSun{0.8f, 0.6f, 0.0f};
 
 /// From a side that the sun is on, so that what it does not reach is seen to be dark.
 Shot view_of(const glm::vec3& place) {
-  Shot view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128, .height_px = 128});
+  Shot view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128});
   std::ranges::copy(kSun, view.light.sun_direction);
   view.error_px = 0.5f;
   return view;

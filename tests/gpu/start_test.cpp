@@ -61,7 +61,7 @@ class StartTest : public ContextTest {
     return ready == VK_TRUE;
   }
 
-  static Shot view_of(float eye_z_m) { return make_view({.eye_m = {0.0f, 0.3f, eye_z_m}, .width_px = kSidePx, .height_px = kSidePx}); }
+  static Shot view_of(float eye_z_m) { return make_view({.eye_m = {0.0f, 0.3f, eye_z_m}, .width_px = kSidePx}); }
 
   FakeJobs jobs_;
   std::string plant_path_;

@@ -91,7 +91,7 @@ class Recorder {
 };
 
 Shot view_from(const glm::vec3& eye_m) {
-  return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx});
+  return make_view({.eye_m = eye_m, .width_px = kSidePx});
 }
 
 class ViewsTest : public PathTest<ContextTest> {
@@ -99,12 +99,6 @@ class ViewsTest : public PathTest<ContextTest> {
   void place(const std::vector<glm::vec3>& places) {
     for (const glm::vec3& at : places) add(plant_, placement_at(at));
   }
-  void place_rows() {
-    std::vector<glm::vec3> places;
-    for (int i = 0; i < 40; ++i) places.emplace_back(2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8));
-    place(places);
-  }
-
   /// shot: becomes the first eye of a pair, whose pictures are side by side.
   void add_eye(Shot& shot, double apart_m, double turn_rad) {
     second_eye_ = eye_beside(shot, apart_m, turn_rad);
@@ -161,7 +155,7 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// The rows from the front, all of which is there.
   Shot settled_rows() {
-    place_rows();
+    add(plant_, rows());
     Shot shot = view_from({0, 1, 6});
     shot.view = view_;
     settle_all({shot});
@@ -180,12 +174,7 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// A frame with this view alone.
   void draw_alone(const Shot& shot, const Target& target) {
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
-      record_one_draw(cmd, shot, target);
-    });
+    frame_with(shot, [&](VkCommandBuffer cmd) { record_one_draw(cmd, shot, target); });
   }
   Drawn alone(const Shot& shot) {
     const auto target = target_of(shot);
@@ -203,7 +192,7 @@ class ViewsTest : public PathTest<ContextTest> {
 };
 
 TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   const std::vector<Drawn> expected = each_alone(shots);
@@ -232,16 +221,13 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
 }
 
 TEST_P(ViewsTest, AViewIsCulledAndDrawnAgainInOneFrame) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   for (const Shot& shot : shots) {
     const Drawn expected = alone(shot);
     const std::array targets{target_of(shot), target_of(shot), target_of(shot)};
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
+    frame_with(shot, [&](VkCommandBuffer cmd) {
       record_one_draw(cmd, shot, *targets[0]);
       record_cull(cmd, shot);
       record_one_draw(cmd, shot, *targets[1]);
@@ -260,15 +246,14 @@ double differing_coverage(const Picture& a, const Picture& b) {
 
 /// Eyes of a head, and eyes that see nothing in common. Alone an eye has its cuts at sizes from its own place, not from the middle.
 TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
-  place_rows();
+  add(plant_, rows());
   struct Pair {
     double apart_m, turn_rad;
     float error_px;
   };
   for (const Pair& pair : {Pair{0.065, 0.0, 2.0f}, Pair{0.065, 0.1, 0.05f}, Pair{0.1, 2.8, 0.05f}}) {
-    Shot shot = make_view({.eye_m = {-1.0f, 1.0f, -7.5f}, .target_m = {-1.0f, 1.0f, -20.0f}, .width_px = kSidePx, .height_px = kSidePx});
-    shot.view = view_;
-    shot.error_px = pair.error_px;
+    Shot shot = make_view(
+        {.eye_m = {-1.0f, 1.0f, -7.5f}, .target_m = {-1.0f, 1.0f, -20.0f}, .width_px = kSidePx, .error_px = pair.error_px, .view = view_});
     add_eye(shot, pair.apart_m, pair.turn_rad);
     settle_all({shot});
     const Drawn both = alone(shot);
@@ -286,7 +271,7 @@ TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
 }
 
 TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   const std::vector<Drawn> expected = each_alone(shots);
@@ -325,9 +310,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
   far.view = view_;
   settle_all({far});
   EXPECT_LT(info(plant_).resident_leaf_count, 3000u);
-  Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .height_px = kSidePx});
-  near.view = create_view();
-  near.error_px = 0.01f;
+  Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .error_px = 0.01f, .view = create_view()});
   settle_all({far, near});
   EXPECT_EQ(info(plant_).resident_leaf_count, 3000u);
   for (int i = 0; i < 3; ++i) {
@@ -345,7 +328,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
 }
 
 TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
-  place_rows();
+  add(plant_, rows());
   Shot front = view_from({0, 1, 6});
   front.view = view_;
   front.error_px = 0.5f;
@@ -375,7 +358,7 @@ TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
 }
 
 TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
-  place_rows();
+  add(plant_, rows());
   std::vector<Shot> shots;
   for (const float x_m : {-4.0f, 0.0f, 5.0f}) {
     shots.push_back(view_from({x_m, 1.0f, 6.0f}));
@@ -413,8 +396,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
 
 TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
   place({{0, 0, 0}});
-  Shot shown = make_view({.width_px = kSidePx, .height_px = kSidePx});
-  shown.view = view_;
+  Shot shown = make_view({.width_px = kSidePx, .view = view_});
   Shot other = shown;
   other.view = create_view();
   begin(shown);
@@ -456,7 +438,7 @@ TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
 
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
 TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
-  place_rows();
+  add(plant_, rows());
   auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;

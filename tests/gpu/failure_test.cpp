@@ -404,14 +404,6 @@ TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
     }
 }
 
-TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
-  ASSERT_EQ(create_context(full_desc(), &context_), COPPICE_OK) << log_;
-  coppice_plant plant = 1;
-  EXPECT_EQ(coppice_plant_open(context_, "missing.coppice", &plant), COPPICE_ERROR_IO) << "a negative handle";
-  EXPECT_EQ(plant, 0u);
-  EXPECT_TRUE(mentions(log_, {"missing.coppice"}));
-}
-
 TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
   struct Case {
     const char* name;

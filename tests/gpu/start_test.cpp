@@ -337,13 +337,4 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   EXPECT_EQ(context_cost(with, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
-TEST_F(StartTest, WithoutAContextOrAPlaceForTheAnswerItIsRefused) {
-  VkBool32 ready = VK_TRUE;
-  EXPECT_EQ(coppice_pipelines_ready(nullptr, &ready), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(ready, VK_FALSE);
-  create(desc());
-  EXPECT_EQ(coppice_pipelines_ready(context_, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_TRUE(mentions(log_, {": ready", "null"}));
-}
-
 }  // namespace coppice::test::start_test

@@ -166,6 +166,12 @@ class ViewsTest : public PathTest<ContextTest> {
     return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_ ? VK_FORMAT_UNDEFINED : VK_FORMAT_R8G8B8A8_SRGB);
   }
 
+  [[nodiscard]] std::vector<std::unique_ptr<Target>> targets_of(const std::vector<Shot>& shots) {
+    std::vector<std::unique_ptr<Target>> targets;
+    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    return targets;
+  }
+
   void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
     target.begin(cmd, clear);
     for (std::uint32_t eye = 0; eye < eye_count_of(shot); ++eye) record_draw(cmd, shot, eye);
@@ -203,8 +209,7 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
     // Twice each view: the first time it comes it is culled, the second time drawn.
     std::vector<std::size_t> order{0, 1, 2, 3, 0, 1, 2, 3};
     std::ranges::shuffle(order, random);
-    std::vector<std::unique_ptr<Target>> targets;
-    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    const auto targets = targets_of(shots);
     begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
@@ -276,8 +281,7 @@ TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
   settle_all(shots);
   const std::vector<Drawn> expected = each_alone(shots);
   for (int turn = 0; turn < 4; ++turn) {
-    std::vector<std::unique_ptr<Target>> targets;
-    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    const auto targets = targets_of(shots);
     begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
     std::vector<std::unique_ptr<Recorder>> recorders;

@@ -12,6 +12,7 @@
 #include "leaf_shade.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
+#include "srgb.h"
 
 namespace coppice::test::leaf_opacity_test {
 
@@ -61,11 +62,6 @@ struct Placed {
 
 using Light = std::vector<double>;  ///< linear, a number a pixel
 
-double linear(std::uint8_t srgb) {
-  const double value = srgb / 255.0;
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
-
 class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Path> {
  protected:
   static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
@@ -99,7 +95,7 @@ class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Pa
       view.clip_from_view[8] += (static_cast<float>(frame % 4) - 1.5f) / 4 * 2 / kSidePx;
       view.clip_from_view[9] += (static_cast<float>(frame / 4) - 1.5f) / 4 * 2 / kSidePx;
       const Picture picture = scene->draw(view).picture;
-      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear(picture.rgba[4 * i + 1]) / 16;
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear_from_srgb8(picture.rgba[4 * i + 1]) / 16.0;
     }
     return mean;
   }
@@ -218,7 +214,7 @@ double sunlight(const Picture& picture) {
   double sum = 0.0, pixels = 0.0;
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
     if (picture.rgba[i] >= 250 && picture.rgba[i + 2] >= 250) continue;  // the ground
-    sum += linear(picture.rgba[i + 1]);
+    sum += static_cast<double>(linear_from_srgb8(picture.rgba[i + 1]));
     ++pixels;
   }
   return sum / pixels;

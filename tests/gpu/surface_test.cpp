@@ -17,6 +17,7 @@
 #include "path_fixture.h"
 #include "reader.h"
 #include "render_pass.h"
+#include "srgb.h"
 #include "surface_host_comp.h"
 
 namespace coppice::test::surface_test {
@@ -90,11 +91,6 @@ class HostLight {
   Buffer frame_, radiance_;
 };
 
-float srgb_of(float linear) {
-  const float x = std::clamp(linear, 0.0f, 1.0f);
-  return 255.0f * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f);
-}
-
 class SurfaceTest : public PathTest<ContextTest> {
  protected:
   static coppice_placement placement(glm::vec3 at, std::uint32_t user_data) {
@@ -148,7 +144,8 @@ TEST_P(SurfaceTest, TheHeaderLightsItAsALitView) {
       if (radiance[i].w == 0.0f) continue;
       ++count;
       for (int channel = 0; channel < 3; ++channel) {
-        const double off = srgb_of(radiance[i][channel]) - expected.rgba[4 * i + static_cast<std::size_t>(channel)];
+        const double off = 255.0f * srgb_from_linear(std::clamp(radiance[i][channel], 0.0f, 1.0f)) -
+                           expected.rgba[4 * i + static_cast<std::size_t>(channel)];
         sum += off * off;
       }
     }

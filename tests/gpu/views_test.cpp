@@ -317,14 +317,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
   Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .error_px = 0.01f, .view = create_view()});
   settle_all({far, near});
   EXPECT_EQ(info(plant_).resident_leaf_count, 3000u);
-  for (int i = 0; i < 3; ++i) {
-    begin(std::vector<Shot>{far, near});
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, near);
-      record_cull(cmd, far);
-    });
-  }
+  for (int i = 0; i < 3; ++i) frame_with(std::array{near, far});
   EXPECT_GT(view_stats(near.view).drawn_leaf_count, 2900u);
   EXPECT_EQ(view_stats(near.view).threshold_px, 0.01f);
   EXPECT_LT(view_stats(far.view).drawn_leaf_count, 1000u);
@@ -347,15 +340,7 @@ TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
   }();
   limited.leaf_budget = static_cast<std::uint32_t>(leaves / 4);
   const auto target = target_of(front);
-  for (int i = 0; i < 80; ++i) {
-    begin(std::vector<Shot>{front, limited});
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, front);
-      record_cull(cmd, limited);
-      record_one_draw(cmd, front, *target);
-    });
-  }
+  for (int i = 0; i < 80; ++i) frame_with(std::array{front, limited}, [&](VkCommandBuffer cmd) { record_one_draw(cmd, front, *target); });
   EXPECT_TRUE(read(gpu(), *target) == expected[0]);
   EXPECT_LE(view_stats(limited.view).drawn_leaf_count, limited.leaf_budget);
   EXPECT_EQ(view_stats(front.view).drawn_leaf_count, leaves);
@@ -378,10 +363,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
     shots[i].x_px = static_cast<std::int32_t>(i * (kSidePx + 10));
     shots[i].y_px = static_cast<std::int32_t>(3 * i);
   }
-  begin(shots);
-  submit(gpu(), [&](VkCommandBuffer cmd) {
-    record_upload(cmd);
-    for (const Shot& shot : shots) record_cull(cmd, shot);
+  frame_with(shots, [&](VkCommandBuffer cmd) {
     for (const Shot& shot : shots) record_one_draw(cmd, shot, *target, &shot == shots.data());
   });
   const Picture picture = read(gpu(), *target).picture;
@@ -483,10 +465,7 @@ TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
     depth_view_ = i % 3 == 2 ? other.view : 0;
     const std::vector<Shot> both{shot, other};
     const auto target = target_of(shot), other_target = target_of(other);
-    begin(both);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      for (const Shot& each : both) record_cull(cmd, each);
+    frame_with(both, [&](VkCommandBuffer cmd) {
       record_one_draw(cmd, other, *other_target);
       record_one_draw(cmd, shot, *target);
     });

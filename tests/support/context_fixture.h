@@ -167,19 +167,21 @@ class ContextTest : public VulkanTest {
         [&](VkCommandBuffer cmd) { record_draw(cmd, shot); });
   }
 
-  /// One frame of the shot. draw: records what follows its culling
-  void frame_with(const Shot& shot, const std::function<void(VkCommandBuffer)>& draw) {
-    begin(shot);
+  /// One frame of all shots. draw: records what follows their culling
+  void frame_with(
+      std::span<const Shot> shots, const std::function<void(VkCommandBuffer)>& draw = [](VkCommandBuffer) {}) {
+    begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
-      record_cull(cmd, shot);
+      for (const Shot& shot : shots) record_cull(cmd, shot);
       draw(cmd);
     });
   }
+  void frame_with(const Shot& shot, const std::function<void(VkCommandBuffer)>& draw) { frame_with({&shot, 1}, draw); }
 
   /// One frame of streaming: uploads and culls, draws nothing.
   void pump(const Shot& view) {
-    frame_with(view, [](VkCommandBuffer) {});
+    frame_with({&view, 1});
     usleep(1000);
   }
 

@@ -14,6 +14,13 @@ namespace {
 
 constexpr std::uint32_t kInstances = 100'000;
 
+template <class T>
+T defaults(void (*init)(T*)) {
+  T value;
+  init(&value);
+  return value;
+}
+
 struct Forest {
   coppice_context* context = nullptr;
   coppice_view view = 0;
@@ -23,15 +30,13 @@ struct Forest {
 bool settle(const Forest& forest, const coppice_camera& camera) {
   std::uint32_t settled = 0;
   for (std::uint64_t number = 1; number < 100'000 && settled == COPPICE_FALSE; ++number) {
-    coppice_frame frame;
-    coppice_frame_init(&frame);
+    auto frame = defaults(coppice_frame_init);
     frame.frame_number = number;
     frame.completed_number = number - 1;
     frame.cameras = &camera;
     frame.camera_count = 1;
     if (coppice_frame_begin(forest.context, &frame) != COPPICE_OK) return false;
-    coppice_change change;
-    coppice_change_init(&change);
+    auto change = defaults(coppice_change_init);
     while (coppice_next_change(forest.context, &change) == COPPICE_OK && change.kind != COPPICE_CHANGE_NONE)
       if (change.kind == COPPICE_CHANGE_CHUNK_ADDED) coppice_confirm(forest.context, &change, COPPICE_OUTCOME_TAKEN);
     coppice_is_settled(forest.context, forest.view, &settled);
@@ -40,8 +45,7 @@ bool settle(const Forest& forest, const coppice_camera& camera) {
 }
 
 coppice_camera camera_of(coppice_view view) {
-  coppice_camera camera;
-  coppice_camera_init(&camera);
+  auto camera = defaults(coppice_camera_init);
   camera.view = view;
   camera.width_px = 1920;
   camera.height_px = 1080;
@@ -59,8 +63,7 @@ std::vector<coppice_placement> placements(bool all_in_view) {
   for (std::uint32_t i = 0; i < kInstances; ++i) {
     const auto block = static_cast<float>(i / 100), inside = static_cast<float>(i % 100);
     const float across = std::fmod(block, 32.0f) - 15.5f, along = std::floor(block / 32.0f);
-    coppice_placement placement;
-    coppice_placement_init(&placement);
+    auto placement = defaults(coppice_placement_init);
     placement.position[0] = 30.0f * across + 3.0f * std::fmod(inside, 10.0f);
     placement.position[2] = 30.0f * (15.5f - along) + 3.0f * std::floor(inside / 10.0f) - (all_in_view ? 1100.0f : 0.0f);
     placed.push_back(placement);
@@ -70,10 +73,8 @@ std::vector<coppice_placement> placements(bool all_in_view) {
 
 /// False: `state` has the error. forest.context: to be destroyed
 bool open(benchmark::State& state, bool all_in_view, Forest& forest) {
-  coppice_context_desc desc;
-  coppice_context_desc_init(&desc);
-  coppice_view_desc view_desc;
-  coppice_view_desc_init(&view_desc);
+  const auto desc = defaults(coppice_context_desc_init);
+  const auto view_desc = defaults(coppice_view_desc_init);
   coppice_plant plant = 0;
   const std::vector<coppice_placement> placed = placements(all_in_view);
   if (coppice_context_create(&desc, &forest.context) != COPPICE_OK ||
@@ -113,13 +114,11 @@ BENCHMARK(get_draws)->ArgName("all_in_view")->Arg(0)->Arg(1)->Unit(benchmark::kM
 void pick(benchmark::State& state) {
   Forest forest;
   if (!open(state, false, forest)) return;
-  coppice_ray ray;
-  coppice_ray_init(&ray);
+  auto ray = defaults(coppice_ray_init);
   ray.boxes = state.range(0) != 0 ? COPPICE_TRUE : COPPICE_FALSE;
   ray.origin[0] = 1.5;
   ray.origin[1] = 0.5;
-  coppice_hit hit;
-  coppice_hit_init(&hit);
+  auto hit = defaults(coppice_hit_init);
   std::uint64_t rays = 0, hits = 0;
   for (auto _ : state) {
     const auto turn = 2.4f * static_cast<float>(rays++);

@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -225,14 +224,10 @@ class Run {
         return (static_cast<float>(cell) + 0.8f * static_cast<float>(bits & 0xffffu) / 65536.0f) * kSpacing_m - forest_.half_m();
       };
       const float yaw = static_cast<float>(random % 6283u) * 0.0005f;
-      const coppice_placement placement{{offset(column, random), 0.0f, offset(row, random >> 16)},
-                                        0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f,
-                                        {0.0f, std::sin(yaw), 0.0f, std::cos(yaw)},
-                                        {1, 1, 1},
-                                        0,
-                                        COPPICE_ALL_LAYERS,
-                                        0,
-                                        1};
+      coppice_placement placement = test::placement_at({offset(column, random), 0.0f, offset(row, random >> 16)},
+                                                       0.8f + 0.4f * static_cast<float>(random % 97u) / 97.0f);
+      placement.rotation[1] = std::sin(yaw);
+      placement.rotation[3] = std::cos(yaw);
       if (!in_ride(forest_, placement)) placements[species_at(row, column, options_.species)].push_back(placement);
     }
     for (std::uint32_t i = 0; i < options_.species; ++i)
@@ -281,8 +276,7 @@ class Run {
     if (status != COPPICE_OK) throw std::runtime_error(std::string(call) + ": " + coppice_status_text(status));
   }
   [[nodiscard]] coppice_stats stats() const {
-    coppice_stats stats;
-    coppice_stats_init(&stats);
+    auto stats = test::defaults(coppice_stats_init);
     check(coppice_get_stats(context_, &stats), "coppice_get_stats");
     return stats;
   }
@@ -291,8 +285,7 @@ class Run {
   [[nodiscard]] std::uint32_t missing_plants() const {
     std::uint32_t missing = 0;
     for (const coppice_plant plant : forest_.plants) {
-      coppice_plant_info info;
-      coppice_plant_info_init(&info);
+      auto info = test::defaults(coppice_plant_info_init);
       check(coppice_plant_get_info(context_, plant, &info), "coppice_plant_get_info");
       missing += info.page_count > 0 && info.resident_page_count == 0;
     }
@@ -309,8 +302,7 @@ class Run {
     result.frames_with_missing_plants += !complete;
     const coppice_stats now = stats();
     const auto& all = now.streamed[COPPICE_STREAMED_ALL];
-    coppice_view_stats drawn;
-    coppice_view_stats_init(&drawn);
+    auto drawn = test::defaults(coppice_view_stats_init);
     check(coppice_get_view_stats(context_, view_, &drawn), "coppice_get_view_stats");
     if (all.wanted == 0 && !result.settled_frame && complete) result.settled_frame = index + 1;
     result.frames_waiting += all.wanted > 0;
@@ -328,8 +320,7 @@ class Run {
   }
 
   void frame(const test::Shot& view, bool draw, test::Picture* picture) {
-    coppice_frame begun;
-    coppice_frame_init(&begun);
+    auto begun = test::defaults(coppice_frame_init);
     begun.frame_number = ++frame_number_;
     begun.completed_number = frame_number_ - 1;
     coppice_camera camera = view;
@@ -352,8 +343,8 @@ class Run {
           record_ms = recording.ms();
         },
         [&](VkCommandBuffer cmd) { check(coppice_record_draw(context_, cmd, view_, 0), "coppice_record_draw"); });
-    const std::array<double, kTimedCount> ms{begin_ms, upload_ms_, record_ms, watch.ms()};
-    for (std::size_t i = 0; i < kTimedCount; ++i) result.ms[i].push_back(ms[i]);
+    for (const auto& [index, ms] : {std::pair{kBegin, begin_ms}, {kUpload, upload_ms_}, {kRecord, record_ms}, {kFrame, watch.ms()}})
+      result.ms[index].push_back(ms);
     if (picture != nullptr) *picture = std::move(drawn);
   }
 

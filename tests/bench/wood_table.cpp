@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <string>
 
 #include "gltf_write.h"
 #include "wood_lods.h"

@@ -2,7 +2,9 @@
 
 // Devices of other people: what limits_layer reports in place of the driver's own figures.
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -32,5 +34,22 @@ const std::vector<DeviceRow>& device_rows();
 
 /// Null: there is none of that name.
 const DeviceRow* find_row(std::string_view name);
+
+/// A row's 0 says nothing.
+template <class Number>
+void lower(Number& value, Number most) {
+  if (most != 0) value = std::min(value, most);
+}
+
+void tighten(VkPhysicalDeviceLimits& limits, const DeviceRow& row);
+
+/// driver  has one type. Without types of the row it stays.
+VkPhysicalDeviceMemoryProperties tighten(const VkPhysicalDeviceMemoryProperties& driver, const DeviceRow& row);
+
+/// Calls visit for each feature that the row lacks, wherever the chain has it. A row with a name that is no feature ends the program.
+void for_each_missing(const DeviceRow& row, VkPhysicalDeviceFeatures2& chain,
+                      const std::function<void(const char* name, VkBool32& enabled)>& visit);
+
+bool lacks_extension(const DeviceRow& row, std::string_view name);
 
 }  // namespace coppice::test

@@ -4,13 +4,11 @@
 // Each submission also waits for a timeline semaphore, the gate. A wait for its fence or for a value that it signals opens the gate for it
 // and those before; all other waits open it for all. Asking without waiting opens nothing.
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <mutex>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "layer_state.h"
@@ -112,7 +110,7 @@ PFN_vkVoidFunction late_function(std::string_view name) {
                                OURS(WaitForFences, wait_for_fences),   OURS(QueueWaitIdle, queue_wait_idle),
                                OURS(DeviceWaitIdle, device_wait_idle), OURS(QueueSubmit, queue_submit),
                                OURS(QueuePresentKHR, queue_present),   OURS(DestroySemaphore, destroy_semaphore)};
-  return find_function(hooks, name);
+  return layer::find_function(hooks, name);
 }
 
 VkResult create_gate(Device& device) {

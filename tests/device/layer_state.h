@@ -4,43 +4,25 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include <vulkan/vk_layer.h>
-
 #include "device_rows.h"
+#include "layer_calls.h"
 
 namespace limits_layer {
 
 using coppice::test::DeviceRow;
-// VKAPI_ATTR and VKAPI_CALL are left out: they are empty on Linux.
-using Callbacks = const VkAllocationCallbacks*;
+using layer::Callbacks;
+using layer::Functions;
+using layer::number_of;
 
-template <class Call, class State>
-Call next_call(const State& state, const char* name) {
-  return reinterpret_cast<Call>(state.next(state.handle, name));
-}
-// A call of the layer or driver below, of an instance or device.
-#define NEXT(state, call) next_call<PFN_vk##call>(state, "vk" #call)
-
-struct Instance {
-  VkInstance handle = VK_NULL_HANDLE;
+struct Instance : layer::Instance {
   const DeviceRow* row = nullptr;
   std::optional<int> fill;
   bool late = false, reversed = false;
-  PFN_vkGetInstanceProcAddr next = nullptr;
-  // Asked for at once: later the loader answers with the first layer's.
-  PFN_vkDestroyInstance destroy_instance = nullptr;
-  PFN_vkCreateDevice create_device = nullptr;
-  PFN_vkGetPhysicalDeviceFeatures2 get_physical_device_features2 = nullptr;
-  PFN_vkGetPhysicalDeviceProperties2 get_physical_device_properties2 = nullptr;
-  PFN_vkGetPhysicalDeviceMemoryProperties get_physical_device_memory_properties = nullptr;
-  PFN_vkEnumerateDeviceExtensionProperties enumerate_device_extension_properties = nullptr;
 };
 
 /// A buffer or image in an allocation.
@@ -66,13 +48,11 @@ struct Gate {
   std::map<VkSemaphore, std::map<std::uint64_t, std::uint64_t>> signals;  ///< which submission signals each value
 };
 
-struct Device {
-  VkDevice handle = VK_NULL_HANDLE;
+struct Device : layer::Device {
   const Instance* instance = nullptr;
   VkPhysicalDeviceLimits limits{};
   VkPhysicalDeviceMemoryProperties memory{};
   VkDeviceSize max_allocation_bytes = 0;
-  PFN_vkGetDeviceProcAddr next = nullptr;
   std::mutex mutex;  ///< guards what follows
   std::map<VkDeviceMemory, Allocation> allocations;
   std::map<VkBuffer, VkDeviceSize> buffer_bytes;
@@ -81,34 +61,18 @@ struct Device {
   Gate gate;
 };
 
-/// Whatever was dispatched by the same loader's table.
-inline std::mutex states_mutex;
-inline std::map<void*, std::unique_ptr<Instance>> instances;
-inline std::map<void*, std::unique_ptr<Device>> devices;
+inline layer::States<Instance> instances;
+inline layer::States<Device> devices;
 
-template <class State>
-State& state_of(std::map<void*, std::unique_ptr<State>>& states, const void* handle) {
-  const std::lock_guard lock(states_mutex);
-  return *states.at(*static_cast<void* const*>(handle));
-}
 inline Instance& instance_of(const void* handle) {
-  return state_of(instances, handle);
+  return instances.of(handle);
 }
 inline Device& device_of(const void* handle) {
-  return state_of(devices, handle);
+  return devices.of(handle);
 }
 
 /// Prints "limits_layer refuses" and what.
 [[gnu::format(printf, 2, 3)]] void refuse(const DeviceRow& row, const char* format, ...);
-
-/// A row of a table of functions by the names of their calls.
-#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
-using Functions = std::map<std::string_view, PFN_vkVoidFunction>;
-/// Null: none of that name.
-inline PFN_vkVoidFunction find_function(const Functions& functions, std::string_view name) {
-  const auto found = functions.find(name);
-  return found == functions.end() ? nullptr : found->second;
-}
 
 /// A call that late_submits.cpp takes; null: none of that name.
 PFN_vkVoidFunction late_function(std::string_view name);

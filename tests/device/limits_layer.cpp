@@ -22,11 +22,8 @@
 #include <utility>
 #include <vector>
 
-#include <vulkan/vk_layer.h>
-
 #include "device_rows.h"
 #include "layer_state.h"
-#include "row_figures.h"
 
 namespace limits_layer {
 
@@ -282,17 +279,6 @@ void check_bound(Device& device, VkDeviceMemory memory, const Bound& bound, cons
   allocation.bound.push_back(bound);
 }
 
-/// The mutex is held.
-void forget(Device& device, std::uint64_t object) {
-  for (auto& [memory, allocation] : device.allocations)
-    std::erase_if(allocation.bound, [&](const Bound& bound) { return bound.object == object; });
-}
-
-template <class Handle>
-std::uint64_t number_of(Handle handle) {
-  return reinterpret_cast<std::uint64_t>(handle);
-}
-
 VkResult bind_buffer_memory2(VkDevice handle, std::uint32_t count, const VkBindBufferMemoryInfo* infos) {
   Device& device = device_of(handle);
   for (const VkBindBufferMemoryInfo& info : std::vector(infos, infos + count)) {
@@ -323,23 +309,24 @@ VkResult bind_image_memory(VkDevice handle, VkImage image, VkDeviceMemory memory
   return bind_image_memory2(handle, 1, &info);
 }
 
+/// What is destroyed is bound nowhere any longer.
+template <class Object, class Known>
+void forget(Device& device, std::map<Object, Known>& all, Object object) {
+  const std::lock_guard lock(device.mutex);
+  all.erase(object);
+  for (auto& [memory, allocation] : device.allocations)
+    std::erase_if(allocation.bound, [&](const Bound& bound) { return bound.object == number_of(object); });
+}
+
 void destroy_buffer(VkDevice handle, VkBuffer buffer, Callbacks callbacks) {
   Device& device = device_of(handle);
-  {
-    const std::lock_guard lock(device.mutex);
-    forget(device, number_of(buffer));
-    device.buffer_bytes.erase(buffer);
-  }
+  forget(device, device.buffer_bytes, buffer);
   NEXT(device, DestroyBuffer)(handle, buffer, callbacks);
 }
 
 void destroy_image(VkDevice handle, VkImage image, Callbacks callbacks) {
   Device& device = device_of(handle);
-  {
-    const std::lock_guard lock(device.mutex);
-    forget(device, number_of(image));
-    device.optimal_images.erase(image);
-  }
+  forget(device, device.optimal_images, image);
   NEXT(device, DestroyImage)(handle, image, callbacks);
 }
 
@@ -394,23 +381,10 @@ void cmd_dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::ui
 
 // ---- Instance and device
 
-/// The loader's link to the next layer, taken off the chain; null: there is none.
-template <class Link, class Info>
-decltype(Link::u.pLayerInfo) take_link(const Info& info, VkStructureType type) {
-  for (auto* next = static_cast<const VkBaseInStructure*>(info.pNext); next != nullptr; next = next->pNext) {
-    if (next->sType != type) continue;
-    auto* link = reinterpret_cast<Link*>(const_cast<VkBaseInStructure*>(next));
-    if (link->function != VK_LAYER_LINK_INFO) continue;
-    auto* taken = link->u.pLayerInfo;
-    link->u.pLayerInfo = taken->pNext;
-    return taken;
-  }
-  return nullptr;
-}
-
 VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* handle) {
   static const DeviceRow nothing{.name = "no other device", .source = "", .type = VK_PHYSICAL_DEVICE_TYPE_MAX_ENUM};
-  auto made = std::make_unique<Instance>(Instance{.row = &nothing});
+  auto made = std::make_unique<Instance>();
+  made->row = &nothing;
   if (const char* name = std::getenv("COPPICE_TEST_DEVICE")) made->row = coppice::test::find_row(name);
   if (made->row == nullptr) {
     std::fprintf(stderr, "limits_layer: COPPICE_TEST_DEVICE=%s is none of\n", std::getenv("COPPICE_TEST_DEVICE"));
@@ -428,29 +402,13 @@ VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, 
   }
   made->late = std::getenv("COPPICE_TEST_LATE") != nullptr;
   made->reversed = std::getenv("COPPICE_TEST_REVERSE") != nullptr;
-  const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
-  if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
-  made->next = link->pfnNextGetInstanceProcAddr;
-  const auto create = reinterpret_cast<PFN_vkCreateInstance>(made->next(VK_NULL_HANDLE, "vkCreateInstance"));
-  if (const VkResult result = create(info, callbacks, handle); result != VK_SUCCESS) return result;
-  made->handle = *handle;
-  made->destroy_instance = NEXT(*made, DestroyInstance);
-  made->create_device = NEXT(*made, CreateDevice);
-  made->get_physical_device_features2 = NEXT(*made, GetPhysicalDeviceFeatures2);
-  made->get_physical_device_properties2 = NEXT(*made, GetPhysicalDeviceProperties2);
-  made->get_physical_device_memory_properties = NEXT(*made, GetPhysicalDeviceMemoryProperties);
-  made->enumerate_device_extension_properties = NEXT(*made, EnumerateDeviceExtensionProperties);
-  const std::lock_guard lock(states_mutex);
-  instances[*reinterpret_cast<void**>(*handle)] = std::move(made);
+  if (const VkResult result = made->create(info, callbacks, handle); result != VK_SUCCESS) return result;
+  instances.add(*handle, std::move(made));
   return VK_SUCCESS;
 }
 
 void destroy_instance(VkInstance handle, Callbacks callbacks) {
-  if (handle == VK_NULL_HANDLE) return;
-  void* const key = *reinterpret_cast<void**>(handle);
-  instance_of(handle).destroy_instance(handle, callbacks);
-  const std::lock_guard lock(states_mutex);
-  instances.erase(key);
+  if (handle != VK_NULL_HANDLE) instances.take(handle)->destroy_instance(handle, callbacks);
 }
 
 VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* handle) {
@@ -483,25 +441,17 @@ VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info
   made->limits = properties.properties.limits;
   made->max_allocation_bytes = maintenance.maxMemoryAllocationSize;
 
-  const auto* link = take_link<VkLayerDeviceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
-  if (link == nullptr) return VK_ERROR_INITIALIZATION_FAILED;
-  made->next = link->pfnNextGetDeviceProcAddr;
-  if (const VkResult result = instance.create_device(physical, info, callbacks, handle); result != VK_SUCCESS) return result;
-  made->handle = *handle;
+  if (const VkResult result = made->create(instance, physical, info, callbacks, handle); result != VK_SUCCESS) return result;
   if (const VkResult result = create_gate(*made); result != VK_SUCCESS) return result;
-  const std::lock_guard lock(states_mutex);
-  devices[*reinterpret_cast<void**>(*handle)] = std::move(made);
+  devices.add(*handle, std::move(made));
   return VK_SUCCESS;
 }
 
 void destroy_device(VkDevice handle, Callbacks callbacks) {
   if (handle == VK_NULL_HANDLE) return;
-  void* const key = *reinterpret_cast<void**>(handle);
-  Device& device = device_of(handle);
-  destroy_gate(device);
-  NEXT(device, DestroyDevice)(handle, callbacks);
-  const std::lock_guard lock(states_mutex);
-  devices.erase(key);
+  const auto device = devices.take(handle);
+  destroy_gate(*device);
+  NEXT(*device, DestroyDevice)(handle, callbacks);
 }
 
 PFN_vkVoidFunction our_function(std::string_view name);
@@ -556,16 +506,12 @@ PFN_vkVoidFunction our_function(std::string_view name) {
                                OURS(CreatePipelineLayout, create_pipeline_layout),
                                OURS(CmdDispatch, cmd_dispatch)};
   if (name.ends_with("KHR")) name.remove_suffix(3);
-  return find_function(hooks, name);
+  return layer::find_function(hooks, name);
 }
 
 }  // namespace
 }  // namespace limits_layer
 
 extern "C" __attribute__((visibility("default"))) VkResult vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
-  version->loaderLayerInterfaceVersion = std::min(version->loaderLayerInterfaceVersion, 2u);
-  version->pfnGetInstanceProcAddr = limits_layer::get_instance_proc_addr;
-  version->pfnGetDeviceProcAddr = limits_layer::get_device_proc_addr;
-  version->pfnGetPhysicalDeviceProcAddr = nullptr;
-  return VK_SUCCESS;
+  return layer::negotiate(version, limits_layer::get_instance_proc_addr, limits_layer::get_device_proc_addr);
 }

@@ -18,8 +18,7 @@
 #include "mentions.h"
 #include "vulkan_device.h"
 
-namespace coppice::test {
-namespace limits_layer_test {
+namespace coppice::test::limits_layer_test {
 
 constexpr std::uint32_t kOfDevice = 0, kNotCoherent = 1, kCoherent = 2;
 constexpr std::uint8_t kFill = 0xcd;
@@ -270,5 +269,4 @@ TEST_F(LimitsLayer, ReversesWhatNoBarrierParts) {
   }
 }
 
-}  // namespace limits_layer_test
-}  // namespace coppice::test
+}  // namespace coppice::test::limits_layer_test

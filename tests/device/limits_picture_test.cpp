@@ -16,8 +16,7 @@
 #include "golden.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace limits_picture_test {
+namespace coppice::test::limits_picture_test {
 
 constexpr ForestScene kNear{"corylus", "1", "compute"}, kFar{"corylus", "400", "compute"}, kFarHardware{"corylus", "400", "hardware"};
 
@@ -122,5 +121,4 @@ TEST_P(DriverAsItIs, OrderWithoutABarrierShowsNowhere) {
 INSTANTIATE_TEST_SUITE_P(Scenes, DriverAsItIs, testing::Values(kNear, kFar, kFarHardware),
                          [](const testing::TestParamInfo<ForestScene>& scene) { return name_of(scene.param); });
 
-}  // namespace limits_picture_test
-}  // namespace coppice::test
+}  // namespace coppice::test::limits_picture_test

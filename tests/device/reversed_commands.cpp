@@ -171,7 +171,7 @@ PFN_vkVoidFunction reversed_function(std::string_view name) {
                                FENCE(CmdExecuteCommands),
                                FENCE(CmdResolveImage),
                                FENCE(EndCommandBuffer)};
-  return find_function(hooks, name);
+  return layer::find_function(hooks, name);
 }
 
 }  // namespace limits_layer

@@ -16,8 +16,7 @@
 #include "looks_case.h"
 #include "process.h"
 
-namespace coppice::test {
-namespace plant_golden_test {
+namespace coppice::test::plant_golden_test {
 
 constexpr std::uint32_t kSidePx = 256;
 constexpr VkClearColorValue kSky{{0.6f, 0.75f, 0.9f, 1.0f}};
@@ -97,5 +96,4 @@ TEST_F(PlantGolden, ComputeRaster) {
   for (const Case& c : kCases) expect_picture(stage, "corylus_raster_", c, COPPICE_LOD_CUT);
 }
 
-}  // namespace plant_golden_test
-}  // namespace coppice::test
+}  // namespace coppice::test::plant_golden_test

@@ -13,8 +13,7 @@
 #include "mentions.h"
 #include "resized.h"
 
-namespace coppice::test {
-namespace abi_runtime_test {
+namespace coppice::test::abi_runtime_test {
 
 constexpr const char* kPath = "plant.coppice";
 
@@ -35,7 +34,7 @@ class AbiTest : public ContextTest {
   }
 
   coppice_camera camera() const {
-    coppice_camera camera = make_view({.width_px = 32, .height_px = 32});
+    coppice_camera camera = make_view({.width_px = 32});
     camera.view = view_;
     return camera;
   }
@@ -243,5 +242,4 @@ TEST(CallGuard, ConstCallsOverlapAndOthersDoNot) {
   EXPECT_TRUE(guard.enter("sixth", Access::shared));
 }
 
-}  // namespace abi_runtime_test
-}  // namespace coppice::test
+}  // namespace coppice::test::abi_runtime_test

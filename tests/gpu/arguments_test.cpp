@@ -11,7 +11,6 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -20,8 +19,7 @@
 #include "context_fixture.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace arguments_test {
+namespace coppice::test::arguments_test {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -355,7 +353,7 @@ class ArgumentsTest : public ContextTest {
 const coppice_placement kHere{{0, 0, 0}, 1.0f, {0, 0, 0, 1}, {1, 1, 1}, 0, COPPICE_ALL_LAYERS, 0, 1};
 
 Shot good_view() {
-  return make_view({.width_px = 32, .height_px = 32});
+  return make_view({.width_px = 32});
 }
 
 TEST_F(ArgumentsTest, EveryFieldOfADesc) {
@@ -521,6 +519,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   auto square = defaults(coppice_sun_desc_init);
   auto sun = defaults(coppice_camera_init);
   uint32_t settled = 0;
+  VkBool32 ready = VK_TRUE;
   auto view_figures = defaults(coppice_view_stats_init);
   coppice_plant opened = 0;
   coppice_scene scene = 0;
@@ -544,6 +543,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_sun_camera(context_, view, nullptr, &sun), "desc");
   expect_refused(coppice_sun_camera(context_, view, &square, nullptr), "camera");
   expect_refused(coppice_is_settled(context_, view, nullptr), "settled");
+  expect_refused(coppice_pipelines_ready(context_, nullptr), {": ready", "null"});
   expect_refused(coppice_frame_begin(context_, nullptr), "frame");
   frame.camera_count = 1;
   expect_refused(coppice_frame_begin(context_, &frame), "cameras");
@@ -581,6 +581,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_vulkan_view_create(nullptr, &good_view_descs.desc, &good_view_descs.vulkan, &made),
                                       coppice_view_destroy(nullptr, view),
                                       coppice_is_settled(nullptr, view, &settled),
+                                      coppice_pipelines_ready(nullptr, &ready),
                                       coppice_sun_camera(nullptr, view, &square, &sun),
                                       coppice_frame_begin(nullptr, &frame),
                                       coppice_record_upload(nullptr, cmd),
@@ -589,6 +590,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_get_stats(nullptr, &stats),
                                       coppice_get_view_stats(nullptr, view, &view_figures)})
     EXPECT_EQ(status, COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(ready, VK_FALSE);
 }
 
 TEST_F(ArgumentsTest, AHandleIsGoodInItsContextForItsKind) {
@@ -670,5 +672,4 @@ TEST_F(ArgumentsTest, ABudgetBelowWhatAContextTakesIsRefusedWithWhatItNeeds) {
   }
 }
 
-}  // namespace arguments_test
-}  // namespace coppice::test
+}  // namespace coppice::test::arguments_test

@@ -7,8 +7,7 @@
 #include "path_fixture.h"
 #include "render_pass.h"
 
-namespace coppice::test {
-namespace classic_device_test {
+namespace coppice::test::classic_device_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -41,10 +40,7 @@ class ClassicDeviceTest : public ContextTest, public testing::WithParamInterface
   std::ptrdiff_t covered(const Shot& shot, ClassicPass& pass, std::span<const VkFormat> formats) {
     pump_until_settled(shot);
     const PassTarget target(gpu(), kSidePx, formats);
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
+    frame_with(shot, [&](VkCommandBuffer cmd) {
       pass.begin(cmd, target);
       record_draw(cmd, shot);
       ClassicPass::end(cmd);
@@ -60,8 +56,7 @@ TEST_P(ClassicDeviceTest, DrawsColourAndDepthAlone) {
   const std::array formats{VK_FORMAT_R8G8B8A8_SRGB};
   ClassicPass& lit = *passes_.emplace_back(std::make_unique<ClassicPass>(gpu(), ClassicPassDesc{.colors = {formats[0]}}));
   ClassicPass& alone = *passes_.emplace_back(std::make_unique<ClassicPass>(gpu(), ClassicPassDesc{}));
-  Shot shot = make_view({.width_px = kSidePx, .height_px = kSidePx});
-  shot.view = create_pass_view(COPPICE_OUTPUT_LIT, lit);
+  Shot shot = make_view({.width_px = kSidePx, .view = create_pass_view(COPPICE_OUTPUT_LIT, lit)});
   EXPECT_GT(covered(shot, lit, formats), 500);
   shot.view = create_pass_view(COPPICE_OUTPUT_DEPTH, alone);
   EXPECT_GT(covered(shot, alone, {}), 500);
@@ -69,5 +64,4 @@ TEST_P(ClassicDeviceTest, DrawsColourAndDepthAlone) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ClassicDeviceTest, testing::Values(kHardwarePath, kComputePath), path_name);
 
-}  // namespace classic_device_test
-}  // namespace coppice::test
+}  // namespace coppice::test::classic_device_test

@@ -11,8 +11,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace debug_label_test {
+namespace coppice::test::debug_label_test {
 
 /// What the library has asked for.
 struct Told {
@@ -50,32 +49,27 @@ VkResult created(VkResult result, VkObjectType type, Handle handle) {
   return result;
 }
 
-#define CREATES(function, vk_function, Info, Handle, type)                                                                             \
-  VKAPI_ATTR VkResult VKAPI_CALL function(VkDevice device, const Info* info, const VkAllocationCallbacks* allocator, Handle* handle) { \
-    const VkResult result = vk_function(device, info, allocator, handle);                                                              \
-    return created(result, type, *handle);                                                                                             \
-  }
-CREATES(create_buffer, vkCreateBuffer, VkBufferCreateInfo, VkBuffer, VK_OBJECT_TYPE_BUFFER)
-CREATES(create_buffer_view, vkCreateBufferView, VkBufferViewCreateInfo, VkBufferView, VK_OBJECT_TYPE_BUFFER_VIEW)
-CREATES(create_image, vkCreateImage, VkImageCreateInfo, VkImage, VK_OBJECT_TYPE_IMAGE)
-CREATES(create_image_view, vkCreateImageView, VkImageViewCreateInfo, VkImageView, VK_OBJECT_TYPE_IMAGE_VIEW)
-CREATES(allocate_memory, vkAllocateMemory, VkMemoryAllocateInfo, VkDeviceMemory, VK_OBJECT_TYPE_DEVICE_MEMORY)
-#undef CREATES
+template <auto& real, VkObjectType type, class Info, class Handle>
+VKAPI_ATTR VkResult VKAPI_CALL create_told(VkDevice device, const Info* info, const VkAllocationCallbacks* allocator, Handle* handle) {
+  const VkResult result = real(device, info, allocator, handle);
+  return created(result, type, *handle);
+}
 
 VKAPI_ATTR VkResult VKAPI_CALL allocate_set(VkDevice device, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
   const VkResult result = vkAllocateDescriptorSets(device, info, set);
   return created(result, VK_OBJECT_TYPE_DESCRIPTOR_SET, *set);
 }
 
-const ReplacedFunctions kWatched{replacing("vkCreateBuffer", create_buffer),
-                                 replacing("vkCreateBufferView", create_buffer_view),
-                                 replacing("vkCreateImage", create_image),
-                                 replacing("vkCreateImageView", create_image_view),
-                                 replacing("vkAllocateMemory", allocate_memory),
-                                 replacing("vkAllocateDescriptorSets", allocate_set),
-                                 replacing("vkCmdBeginDebugUtilsLabelEXT", begin_label),
-                                 replacing("vkCmdEndDebugUtilsLabelEXT", end_label),
-                                 replacing("vkSetDebugUtilsObjectNameEXT", set_name)};
+const ReplacedFunctions kWatched{
+    replacing("vkCreateBuffer", create_told<vkCreateBuffer, VK_OBJECT_TYPE_BUFFER, VkBufferCreateInfo, VkBuffer>),
+    replacing("vkCreateBufferView", create_told<vkCreateBufferView, VK_OBJECT_TYPE_BUFFER_VIEW, VkBufferViewCreateInfo, VkBufferView>),
+    replacing("vkCreateImage", create_told<vkCreateImage, VK_OBJECT_TYPE_IMAGE, VkImageCreateInfo, VkImage>),
+    replacing("vkCreateImageView", create_told<vkCreateImageView, VK_OBJECT_TYPE_IMAGE_VIEW, VkImageViewCreateInfo, VkImageView>),
+    replacing("vkAllocateMemory", create_told<vkAllocateMemory, VK_OBJECT_TYPE_DEVICE_MEMORY, VkMemoryAllocateInfo, VkDeviceMemory>),
+    replacing("vkAllocateDescriptorSets", allocate_set),
+    replacing("vkCmdBeginDebugUtilsLabelEXT", begin_label),
+    replacing("vkCmdEndDebugUtilsLabelEXT", end_label),
+    replacing("vkSetDebugUtilsObjectNameEXT", set_name)};
 
 /// As Debian's loader: it has the extension's functions for a device in any case.
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL without_debug_utils(VkInstance instance, const char* name) {
@@ -93,7 +87,7 @@ class DebugLabelTest : public ContextTest {
     if (!enabled) with.get_instance_proc_addr = without_debug_utils;
     create(with);
     add(open_random({.leaf_count = 20, .leaf_mesh_count = 1}), placement_at());
-    frame(make_view({.width_px = 64, .height_px = 64}));
+    frame(make_view({.width_px = 64}));
     EXPECT_EQ(log_, "");
   }
 };
@@ -124,5 +118,4 @@ TEST_F(DebugLabelTest, NothingIsMissingWithoutTheExtension) {
   EXPECT_TRUE(told().names.empty());
 }
 
-}  // namespace debug_label_test
-}  // namespace coppice::test
+}  // namespace coppice::test::debug_label_test

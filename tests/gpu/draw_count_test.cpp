@@ -5,8 +5,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace draw_count_test {
+namespace coppice::test::draw_count_test {
 
 struct CountedDraw {
   VkBuffer buffer;
@@ -43,8 +42,7 @@ TEST_F(DrawCountTest, NoneIsAboveWhatItsCallTakes) {
   const coppice_plant plant = open_random({.leaf_count = 9000, .seed = 3, .wood_lod_count = 1, .texture_side = 0});
   // 144 clusters each, of which a plant has 19,000: a 64th of the budget.
   add(plant, std::vector(200, placement_at()));
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = 16, .height_px = 16});
-  view.lod = COPPICE_LOD_FULL;
+  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = 16, .lod = COPPICE_LOD_FULL});
   pump_until_settled(view);
   frame(view);
   const std::vector<CountedDraw> draws = counted_draws();
@@ -68,5 +66,4 @@ TEST_F(DrawCountTest, NoneIsAboveWhatItsCallTakes) {
   EXPECT_EQ(full, 1u) << "commands are short";
 }
 
-}  // namespace draw_count_test
-}  // namespace coppice::test
+}  // namespace coppice::test::draw_count_test

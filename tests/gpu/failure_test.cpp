@@ -18,8 +18,7 @@
 #include "functions.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace failure_test {
+namespace coppice::test::failure_test {
 
 constexpr std::uint32_t kSidePx = 32, kMapPx = 32;
 constexpr int kFrames = 60;
@@ -142,8 +141,7 @@ class FailureTest : public ContextTest {
   }
 
   coppice_status record_frame(std::uint32_t side_px) {
-    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .height_px = side_px});
-    view.error_px = 0.01f;
+    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = side_px, .error_px = 0.01f});
     auto frame = defaults(coppice_frame_init);
     frame.frame_number = ++frame_number_;
     frame.completed_number = frame_number_ - 1;
@@ -407,14 +405,6 @@ TEST_F(FailureTest, EveryReadFailsComesShortOrIsWrong) {
     }
 }
 
-TEST_F(FailureTest, AFileThatCannotBeOpenedIsAnError) {
-  ASSERT_EQ(create_context(full_desc(), &context_), COPPICE_OK) << log_;
-  coppice_plant plant = 1;
-  EXPECT_EQ(coppice_plant_open(context_, "missing.coppice", &plant), COPPICE_ERROR_IO) << "a negative handle";
-  EXPECT_EQ(plant, 0u);
-  EXPECT_TRUE(mentions(log_, {"missing.coppice"}));
-}
-
 TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
   struct Case {
     const char* name;
@@ -443,5 +433,4 @@ TEST_F(FailureTest, AHookIsGivenAsAWholeOrNotAtAll) {
   ASSERT_EQ(create_context(bare, &context_), COPPICE_OK);
 }
 
-}  // namespace failure_test
-}  // namespace coppice::test
+}  // namespace coppice::test::failure_test

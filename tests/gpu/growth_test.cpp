@@ -1,7 +1,6 @@
 // Instances and plants come at run time, far more than there is room for at first: what is drawn, what it takes, and what happens where
 // there is no memory for it.
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,8 +11,7 @@
 #include "fake_hooks.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace growth_test {
+namespace coppice::test::growth_test {
 
 constexpr std::uint32_t kSidePx = 96;
 
@@ -51,7 +49,7 @@ class GrowthTest : public ContextTest {
     return plant;
   }
 
-  Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view_ = make_view({.eye_m = {0.0f, 0.6f, 5.0f}, .width_px = kSidePx});
   const std::vector<std::uint8_t> crown_ = plant_bytes({.leaf_count = 900, .seed = 5});
 };
 
@@ -290,5 +288,4 @@ TEST_F(GrowthTest, LimitsHoldWhereTheDeviceBindsMore) {
   add(open(crown_), placements_of(1100));
 }
 
-}  // namespace growth_test
-}  // namespace coppice::test
+}  // namespace coppice::test::growth_test

@@ -6,8 +6,7 @@
 #include "coppice_shared.h"
 #include "layout_echo_comp.h"
 
-namespace coppice::test {
-namespace layout_test {
+namespace coppice::test::layout_test {
 
 class LayoutTest : public VulkanTest {};
 
@@ -55,5 +54,4 @@ TEST_F(LayoutTest, AShaderEchoesEveryField) {
   EXPECT_EQ(echoed, sent);
 }
 
-}  // namespace layout_test
-}  // namespace coppice::test
+}  // namespace coppice::test::layout_test

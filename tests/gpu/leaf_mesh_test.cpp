@@ -6,8 +6,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace leaf_mesh_test {
+namespace coppice::test::leaf_mesh_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr std::uint32_t kLeaves = 300;
@@ -30,9 +29,7 @@ coppice_placement at(float x, float z) {
 
 /// Quads err by size / 200 px.
 Shot view_with(float error_px) {
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  view.error_px = error_px;
-  return view;
+  return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .error_px = error_px});
 }
 
 struct Pixels {
@@ -99,8 +96,7 @@ TEST_F(LeafMeshTest, EveryInstanceGetsWhatItsSizeAsksFor) {
 TEST_F(LeafMeshTest, PlantsSideBySideAreDrawnAsEachAlone) {
   const DecodedPlant left = two_coloured_plant(1), right = two_coloured_plant(2);
   const std::vector<coppice_placement> on_the_left{at(-2.2f, 0.0f), at(-2.2f, -1.0f)}, on_the_right{at(2.2f, 0.0f), at(2.2f, -1.0f)};
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  view.error_px = 0.1f;
+  Shot view = make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = kSidePx, .error_px = 0.1f});
   RendererScene both(gpu(), 64), alone_left(gpu(), 64), alone_right(gpu(), 64);
   both.place(both.add_plant(left), on_the_left);
   both.place(both.add_plant(right), on_the_right);
@@ -143,8 +139,7 @@ TEST_F(LeafMeshTest, NearThePartsInViewAreDrawn) {
   for (const bool compute_raster : {false, true}) {
     RendererScene scene(gpu(), 64, {.compute_raster = compute_raster});
     scene.place(scene.add_plant(two_coloured_plant(3, kManyLeaves)), {at(0.0f, 0.0f)});
-    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kWide, .height_px = kWide});
-    view.error_px = 0.5f;
+    Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kWide, .error_px = 0.5f});
     const RendererScene::Frame wide = scene.draw(view), part = scene.draw(part_of(view, kFirst, kPart));
     ASSERT_EQ(wide.counts.leaf_mesh_triangles, 4u * kManyLeaves) << "whole";
     EXPECT_EQ(part.counts.leaf_mesh_instances, 1u);
@@ -186,5 +181,4 @@ TEST_F(LeafMeshTest, ALeafKeepsItsColour) {
   EXPECT_LT(different, leaf_pixels / 50);
 }
 
-}  // namespace leaf_mesh_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_mesh_test

@@ -12,9 +12,9 @@
 #include "leaf_shade.h"
 #include "random_tree.h"
 #include "renderer_scene.h"
+#include "srgb.h"
 
-namespace coppice::test {
-namespace leaf_opacity_test {
+namespace coppice::test::leaf_opacity_test {
 
 constexpr std::uint32_t kSidePx = 192, kRow = 20;
 constexpr std::uint8_t kHalf = kOpaque / 2;
@@ -62,11 +62,6 @@ struct Placed {
 
 using Light = std::vector<double>;  ///< linear, a number a pixel
 
-double linear(std::uint8_t srgb) {
-  const double value = srgb / 255.0;
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
-
 class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Path> {
  protected:
   static SceneOptions options() { return {.compute_raster = GetParam().compute_raster, .int64_atomics = GetParam().int64_atomics}; }
@@ -76,12 +71,10 @@ class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Pa
     const gpu::Plant plant = gpu::gpu_plant(sheet(kOpaque).file.plant);
     const float leaf_m = plant.box_step.x * (COPPICE_QUANTISED_MAX / kRow * 3 / 4), focal_px = 0.5f * kSidePx / std::tan(0.4f);
     const vec3 middle = plant.box_min + plant.box_step * (0.5f * COPPICE_QUANTISED_MAX);
-    Shot view = make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
-                           .target_m = {middle.x, middle.y, middle.z},
-                           .width_px = kSidePx,
-                           .height_px = kSidePx});
-    view.error_px = 1e-4f;
-    return view;
+    return make_view({.eye_m = {middle.x, middle.y, middle.z + leaf_m * focal_px / leaf_px},
+                      .target_m = {middle.x, middle.y, middle.z},
+                      .width_px = kSidePx,
+                      .error_px = 1e-4f});
   }
 
   /// After a frame: lists are built over some of them.
@@ -102,7 +95,7 @@ class LeafOpacityTest : public VulkanTest, public testing::WithParamInterface<Pa
       view.clip_from_view[8] += (static_cast<float>(frame % 4) - 1.5f) / 4 * 2 / kSidePx;
       view.clip_from_view[9] += (static_cast<float>(frame / 4) - 1.5f) / 4 * 2 / kSidePx;
       const Picture picture = scene->draw(view).picture;
-      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear(picture.rgba[4 * i + 1]) / 16;
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += linear_from_srgb8(picture.rgba[4 * i + 1]) / 16.0;
     }
     return mean;
   }
@@ -221,7 +214,7 @@ double sunlight(const Picture& picture) {
   double sum = 0.0, pixels = 0.0;
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
     if (picture.rgba[i] >= 250 && picture.rgba[i + 2] >= 250) continue;  // the ground
-    sum += linear(picture.rgba[i + 1]);
+    sum += static_cast<double>(linear_from_srgb8(picture.rgba[i + 1]));
     ++pixels;
   }
   return sum / pixels;
@@ -275,5 +268,4 @@ INSTANTIATE_TEST_SUITE_P(Paths, LeafOpacityTest,
                          testing::Values(Path{"hardware", false, false}, Path{"compute", true, true}, Path{"compute_twice", true, false}),
                          [](const auto& path) { return path.param.name; });
 
-}  // namespace leaf_opacity_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_opacity_test

@@ -11,8 +11,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace leaf_raster_test {
+namespace coppice::test::leaf_raster_test {
 
 constexpr std::uint32_t kSidePx = 256;
 
@@ -24,9 +23,7 @@ coppice_placement at(float x, float z, float scale = 1.0f) {
 
 /// Every leaf, but as a cut: the rasteriser leaves COPPICE_LOD_FULL to the hardware.
 Shot front_view(float distance_m, std::uint32_t width_px = kSidePx) {
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, distance_m}, .width_px = width_px, .height_px = kSidePx});
-  view.error_px = 1e-4f;
-  return view;
+  return make_view({.eye_m = {0.0f, 0.3f, distance_m}, .width_px = width_px, .height_px = kSidePx, .error_px = 1e-4f});
 }
 
 /// How far away the mean leaf is this wide.
@@ -138,14 +135,6 @@ TEST_F(LeafRasterTest, OutlinesOfCardsAreKept) {
   EXPECT_NEAR(likeness.brightness, 1.0, 0.03);
 }
 
-TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
-  const std::vector<Placed> plants{{plain_plant(3000, 3), slanting_row()}};
-  const Shot view = front_view(30.0f);
-  const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
-  EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
-  EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
-}
-
 // The last leaf of a plant has one face, which the crown it stands for has not: it is lit by where the eye is.
 TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
   DecodedPlant plant = plain_plant(3000, 3);
@@ -159,9 +148,7 @@ TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
   }
   const std::vector<Placed> plants{{plant, {tinted(at(0.0f, 0.0f), 0.25f, 0.25f, 0.25f)}}};  // the scene's light is near white
   const auto from = [&](float angle) {
-    Shot view = make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .height_px = kSidePx});
-    view.error_px = 1000.0f;
-    return view;
+    return make_view({.eye_m = {12.0f * std::sin(angle), 2.0f, 12.0f * std::cos(angle)}, .width_px = kSidePx, .error_px = 1000.0f});
   };
   const float sun = std::atan2(0.5f, 0.6f);  // make_view's
   const Shot lit = from(sun), dark = from(sun + 3.1416f);
@@ -210,20 +197,6 @@ TEST_F(LeafRasterTest, WhatFindsNoDrawCommandIsRasterised) {
   EXPECT_LT(crowd.counts.hardware_triangles, 60 * alone.counts.hardware_triangles) << "commands run out";
   EXPECT_NEAR(compare(alone.picture, hardware.picture).coverage, 1.0, 0.02);
   EXPECT_NEAR(compare(crowd.picture, hardware.picture).coverage, 1.0, 0.02);
-}
-
-TEST_F(LeafRasterTest, DepthHoldsBetweenThePaths) {
-  // Large leaves, which the hardware draws, before and behind small ones.
-  DecodedPlant coarse = plain_plant(12, 8);
-  DecodedPlant fine = plain_plant(900, 9);
-  for (const float coarse_z : {-1.5f, 1.5f}) {
-    const std::vector<Placed> plants{{coarse, {tinted(at(0.0f, coarse_z), 1.0f, 0.1f, 0.1f)}},
-                                     {fine, {tinted(at(0.2f, 0.0f), 0.1f, 0.1f, 1.0f)}}};
-    const Shot view = front_view(6.0f);
-    const RendererScene::Frame raster = with_raster(plants, view), hardware = without(plants, view);
-    EXPECT_EQ(raster.counts.leaves, 912u);
-    EXPECT_LT(compare(raster.picture, hardware.picture).differing_share, 0.015) << coarse_z;
-  }
 }
 
 TEST_F(LeafRasterTest, WithoutWideAtomicsThePictureIsTheSame) {
@@ -394,6 +367,7 @@ class ProjectionTest : public VulkanTest, public testing::WithParamInterface<Pro
   }
 };
 
+/// Large leaves, which the hardware draws, before and behind small ones.
 TEST_P(ProjectionTest, BothPathsDrawTheSame) {
   const DecodedPlant coarse = decoded_plant(random_plant({.leaf_count = 12, .seed = 8, .wood_lod_count = 0, .texture_side = 0}));
   const DecodedPlant fine = decoded_plant(random_plant({.leaf_count = 900, .seed = 9, .wood_lod_count = 0, .texture_side = 0}));
@@ -457,5 +431,4 @@ INSTANTIATE_TEST_SUITE_P(All, ProjectionTest,
                                          Projection{.name = "oblique_forward", .oblique = true, .forward = true}),
                          [](const auto& projection) { return std::string(projection.param.name); });
 
-}  // namespace leaf_raster_test
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_raster_test

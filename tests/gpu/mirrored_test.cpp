@@ -4,8 +4,7 @@
 
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace mirrored_test {
+namespace coppice::test::mirrored_test {
 
 constexpr std::uint32_t kSidePx = 160;
 
@@ -22,12 +21,12 @@ class MirroredTest : public PathTest<ContextTest> {
   /// A single plant in the middle, lit from before and above.
   Picture picture_of(const coppice_placement& placement, float distance_m) {
     const coppice_instance instance = add(plant_, placement);
-    Shot shot = make_view({.eye_m = {0, 0, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+    Shot shot = make_view({.eye_m = {0, 0, distance_m}, .width_px = kSidePx});
     const glm::vec3 sun = glm::normalize(glm::vec3(0, 1, 1.5f));
     std::copy_n(&sun.x, 3, shot.light.sun_direction);
     pump_until_settled(shot);
     Picture picture = frame(shot);
-    EXPECT_EQ(coppice_instances_remove(context_, &instance, 1), COPPICE_OK) << log_;
+    remove({&instance, 1});
     return picture;
   }
 };
@@ -47,5 +46,4 @@ TEST_P(MirroredTest, IsTheMirrorImage) {
 
 INSTANTIATE_TEST_SUITE_P(Path, MirroredTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace mirrored_test
-}  // namespace coppice::test
+}  // namespace coppice::test::mirrored_test

@@ -8,8 +8,7 @@
 
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace occluder_test {
+namespace coppice::test::occluder_test {
 
 constexpr std::uint32_t kSidePx = 192;
 constexpr float kNear_m = 0.05f;  // make_view's
@@ -68,9 +67,8 @@ class OccluderTest : public PathTest<ContextTest> {
                            .target_m = {0.0f, 0.5f, 0.0f},
                            .vertical_fov_radians = vertical_fov_radians,
                            .width_px = kSidePx,
-                           .height_px = kSidePx});
-    shot.view = view;
-    shot.error_px = 0.3f;
+                           .error_px = 0.3f,
+                           .view = view});
     // z of clip space becomes w - z.
     for (std::size_t i = 0; i < 16 && !depth.is_reversed(); i += 4)
       shot.clip_from_view[i + 2] = shot.clip_from_view[i + 3] - shot.clip_from_view[i + 2];
@@ -286,5 +284,4 @@ TEST_P(OccluderTest, BothEyesOfAPairHaveTheirs) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, OccluderTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace occluder_test
-}  // namespace coppice::test
+}  // namespace coppice::test::occluder_test

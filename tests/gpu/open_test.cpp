@@ -8,8 +8,7 @@
 #include "fake_hooks.h"
 #include "mentions.h"
 
-namespace coppice::test {
-namespace open_test {
+namespace coppice::test::open_test {
 
 constexpr std::uint32_t kSidePx = 96;
 constexpr const char* kPath = "plant.coppice";
@@ -47,7 +46,7 @@ class OpenTest : public ContextTest {
     return plant;
   }
 
-  Shot view_ = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
+  Shot view_ = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx});
   FakeIo io_;
   FakeJobs jobs_;
 };
@@ -60,7 +59,7 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   EXPECT_EQ(info(plant).leaf_count, 0u);
   const std::vector<coppice_instance> instances = add(plant, std::vector(3, kHere));
   move(instances[1], kBeside);
-  ASSERT_EQ(coppice_instances_remove(context_, &instances[2], 1), COPPICE_OK) << log_;
+  remove({&instances[2], 1});
   EXPECT_EQ(coppice_plant_reload(context_, plant, nullptr), COPPICE_ERROR_INVALID_ARGUMENT) << "not ready";
   for (int i = 0; i < 8 && info(plant).state == COPPICE_PLANT_OPENING; ++i) {
     const bool drawn = drawn_pixels(frame(view_)) > 0;
@@ -78,7 +77,7 @@ TEST_F(OpenTest, InstancesAreThereOnceThePlantIs) {
   EXPECT_EQ(view_stats().visible_instance_count, 2u);
   EXPECT_EQ(info(plant).leaf_count, 2000u);
   EXPECT_EQ(stats().source_leaf_count, 4000u);
-  EXPECT_EQ(coppice_instances_remove(context_, instances.data(), 2), COPPICE_OK) << log_;
+  remove(std::span(instances).first(2));
   EXPECT_EQ(drawn_pixels(frame(view_)), 0u);
 }
 
@@ -238,5 +237,4 @@ TEST_F(OpenTest, BadMemoryIsRefusedAsAFileIs) {
   expect_refused(coppice_plant_reload_memory(context_, plant, bytes.data(), 0, "pack"), invalid, {": size", "0"});
 }
 
-}  // namespace open_test
-}  // namespace coppice::test
+}  // namespace coppice::test::open_test

@@ -7,8 +7,7 @@
 #include "context_fixture.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace queue_families_test {
+namespace coppice::test::queue_families_test {
 
 /// What the library has asked for.
 struct Asked {
@@ -23,26 +22,14 @@ Asked& asked() {
 }
 
 /// Creates it as a device of one family can.
-template <class Info>
-Info owned_by_one(const Info& info) {
-  asked().modes.push_back(info.sharingMode);
-  asked().families.emplace_back(info.pQueueFamilyIndices, info.pQueueFamilyIndices + info.queueFamilyIndexCount);
-  Info owned = info;
+template <auto& real, class Info, class Handle>
+VKAPI_ATTR VkResult VKAPI_CALL create_owned(VkDevice device, const Info* info, const VkAllocationCallbacks* allocator, Handle* handle) {
+  asked().modes.push_back(info->sharingMode);
+  asked().families.emplace_back(info->pQueueFamilyIndices, info->pQueueFamilyIndices + info->queueFamilyIndexCount);
+  Info owned = *info;
   owned.sharingMode = VK_SHARING_MODE_EXCLUSIVE;
   owned.queueFamilyIndexCount = 0;
-  return owned;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo* info, const VkAllocationCallbacks* allocator,
-                                             VkBuffer* buffer) {
-  const VkBufferCreateInfo owned = owned_by_one(*info);
-  return vkCreateBuffer(device, &owned, allocator, buffer);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL create_image(VkDevice device, const VkImageCreateInfo* info, const VkAllocationCallbacks* allocator,
-                                            VkImage* image) {
-  const VkImageCreateInfo owned = owned_by_one(*info);
-  return vkCreateImage(device, &owned, allocator, image);
+  return real(device, &owned, allocator, handle);
 }
 
 VKAPI_ATTR void VKAPI_CALL pipeline_barrier(VkCommandBuffer cmd, const VkDependencyInfo* info) {
@@ -60,13 +47,14 @@ class QueueFamiliesTest : public ContextTest {
     asked() = {};
     ContextDesc with = desc();
     with.compute_raster = VK_TRUE;
-    replace_functions(with, {replacing("vkCreateBuffer", create_buffer), replacing("vkCreateImage", create_image),
+    replace_functions(with, {replacing("vkCreateBuffer", create_owned<vkCreateBuffer, VkBufferCreateInfo, VkBuffer>),
+                             replacing("vkCreateImage", create_owned<vkCreateImage, VkImageCreateInfo, VkImage>),
                              replacing("vkCmdPipelineBarrier2", pipeline_barrier)});
     with.queue_family_count = static_cast<std::uint32_t>(families.size());
     std::ranges::copy(families, with.queue_families);
     create(with);
     add(open_random({.leaf_count = 600, .seed = 4}), placement_at());
-    Picture picture = settle(make_view({.width_px = 96, .height_px = 96}));
+    Picture picture = settle(make_view({.width_px = 96}));
     EXPECT_EQ(log_, "");
     destroy();
     return picture;
@@ -95,5 +83,4 @@ TEST_F(QueueFamiliesTest, SeveralShareAllAndNoBarrierNamesAStageThatOneLacks) {
   EXPECT_EQ(asked().stages.count(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT), 1u);
 }
 
-}  // namespace queue_families_test
-}  // namespace coppice::test
+}  // namespace coppice::test::queue_families_test

@@ -9,8 +9,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace relief_test {
+namespace coppice::test::relief_test {
 
 constexpr std::uint32_t kSidePx = 64;
 
@@ -65,8 +64,7 @@ int lit(const VulkanDevice& gpu, bake::BakedPlant plant, const glm::vec3* map_no
   }
   RendererScene scene(gpu, 64);
   scene.place(scene.add_plant(decoded_plant(plant)), {placement});
-  Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  view.error_px = 0.01f;
+  Shot view = make_view({.eye_m = {0.0f, 0.0f, 5.0f}, .width_px = kSidePx, .error_px = 0.01f});
   std::copy_n(&sun.x, 3, view.light.sun_direction);
   return scene.draw(view).picture.at(kSidePx / 2, kSidePx / 2)[1];
 }
@@ -104,5 +102,4 @@ TEST_F(ReliefTest, AFlatMapChangesNothing) {
     EXPECT_NEAR(lit(gpu(), walled_plant(surface), &straight, sun), lit(gpu(), walled_plant(surface), nullptr, sun), 2);
 }
 
-}  // namespace relief_test
-}  // namespace coppice::test
+}  // namespace coppice::test::relief_test

@@ -2,21 +2,13 @@
 
 #include <array>
 #include <memory>
-#include <string>
 
 #include "path_fixture.h"
 #include "render_pass.h"
 
-namespace coppice::test {
-namespace render_pass_test {
+namespace coppice::test::render_pass_test {
 
 constexpr std::uint32_t kSidePx = 128;
-
-struct Color {
-  VkFormat format;
-  coppice_content content;
-  std::size_t pixel_bytes = 4;
-};
 
 /// What a view draws to, and in which subpass.
 struct Case {
@@ -60,39 +52,14 @@ class RenderPassTest : public PathTest<ContextTest> {
     PathTest::TearDown();
   }
 
-  void place_rows() {
-    for (int i = 0; i < 40; ++i) {
-      coppice_placement placement = placement_at({2.2 * (i % 8) - 7.7, 0.0, -3.0 * (i / 8)});
-      placement.user_data = 0x01020304u * static_cast<std::uint32_t>(i + 1);
-      add(plant_, placement);
-    }
-  }
-
   coppice_view create_case_view(const Case& of, VkRenderPass pass) {
-    auto formats = defaults(coppice_vulkan_view_desc_init);
-    formats.depth_format = VK_FORMAT_D32_SFLOAT;
+    coppice_vulkan_view_desc formats = view_formats(of.colors);
     formats.render_pass = pass;
     formats.subpass = pass == VK_NULL_HANDLE ? 0 : of.subpass;
-    for (std::size_t i = 0; i < of.colors.size(); ++i) {
-      formats.color_formats[i] = of.colors[i].format;
-      formats.contents[i] = of.colors[i].content;
-    }
     return create_view(formats, of.output);
   }
 
   ClassicPass& add_pass(const ClassicPassDesc& desc) { return *passes_.emplace_back(std::make_unique<ClassicPass>(gpu(), desc)); }
-
-  void draw(const Shot& shot, const std::function<void(VkCommandBuffer)>& begin_pass,
-            const std::function<void(VkCommandBuffer)>& end_pass) {
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
-      begin_pass(cmd);
-      record_draw(cmd, shot);
-      end_pass(cmd);
-    });
-  }
 
   /// All attachments but those that nothing is drawn to, one behind the other.
   std::vector<std::uint8_t> bytes_of(const Case& of, const PassTarget& target) {
@@ -109,11 +76,12 @@ class RenderPassTest : public PathTest<ContextTest> {
   }
 
   std::vector<std::uint8_t> draw_dynamic(const Case& of, const Shot& shot) {
-    std::vector<VkFormat> formats;
-    for (const Color& color : of.colors) formats.push_back(color.format);
-    PassTarget target(gpu(), kSidePx, formats);
-    draw(
-        shot, [&](VkCommandBuffer cmd) { target.begin_cleared(cmd); }, vkCmdEndRendering);
+    PassTarget target(gpu(), kSidePx, formats_of(of.colors));
+    frame_with(shot, [&](VkCommandBuffer cmd) {
+      target.begin_cleared(cmd);
+      record_draw(cmd, shot);
+      vkCmdEndRendering(cmd);
+    });
     // Without the attachments that nothing is drawn to.
     for (std::size_t i = of.colors.size(); i-- > 0;)
       if (of.colors[i].content == COPPICE_CONTENT_NONE) target.colors.erase(target.colors.begin() + static_cast<std::ptrdiff_t>(i));
@@ -125,14 +93,14 @@ class RenderPassTest : public PathTest<ContextTest> {
 
 /// Near, where the hardware draws too, and far. The view is made for a pass that loads, and drawn in one that clears.
 TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
-  place_rows();
+  add(plant_, rows());
   for (const Case& each : cases()) {
     const coppice_view dynamic = create_case_view(each, VK_NULL_HANDLE);
     const ClassicPass& wanted = add_pass(pass_desc(each, false));
     ClassicPass& drawn = add_pass(pass_desc(each, true));
     const coppice_view classic = create_case_view(each, wanted.handle());
     for (const float distance_m : {3.0f, 25.0f}) {
-      Shot shot = make_view({.eye_m = {0.5f, 1.0f, distance_m}, .width_px = kSidePx, .height_px = kSidePx});
+      Shot shot = make_view({.eye_m = {0.5f, 1.0f, distance_m}, .width_px = kSidePx});
       const std::array views{dynamic, classic};
       for (const coppice_view view : views) {
         shot.view = view;
@@ -144,8 +112,11 @@ TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
       shot.view = classic;
       pump(shot);
       const PassTarget target(gpu(), kSidePx, drawn_formats(each));
-      draw(
-          shot, [&](VkCommandBuffer cmd) { drawn.begin(cmd, target); }, ClassicPass::end);
+      frame_with(shot, [&](VkCommandBuffer cmd) {
+        drawn.begin(cmd, target);
+        record_draw(cmd, shot);
+        ClassicPass::end(cmd);
+      });
       EXPECT_TRUE(bytes_of(each, target) == expected) << each.name << " from " << distance_m << " m";
       const auto depth = read_floats(gpu(), target.depth, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
       EXPECT_GT(std::ranges::count_if(depth, [](float at) { return at > 0.0f; }), 500) << each.name;
@@ -157,5 +128,4 @@ TEST_P(RenderPassTest, EachAttachmentIsWhatDynamicRenderingDraws) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, RenderPassTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace render_pass_test
-}  // namespace coppice::test
+}  // namespace coppice::test::render_pass_test

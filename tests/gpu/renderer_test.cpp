@@ -7,8 +7,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace renderer_test {
+namespace coppice::test::renderer_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -38,9 +37,7 @@ coppice_placement at(float x, float z) {
 }
 
 Shot front_view() {
-  Shot view = make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .height_px = kSidePx});
-  view.lod = COPPICE_LOD_FULL;
-  return view;
+  return make_view({.eye_m = {0.0f, 0.3f, 5.0f}, .width_px = kSidePx, .lod = COPPICE_LOD_FULL});
 }
 
 TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {
@@ -91,5 +88,4 @@ TEST_F(RendererTest, DrawCommandsKeepToAShareOfTheBudget) {
   EXPECT_EQ(std::count(cuts.begin(), cuts.end(), 64.0f), 95) << "for these there is a command of their own each";
 }
 
-}  // namespace renderer_test
-}  // namespace coppice::test
+}  // namespace coppice::test::renderer_test

@@ -12,8 +12,7 @@
 #include "mentions.h"
 #include "scene_context.h"
 
-namespace coppice::test {
-namespace scene_runtime_test {
+namespace coppice::test::scene_runtime_test {
 
 using SceneRuntimeTest = SceneContextTest;
 
@@ -134,7 +133,7 @@ TEST_F(SceneRuntimeTest, ASceneStandsWhereItIsPlacedAndMoves) {
   placement.rotation[1] = placement.rotation[3] = std::sqrt(0.5f);
   std::copy_n(std::array{40000.0, 100.0, -7000.0}.data(), 3, placement.position);
   const auto eye = [&](float x, float y, float z) {
-    Shot turned = make_view({.eye_m = {x, y, z}, .target_m = {x - 10.0f, y, z}, .width_px = 128, .height_px = 128});
+    Shot turned = make_view({.eye_m = {x, y, z}, .target_m = {x - 10.0f, y, z}, .width_px = 128});
     std::copy_n(view.light.sun_direction, 3, turned.light.sun_direction);
     return turned;
   };
@@ -194,5 +193,4 @@ TEST_F(SceneRuntimeTest, WrongFilesAreRefused) {
   EXPECT_EQ(coppice_scene_open(context_, scene_path().c_str(), nullptr, &scene_), COPPICE_OK) << log_;
 }
 
-}  // namespace scene_runtime_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_runtime_test

@@ -13,8 +13,7 @@
 #include "mentions.h"
 #include "scene_context.h"
 
-namespace coppice::test {
-namespace scene_trees_test {
+namespace coppice::test::scene_trees_test {
 
 constexpr double kEverywhere = std::numeric_limits<double>::infinity();
 
@@ -42,11 +41,7 @@ class SceneTreesTest : public SceneContextTest {
   }
 
   /// From above onto some trees about (0, 0, -19), every leaf, so that slots make no difference.
-  static Shot near_view() {
-    Shot view = make_view({.eye_m = {0, 5, -17}, .target_m = {0, 0, -19}, .width_px = 128, .height_px = 128});
-    view.lod = COPPICE_LOD_FULL;
-    return view;
-  }
+  static Shot near_view() { return make_view({.eye_m = {0, 5, -17}, .target_m = {0, 0, -19}, .width_px = 128, .lod = COPPICE_LOD_FULL}); }
   static Shot far_view() { return view_from(0, 2, 50000); }
 
   /// What is drawn once all of the view is there, against a picture of it.
@@ -310,5 +305,4 @@ TEST_F(SceneTreesTest, WhatIsNoTreeIsRefusedAndNothingChanges) {
   EXPECT_TRUE(mentions(log_, {"trees[0].scene"}));
 }
 
-}  // namespace scene_trees_test
-}  // namespace coppice::test
+}  // namespace coppice::test::scene_trees_test

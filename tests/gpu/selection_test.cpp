@@ -7,8 +7,7 @@
 #include "random_tree.h"
 #include "renderer_scene.h"
 
-namespace coppice::test {
-namespace selection_test {
+namespace coppice::test::selection_test {
 
 class SelectionTest : public VulkanTest {};
 
@@ -63,7 +62,7 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
     plants.push_back(decoded_plant(random_plant({.leaf_count = leaf_counts[i], .seed = i + 1, .leaf_mesh_count = i})));
     scene.place(scene.add_plant(plants[i]), scattered(2000, i));
   }
-  Shot view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64, .height_px = 64});
+  Shot view = make_view({.eye_m = {0.0f, 0.5f, 0.0f}, .target_m = {1.0f, 0.5f, 1.0f}, .width_px = 64});
   Shot parallel = view;  // 8 m high
   parallel.clip_from_view[0] = 0.25f;
   parallel.clip_from_view[5] = -0.25f;
@@ -74,5 +73,4 @@ TEST_F(SelectionTest, CutsEqualTheCpuReference) {
   expect_same_cuts(scene, plants, parallel);
 }
 
-}  // namespace selection_test
-}  // namespace coppice::test
+}  // namespace coppice::test::selection_test

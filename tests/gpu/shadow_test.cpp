@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ostream>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -12,8 +11,7 @@
 #include "path_fixture.h"
 #include "shadow_map.h"
 
-namespace coppice::test {
-namespace shadow_test {
+namespace coppice::test::shadow_test {
 
 constexpr float kRadius_m = 12.0f;
 
@@ -23,7 +21,7 @@ constexpr std::array<float, 3> kSun{0.8f, 0.6f, 0.0f};
 
 /// From a side that the sun is on, so that what it does not reach is seen to be dark.
 Shot view_of(const glm::vec3& place) {
-  Shot view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128, .height_px = 128});
+  Shot view = make_view({.eye_m = place + glm::vec3(3.0f, -1.0f, 4.0f), .target_m = place, .width_px = 128});
   std::ranges::copy(kSun, view.light.sun_direction);
   view.error_px = 0.5f;
   return view;
@@ -183,5 +181,4 @@ TEST_P(ShadowTest, AFrameOnItsWayKeepsItsImages) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ShadowTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace shadow_test
-}  // namespace coppice::test
+}  // namespace coppice::test::shadow_test

@@ -11,8 +11,7 @@
 #include "mentions.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace small_device_test {
+namespace coppice::test::small_device_test {
 
 /// What the physical device says of itself, changed.
 struct SmallDevice {
@@ -88,7 +87,7 @@ class SmallDeviceTest : public ContextTest {
   Picture draw(const ContextDesc& with) {
     create(with);
     add(open_random({.leaf_count = 1000, .seed = 5}), placement_at());
-    const Picture picture = settle(make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = 128, .height_px = 128}));
+    const Picture picture = settle(make_view({.eye_m = {0.0f, 0.3f, 12.0f}, .width_px = 128}));
     destroy();
     return picture;
   }
@@ -239,5 +238,4 @@ TEST_F(SmallDeviceTest, WithoutWhatIsWantedThePictureIsTheSame) {
   }
 }
 
-}  // namespace small_device_test
-}  // namespace coppice::test
+}  // namespace coppice::test::small_device_test

@@ -5,7 +5,6 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "context_fixture.h"
@@ -13,8 +12,7 @@
 #include "mentions.h"
 #include "replaced_functions.h"
 
-namespace coppice::test {
-namespace start_test {
+namespace coppice::test::start_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -63,7 +61,7 @@ class StartTest : public ContextTest {
     return ready == VK_TRUE;
   }
 
-  static Shot view_of(float eye_z_m) { return make_view({.eye_m = {0.0f, 0.3f, eye_z_m}, .width_px = kSidePx, .height_px = kSidePx}); }
+  static Shot view_of(float eye_z_m) { return make_view({.eye_m = {0.0f, 0.3f, eye_z_m}, .width_px = kSidePx}); }
 
   FakeJobs jobs_;
   std::string plant_path_;
@@ -339,14 +337,4 @@ TEST_F(StartTest, AskingForTheCostTakesNothing) {
   EXPECT_EQ(context_cost(with, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
 }
 
-TEST_F(StartTest, WithoutAContextOrAPlaceForTheAnswerItIsRefused) {
-  VkBool32 ready = VK_TRUE;
-  EXPECT_EQ(coppice_pipelines_ready(nullptr, &ready), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(ready, VK_FALSE);
-  create(desc());
-  EXPECT_EQ(coppice_pipelines_ready(context_, nullptr), COPPICE_ERROR_INVALID_ARGUMENT);
-  EXPECT_TRUE(mentions(log_, {": ready", "null"}));
-}
-
-}  // namespace start_test
-}  // namespace coppice::test
+}  // namespace coppice::test::start_test

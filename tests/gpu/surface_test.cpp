@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <ostream>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -18,19 +17,13 @@
 #include "path_fixture.h"
 #include "reader.h"
 #include "render_pass.h"
+#include "srgb.h"
 #include "surface_host_comp.h"
 
-namespace coppice::test {
-namespace surface_test {
+namespace coppice::test::surface_test {
 
 constexpr std::uint32_t kSidePx = 160;
 constexpr std::size_t kPixels = std::size_t{kSidePx} * kSidePx;
-
-/// A colour attachment of a test, and what it gets.
-struct Color {
-  VkFormat format;
-  coppice_content content;
-};
 
 constexpr std::array kSurface{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO},
                               Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NORMAL},
@@ -40,9 +33,7 @@ constexpr std::array kSurface{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALB
 constexpr std::array kLit{Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}};
 
 PassTarget target_of(const VulkanDevice& gpu, std::span<const Color> colors) {
-  std::vector<VkFormat> formats;
-  for (const Color& color : colors) formats.push_back(color.format);
-  return PassTarget(gpu, kSidePx, formats);
+  return PassTarget(gpu, kSidePx, formats_of(colors));
 }
 
 /// A colour image's bytes, `Texel` a pixel.
@@ -100,11 +91,6 @@ class HostLight {
   Buffer frame_, radiance_;
 };
 
-float srgb_of(float linear) {
-  const float x = std::clamp(linear, 0.0f, 1.0f);
-  return 255.0f * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f);
-}
-
 class SurfaceTest : public PathTest<ContextTest> {
  protected:
   static coppice_placement placement(glm::vec3 at, std::uint32_t user_data) {
@@ -113,36 +99,27 @@ class SurfaceTest : public PathTest<ContextTest> {
     return placement;
   }
   void place_rows() {
-    std::vector<coppice_placement> all;
-    for (std::uint32_t i = 0; i < 40; ++i) {
-      all.push_back(placement({2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8)}, 0x01020304u * (i + 1)));
-      all.back().tint[i % 3] = 0.7f;
-    }
-    placements_ = all;
-    instances_ = add(plant_, all);
+    placements_ = rows();
+    for (std::size_t i = 0; i < placements_.size(); ++i) placements_[i].tint[i % 3] = 0.7f;
+    instances_ = add(plant_, placements_);
   }
 
-  coppice_view create_surface_view(std::span<const Color> colors) {
-    auto formats = defaults(coppice_vulkan_view_desc_init);
-    formats.depth_format = VK_FORMAT_D32_SFLOAT;
-    for (std::size_t i = 0; i < colors.size(); ++i) {
-      formats.color_formats[i] = colors[i].format;
-      formats.contents[i] = colors[i].content;
-    }
-    return create_view(formats, COPPICE_OUTPUT_SURFACE);
-  }
+  coppice_view create_surface_view(std::span<const Color> colors) { return create_view(view_formats(colors), COPPICE_OUTPUT_SURFACE); }
 
-  Shot view_from(glm::vec3 eye_m) const { return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx}); }
+  Shot view_from(glm::vec3 eye_m) const { return make_view({.eye_m = eye_m, .width_px = kSidePx}); }
 
   void draw(const Shot& shot, const PassTarget& target) {
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
+    frame_with(shot, [&](VkCommandBuffer cmd) {
       target.begin_cleared(cmd);
       record_draw(cmd, shot);
       vkCmdEndRendering(cmd);
     });
+  }
+  /// The shot as another view shows it once all is there.
+  void draw_settled(Shot& shot, coppice_view view, const PassTarget& target) {
+    shot.view = view;
+    pump_until_settled(shot);
+    draw(shot, target);
   }
 
   std::vector<coppice_instance> instances_;
@@ -156,15 +133,10 @@ TEST_P(SurfaceTest, TheHeaderLightsItAsALitView) {
   HostLight host(gpu());
   for (const float distance_m : {3.0f, 8.0f, 30.0f}) {
     Shot shot = view_from({0.5f, 1.0f, distance_m});
-    shot.view = view_;
-    pump_until_settled(shot);
-    const PassTarget lit = target_of(gpu(), kLit);
-    draw(shot, lit);
+    const PassTarget lit = target_of(gpu(), kLit), target = target_of(gpu(), kSurface);
+    draw_settled(shot, view_, lit);
     const Picture expected = read_picture(gpu(), *lit.colors[0]);
-    shot.view = surface;
-    pump_until_settled(shot);
-    const PassTarget target = target_of(gpu(), kSurface);
-    draw(shot, target);
+    draw_settled(shot, surface, target);
     const std::vector<glm::vec4> radiance = host.light(target, shot);
     double sum = 0;
     std::size_t count = 0;
@@ -172,7 +144,8 @@ TEST_P(SurfaceTest, TheHeaderLightsItAsALitView) {
       if (radiance[i].w == 0.0f) continue;
       ++count;
       for (int channel = 0; channel < 3; ++channel) {
-        const double off = srgb_of(radiance[i][channel]) - expected.rgba[4 * i + static_cast<std::size_t>(channel)];
+        const double off = 255.0f * srgb_from_linear(std::clamp(radiance[i][channel], 0.0f, 1.0f)) -
+                           expected.rgba[4 * i + static_cast<std::size_t>(channel)];
         sum += off * off;
       }
     }
@@ -187,19 +160,10 @@ TEST_P(SurfaceTest, ContentsComeInAnyOrder) {
   constexpr std::array kOther{Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_USER}, Color{VK_FORMAT_R8G8B8A8_UNORM, COPPICE_CONTENT_NONE},
                               Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_LIT}, Color{VK_FORMAT_R8G8B8A8_SRGB, COPPICE_CONTENT_ALBEDO}};
   Shot shot = view_from({0.5f, 1.0f, 6.0f});
-  shot.view = view_;
-  pump_until_settled(shot);
-  const PassTarget lit = target_of(gpu(), kLit);
-  draw(shot, lit);
-  const coppice_view surface = create_surface_view(kSurface);
-  shot.view = surface;
-  pump_until_settled(shot);
-  const PassTarget first = target_of(gpu(), kSurface);
-  draw(shot, first);
-  shot.view = create_surface_view(kOther);
-  pump_until_settled(shot);
-  const PassTarget other = target_of(gpu(), kOther);
-  draw(shot, other);
+  const PassTarget lit = target_of(gpu(), kLit), first = target_of(gpu(), kSurface), other = target_of(gpu(), kOther);
+  draw_settled(shot, view_, lit);
+  draw_settled(shot, create_surface_view(kSurface), first);
+  draw_settled(shot, create_surface_view(kOther), other);
   const auto users = read_texels<std::uint32_t>(gpu(), *other.colors[0]);
   EXPECT_EQ(users, read_texels<std::uint32_t>(gpu(), *first.colors[3]));
   EXPECT_EQ(read_texels<std::uint32_t>(gpu(), *other.colors[3]), read_texels<std::uint32_t>(gpu(), *first.colors[0]));
@@ -257,8 +221,7 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
       placement.position[0] += 0.05;
       placement.position[2] += 0.02;
       const glm::quat turn = glm::angleAxis(0.02f, glm::normalize(glm::vec3(0.3f, 1.0f, 0.2f)));
-      const float rotation[4] = {turn.x, turn.y, turn.z, turn.w};
-      std::copy_n(rotation, 4, placement.rotation);
+      std::ranges::copy(std::array{turn.x, turn.y, turn.z, turn.w}, placement.rotation);
       placement.scale *= 1.01f;
       move(instances_[moved], placement);
     }
@@ -304,7 +267,7 @@ TEST_P(SurfaceTest, VelocityIsThatOfTheSurface) {
       ASSERT_LT(glm::length(glm::vec2(velocity)), 0.01f);
       ASSERT_EQ(velocity.z, 0.0f);
     }
-    ASSERT_EQ(coppice_instances_remove(context_, &added, 1), COPPICE_OK) << log_;
+    remove({&added, 1});
   }
 }
 
@@ -321,8 +284,7 @@ coppice_wind gale(double time_s) {
 TEST_P(SurfaceTest, StillAirIsNoWindToTheBit) {
   place_rows();
   for (const float distance_m : {4.0f, 25.0f}) {
-    Shot shot = view_from({0.5f, 1.0f, distance_m});
-    shot.view = view_;
+    const Shot shot = view_from({0.5f, 1.0f, distance_m});
     pump_until_settled(shot);
     const Picture expected = frame(shot);
     coppice_wind wind = gale(17.0);
@@ -496,8 +458,7 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
   ASSERT_TRUE(plant);
   const double reach_m = max_wind_move_m(wind_field(*plant));
   ASSERT_GT(reach_m, 1e-3);
-  Shot shot = view_from({0.0f, 1.0f, 8.0f});
-  shot.view = view_;
+  const Shot shot = view_from({0.0f, 1.0f, 8.0f});
   const glm::dmat4 clip = glm::dmat4(glm::make_mat4(shot.clip_from_view)) * glm::dmat4(glm::make_mat4(shot.view_from_world));
   // The right plane: w - x.
   glm::dvec4 plane = glm::transpose(clip)[3] - glm::transpose(clip)[0];
@@ -522,5 +483,4 @@ TEST_P(WindOnSurface, WhatLeansIntoViewIsDrawn) {
 INSTANTIATE_TEST_SUITE_P(Paths, WindOnSurface, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 INSTANTIATE_TEST_SUITE_P(Paths, SurfaceTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace surface_test
-}  // namespace coppice::test
+}  // namespace coppice::test::surface_test

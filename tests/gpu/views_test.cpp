@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <memory>
-#include <numeric>
-#include <ostream>
 #include <random>
 #include <thread>
 
@@ -16,8 +13,7 @@
 #include "mentions.h"
 #include "path_fixture.h"
 
-namespace coppice::test {
-namespace views_test {
+namespace coppice::test::views_test {
 
 constexpr std::uint32_t kSidePx = 128;
 
@@ -95,7 +91,7 @@ class Recorder {
 };
 
 Shot view_from(const glm::vec3& eye_m) {
-  return make_view({.eye_m = eye_m, .width_px = kSidePx, .height_px = kSidePx});
+  return make_view({.eye_m = eye_m, .width_px = kSidePx});
 }
 
 class ViewsTest : public PathTest<ContextTest> {
@@ -103,12 +99,6 @@ class ViewsTest : public PathTest<ContextTest> {
   void place(const std::vector<glm::vec3>& places) {
     for (const glm::vec3& at : places) add(plant_, placement_at(at));
   }
-  void place_rows() {
-    std::vector<glm::vec3> places;
-    for (int i = 0; i < 40; ++i) places.emplace_back(2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8));
-    place(places);
-  }
-
   /// shot: becomes the first eye of a pair, whose pictures are side by side.
   void add_eye(Shot& shot, double apart_m, double turn_rad) {
     second_eye_ = eye_beside(shot, apart_m, turn_rad);
@@ -165,7 +155,7 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// The rows from the front, all of which is there.
   Shot settled_rows() {
-    place_rows();
+    add(plant_, rows());
     Shot shot = view_from({0, 1, 6});
     shot.view = view_;
     settle_all({shot});
@@ -176,6 +166,12 @@ class ViewsTest : public PathTest<ContextTest> {
     return std::make_unique<Target>(gpu(), shot, shot.view == depth_view_ ? VK_FORMAT_UNDEFINED : VK_FORMAT_R8G8B8A8_SRGB);
   }
 
+  [[nodiscard]] std::vector<std::unique_ptr<Target>> targets_of(const std::vector<Shot>& shots) {
+    std::vector<std::unique_ptr<Target>> targets;
+    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    return targets;
+  }
+
   void record_one_draw(VkCommandBuffer cmd, const Shot& shot, const Target& target, bool clear = true) {
     target.begin(cmd, clear);
     for (std::uint32_t eye = 0; eye < eye_count_of(shot); ++eye) record_draw(cmd, shot, eye);
@@ -184,12 +180,7 @@ class ViewsTest : public PathTest<ContextTest> {
 
   /// A frame with this view alone.
   void draw_alone(const Shot& shot, const Target& target) {
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
-      record_one_draw(cmd, shot, target);
-    });
+    frame_with(shot, [&](VkCommandBuffer cmd) { record_one_draw(cmd, shot, target); });
   }
   Drawn alone(const Shot& shot) {
     const auto target = target_of(shot);
@@ -207,7 +198,7 @@ class ViewsTest : public PathTest<ContextTest> {
 };
 
 TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   const std::vector<Drawn> expected = each_alone(shots);
@@ -218,8 +209,7 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
     // Twice each view: the first time it comes it is culled, the second time drawn.
     std::vector<std::size_t> order{0, 1, 2, 3, 0, 1, 2, 3};
     std::ranges::shuffle(order, random);
-    std::vector<std::unique_ptr<Target>> targets;
-    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    const auto targets = targets_of(shots);
     begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
@@ -236,16 +226,13 @@ TEST_P(ViewsTest, CullsAndDrawsInAnyOrderAreEachViewDrawnAlone) {
 }
 
 TEST_P(ViewsTest, AViewIsCulledAndDrawnAgainInOneFrame) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   for (const Shot& shot : shots) {
     const Drawn expected = alone(shot);
     const std::array targets{target_of(shot), target_of(shot), target_of(shot)};
-    begin(shot);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, shot);
+    frame_with(shot, [&](VkCommandBuffer cmd) {
       record_one_draw(cmd, shot, *targets[0]);
       record_cull(cmd, shot);
       record_one_draw(cmd, shot, *targets[1]);
@@ -264,15 +251,14 @@ double differing_coverage(const Picture& a, const Picture& b) {
 
 /// Eyes of a head, and eyes that see nothing in common. Alone an eye has its cuts at sizes from its own place, not from the middle.
 TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
-  place_rows();
+  add(plant_, rows());
   struct Pair {
     double apart_m, turn_rad;
     float error_px;
   };
   for (const Pair& pair : {Pair{0.065, 0.0, 2.0f}, Pair{0.065, 0.1, 0.05f}, Pair{0.1, 2.8, 0.05f}}) {
-    Shot shot = make_view({.eye_m = {-1.0f, 1.0f, -7.5f}, .target_m = {-1.0f, 1.0f, -20.0f}, .width_px = kSidePx, .height_px = kSidePx});
-    shot.view = view_;
-    shot.error_px = pair.error_px;
+    Shot shot = make_view(
+        {.eye_m = {-1.0f, 1.0f, -7.5f}, .target_m = {-1.0f, 1.0f, -20.0f}, .width_px = kSidePx, .error_px = pair.error_px, .view = view_});
     add_eye(shot, pair.apart_m, pair.turn_rad);
     settle_all({shot});
     const Drawn both = alone(shot);
@@ -290,13 +276,12 @@ TEST_P(ViewsTest, EachEyeOfAPairShowsWhatItSeesAlone) {
 }
 
 TEST_P(ViewsTest, ViewsAreRecordedByThreadsOfTheirOwn) {
-  place_rows();
+  add(plant_, rows());
   const std::vector<Shot> shots = four_views();
   settle_all(shots);
   const std::vector<Drawn> expected = each_alone(shots);
   for (int turn = 0; turn < 4; ++turn) {
-    std::vector<std::unique_ptr<Target>> targets;
-    for (const Shot& shot : shots) targets.push_back(target_of(shot));
+    const auto targets = targets_of(shots);
     begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) { record_upload(cmd); });
     std::vector<std::unique_ptr<Recorder>> recorders;
@@ -329,19 +314,10 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
   far.view = view_;
   settle_all({far});
   EXPECT_LT(info(plant_).resident_leaf_count, 3000u);
-  Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .height_px = kSidePx});
-  near.view = create_view();
-  near.error_px = 0.01f;
+  Shot near = make_view({.eye_m = {500, 0.3f, 4}, .target_m = {500, 0, 0}, .width_px = kSidePx, .error_px = 0.01f, .view = create_view()});
   settle_all({far, near});
   EXPECT_EQ(info(plant_).resident_leaf_count, 3000u);
-  for (int i = 0; i < 3; ++i) {
-    begin(std::vector<Shot>{far, near});
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, near);
-      record_cull(cmd, far);
-    });
-  }
+  for (int i = 0; i < 3; ++i) frame_with(std::array{near, far});
   EXPECT_GT(view_stats(near.view).drawn_leaf_count, 2900u);
   EXPECT_EQ(view_stats(near.view).threshold_px, 0.01f);
   EXPECT_LT(view_stats(far.view).drawn_leaf_count, 1000u);
@@ -349,7 +325,7 @@ TEST_P(ViewsTest, ASecondCameraStreamsToItsOwnFullDetail) {
 }
 
 TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
-  place_rows();
+  add(plant_, rows());
   Shot front = view_from({0, 1, 6});
   front.view = view_;
   front.error_px = 0.5f;
@@ -364,22 +340,14 @@ TEST_P(ViewsTest, ALeafBudgetIsOfOneView) {
   }();
   limited.leaf_budget = static_cast<std::uint32_t>(leaves / 4);
   const auto target = target_of(front);
-  for (int i = 0; i < 80; ++i) {
-    begin(std::vector<Shot>{front, limited});
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      record_cull(cmd, front);
-      record_cull(cmd, limited);
-      record_one_draw(cmd, front, *target);
-    });
-  }
+  for (int i = 0; i < 80; ++i) frame_with(std::array{front, limited}, [&](VkCommandBuffer cmd) { record_one_draw(cmd, front, *target); });
   EXPECT_TRUE(read(gpu(), *target) == expected[0]);
   EXPECT_LE(view_stats(limited.view).drawn_leaf_count, limited.leaf_budget);
   EXPECT_EQ(view_stats(front.view).drawn_leaf_count, leaves);
 }
 
 TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
-  place_rows();
+  add(plant_, rows());
   std::vector<Shot> shots;
   for (const float x_m : {-4.0f, 0.0f, 5.0f}) {
     shots.push_back(view_from({x_m, 1.0f, 6.0f}));
@@ -395,10 +363,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
     shots[i].x_px = static_cast<std::int32_t>(i * (kSidePx + 10));
     shots[i].y_px = static_cast<std::int32_t>(3 * i);
   }
-  begin(shots);
-  submit(gpu(), [&](VkCommandBuffer cmd) {
-    record_upload(cmd);
-    for (const Shot& shot : shots) record_cull(cmd, shot);
+  frame_with(shots, [&](VkCommandBuffer cmd) {
     for (const Shot& shot : shots) record_one_draw(cmd, shot, *target, &shot == shots.data());
   });
   const Picture picture = read(gpu(), *target).picture;
@@ -417,8 +382,7 @@ TEST_P(ViewsTest, ViewsSideBySideInOneAttachment) {
 
 TEST_P(ViewsTest, WhatWasNotCulledIsNotDrawn) {
   place({{0, 0, 0}});
-  Shot shown = make_view({.width_px = kSidePx, .height_px = kSidePx});
-  shown.view = view_;
+  Shot shown = make_view({.width_px = kSidePx, .view = view_});
   Shot other = shown;
   other.view = create_view();
   begin(shown);
@@ -460,7 +424,7 @@ TEST_P(ViewsTest, AStencilAttachmentMayBeBound) {
 
 /// HDR in, HDR out: a hundred times the light is a hundred times the picture, near by the hardware and far by compute shaders alike.
 TEST_P(ViewsTest, BrightLightIsAsBrightFarAsNear) {
-  place_rows();
+  add(plant_, rows());
   auto formats = defaults(coppice_vulkan_view_desc_init);
   formats.color_formats[0] = VK_FORMAT_R32_SFLOAT;
   formats.depth_format = VK_FORMAT_D32_SFLOAT;
@@ -501,10 +465,7 @@ TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
     depth_view_ = i % 3 == 2 ? other.view : 0;
     const std::vector<Shot> both{shot, other};
     const auto target = target_of(shot), other_target = target_of(other);
-    begin(both);
-    submit(gpu(), [&](VkCommandBuffer cmd) {
-      record_upload(cmd);
-      for (const Shot& each : both) record_cull(cmd, each);
+    frame_with(both, [&](VkCommandBuffer cmd) {
       record_one_draw(cmd, other, *other_target);
       record_one_draw(cmd, shot, *target);
     });
@@ -520,5 +481,4 @@ TEST_P(ViewsTest, ViewsComeAndGoAndLeaveNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, ViewsTest, testing::Values(kHardwarePath, kComputePath, kTwoPassPath), path_name);
 
-}  // namespace views_test
-}  // namespace coppice::test
+}  // namespace coppice::test::views_test

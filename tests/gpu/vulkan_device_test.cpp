@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace coppice::test {
-namespace vulkan_device_test {
+namespace coppice::test::vulkan_device_test {
 
 class VulkanDeviceTest : public VulkanTest {};
 
@@ -59,5 +58,4 @@ TEST_F(VulkanDeviceTest, SynchronizationValidationIsOn) {
   clear_validation_messages();
 }
 
-}  // namespace vulkan_device_test
-}  // namespace coppice::test
+}  // namespace coppice::test::vulkan_device_test

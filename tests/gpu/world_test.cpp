@@ -2,16 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <filesystem>
-#include <ostream>
 
 #include "golden.h"
 #include "path_fixture.h"
 #include "shadow_map.h"
 
-namespace coppice::test {
-namespace world_test {
+namespace coppice::test::world_test {
 
 using Offset = std::array<double, 3>;
 
@@ -47,15 +43,7 @@ class WorldTest : public PathTest<ContextWithMapTest> {
               COPPICE_OK)
         << log_;
   }
-  void remove(const std::vector<coppice_instance>& handles) {
-    ASSERT_EQ(coppice_instances_remove(context_, handles.data(), static_cast<std::uint32_t>(handles.size())), COPPICE_OK);
-  }
-
-  static Shot view_from(float distance_m) {
-    Shot view = make_view({.eye_m = {1.0f, 0.8f, distance_m}, .width_px = 192, .height_px = 192});
-    view.error_px = 1.0f;
-    return view;
-  }
+  static Shot view_from(float distance_m) { return make_view({.eye_m = {1.0f, 0.8f, distance_m}, .width_px = 192, .error_px = 1.0f}); }
 
   /// With the shadow map of what stands about `center`.
   Picture shadowed(Shot camera, const Offset& center) {
@@ -99,8 +87,8 @@ TEST_P(WorldTest, AnOriginThatMovesChangesNothing) {
   move(handles, grove(kBack));
   EXPECT_LT(differing_pixels(before, shadowed(moved(view, kBack), kBack)), kEdgePixels) << "placements count from it too";
   EXPECT_EQ(stats().bytes_read, loaded.bytes_read);
-  EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].loaded, loaded.streamed[COPPICE_STREAMED_ALL].loaded);
-  EXPECT_EQ(stats().streamed[COPPICE_STREAMED_ALL].evicted, 0u);
+  EXPECT_EQ(streamed().loaded, loaded.streamed[COPPICE_STREAMED_ALL].loaded);
+  EXPECT_EQ(streamed().evicted, 0u);
 }
 
 TEST_P(WorldTest, LeavesFallOneAfterTheOther) {
@@ -188,5 +176,4 @@ TEST_P(WorldTest, RecordsMayBeShorterAndLarger) {
 
 INSTANTIATE_TEST_SUITE_P(Paths, WorldTest, testing::Values(kHardwarePath, Path{"compute", VK_TRUE, VK_FALSE}), path_name);
 
-}  // namespace world_test
-}  // namespace coppice::test
+}  // namespace coppice::test::world_test

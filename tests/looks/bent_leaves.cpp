@@ -10,8 +10,7 @@
 #include "test_foliage.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace bent_leaves {
+namespace coppice::test::bent_leaves {
 
 struct Blade {
   glm::vec3 foot{0.0f}, out{1, 0, 0};  ///< out: level, unit
@@ -134,5 +133,4 @@ INSTANTIATE_TEST_SUITE_P(BentLeaves, LooksTest,
                                                    .defect_size_px = 72}),
                          looks_name);
 
-}  // namespace bent_leaves
-}  // namespace coppice::test
+}  // namespace coppice::test::bent_leaves

@@ -6,8 +6,7 @@
 #include "looks_case.h"
 #include "process.h"
 
-namespace coppice::test {
-namespace edge_on {
+namespace coppice::test::edge_on {
 
 constexpr std::uint32_t kCards = 6;
 
@@ -48,5 +47,4 @@ TEST_F(EdgeOn, CardsCoverWhatTheirAngleLeaves) {
     }
 }
 
-}  // namespace edge_on
-}  // namespace coppice::test
+}  // namespace coppice::test::edge_on

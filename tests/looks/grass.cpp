@@ -8,8 +8,7 @@
 #include "looks_case.h"
 #include "test_foliage.h"
 
-namespace coppice::test {
-namespace grass {
+namespace coppice::test::grass {
 
 /// out: level, unit, where it bends to
 void add_blade(Shape& grass, const glm::vec3& foot, const glm::vec3& out, float height_m) {
@@ -52,5 +51,4 @@ INSTANTIATE_TEST_SUITE_P(Grass, LooksTest,
                              .name = "clump_of_grass", .plant = [] { return clump(160); }, .defect = [] { return clump(80); }}),
                          looks_name);
 
-}  // namespace grass
-}  // namespace coppice::test
+}  // namespace coppice::test::grass

@@ -3,8 +3,7 @@
 #include "looks_case.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace leaf_cards {
+namespace coppice::test::leaf_cards {
 
 GltfBuilder tree(std::uint32_t leaf_count) {
   GltfBuilder builder;
@@ -20,5 +19,4 @@ INSTANTIATE_TEST_SUITE_P(LeafCards, LooksTest,
                              .name = "leaf_cards", .plant = [] { return tree(300); }, .defect = [] { return tree(200); }}),
                          looks_name);
 
-}  // namespace leaf_cards
-}  // namespace coppice::test
+}  // namespace coppice::test::leaf_cards

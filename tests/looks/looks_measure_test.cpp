@@ -5,11 +5,8 @@
 #include <functional>
 
 #include <gtest/gtest.h>
-#include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 
-namespace coppice::test {
-namespace looks_measure_test {
+namespace coppice::test::looks_measure_test {
 
 constexpr std::uint32_t kSidePx = 64;
 constexpr glm::vec4 kNothing{120, 90, 140, 0}, kGreen{60, 140, 40, 1}, kBrown{110, 80, 50, 1};
@@ -124,5 +121,4 @@ TEST(LooksMeasure, NothingToCompareIsAnError) {
   EXPECT_THROW((void)compare_looks(picture_of(tree), MeanPicture{8, 8, std::vector<glm::vec4>(64)}), std::runtime_error);
 }
 
-}  // namespace looks_measure_test
-}  // namespace coppice::test
+}  // namespace coppice::test::looks_measure_test

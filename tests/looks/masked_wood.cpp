@@ -9,8 +9,7 @@
 #include "test_foliage.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace masked_wood {
+namespace coppice::test::masked_wood {
 
 /// A stem with four pairs of side shoots; holes are black, as exporters leave them. A quarter of the image.
 Rgba twig(float u, float v, bool has_holes) {
@@ -63,5 +62,4 @@ INSTANTIATE_TEST_SUITE_P(MaskedWood, LooksTest,
                                                    .from = {0.3f, 0.2f, 1.0f}}),
                          looks_name);
 
-}  // namespace masked_wood
-}  // namespace coppice::test
+}  // namespace coppice::test::masked_wood

@@ -5,8 +5,7 @@
 #include "looks_case.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace normal_maps {
+namespace coppice::test::normal_maps {
 
 Rgba white(float u, float v) {
   return {255, 255, 255, oval_leaf(u, v)[3]};
@@ -36,5 +35,4 @@ INSTANTIATE_TEST_SUITE_P(NormalMaps, LooksTest,
                                                    .defect = [] { return tree(false); }}),
                          looks_name);
 
-}  // namespace normal_maps
-}  // namespace coppice::test
+}  // namespace coppice::test::normal_maps

@@ -5,8 +5,7 @@
 #include "looks_case.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace packs {
+namespace coppice::test::packs {
 
 struct Materials {
   int bark = 0, leaves = 0;
@@ -90,5 +89,4 @@ INSTANTIATE_TEST_SUITE_P(Packs, LooksTest,
                                                    .bake = {.import = {.metres_per_unit = 0.01}}}),
                          looks_name);
 
-}  // namespace packs
-}  // namespace coppice::test
+}  // namespace coppice::test::packs

@@ -2,8 +2,7 @@
 
 #include "looks_case.h"
 
-namespace coppice::test {
-namespace palette {
+namespace coppice::test::palette {
 
 enum Patch { bark, needles, clay, snow };
 
@@ -46,5 +45,4 @@ INSTANTIATE_TEST_SUITE_P(Palette, LooksTest,
                                                    .defect = [] { return spruce_in_a_pot(false); }}),
                          looks_name);
 
-}  // namespace palette
-}  // namespace coppice::test
+}  // namespace coppice::test::palette

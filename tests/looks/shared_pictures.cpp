@@ -1,16 +1,12 @@
 // Plants whose leaves, bark and ornaments have one picture or one material between them, and pictures in forms that are not read.
 
-#include <cmath>
 #include <random>
-
-#include <glm/geometric.hpp>
 
 #include "looks_case.h"
 #include "test_foliage.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace shared_pictures {
+namespace coppice::test::shared_pictures {
 
 constexpr UvBox kLeafBox{{0.02f, 0.05f}, {0.42f, 0.95f}}, kBarkBox{{0.56f, 0.02f}, {0.76f, 0.98f}}, kPotBox{{0.85f, 0.4f}, {0.95f, 0.5f}};
 
@@ -64,11 +60,11 @@ GltfBuilder tree_of_one_picture(const Rgba& paper, const glm::vec4& tint) {
   GltfBuilder builder;
   const auto paint = [&](float u, float v) { return shared_picture(u, v, paper); };
   const int all = add_surface(builder, {.name = "leaves", .base_color = tint, .image = painted_png(256, 256, paint), .alpha_cutoff = 0.5f});
-  const int same = add_surface(builder, {.name = "bark", .base_color = tint});
   nlohmann::json& materials = builder.json["materials"];
-  const std::string name = materials[static_cast<std::size_t>(same)]["name"];
-  materials[static_cast<std::size_t>(same)] = materials[static_cast<std::size_t>(all)];
-  materials[static_cast<std::size_t>(same)]["name"] = name;
+  nlohmann::json bark = materials[static_cast<std::size_t>(all)];
+  bark["name"] = "bark";
+  const int same = static_cast<int>(materials.size());
+  materials.push_back(std::move(bark));
   add_shape(builder, crown(kLeafBox), all, "crown");
   add_shape(builder, trunk(kBarkBox), same, "trunk");
   add_shape(builder, pot(kPotBox), same, "pot");
@@ -140,16 +136,10 @@ constexpr Rgba kWhite{255, 255, 255, 255}, kMagenta{255, 0, 255, 255};
 INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                          testing::Values(LooksCase{.name = "one_picture_on_white_paper",
                                                    .plant = [] { return tree_of_one_picture(kWhite, glm::vec4(1)); },
-                                                   .defect =
-                                                       [] {
-                                                         return tree_of_one_picture(kWhite, {1.0f, 0.7f, 0.8f, 1});
-                                                       }},
+                                                   .defect = [] { return tree_of_one_picture(kWhite, glm::vec4(1.0f, 0.7f, 0.8f, 1)); }},
                                          LooksCase{.name = "one_picture_on_magenta",
                                                    .plant = [] { return tree_of_one_picture(kMagenta, glm::vec4(1)); },
-                                                   .defect =
-                                                       [] {
-                                                         return tree_of_one_picture(kMagenta, {1.0f, 0.6f, 1.0f, 1});
-                                                       }},
+                                                   .defect = [] { return tree_of_one_picture(kMagenta, glm::vec4(1.0f, 0.6f, 1.0f, 1)); }},
                                          LooksCase{.name = "vertex_colours",
                                                    .plant = [] { return tree_of_vertex_colors(Colors::by_part); },
                                                    .defect = [] { return tree_of_vertex_colors(Colors::mean); }},
@@ -163,5 +153,4 @@ INSTANTIATE_TEST_SUITE_P(SharedPictures, LooksTest,
                                                    .defect = [] { return tree_of(Textures::none); }}),
                          looks_name);
 
-}  // namespace shared_pictures
-}  // namespace coppice::test
+}  // namespace coppice::test::shared_pictures

@@ -6,8 +6,7 @@
 #include "looks_case.h"
 #include "wood_plants.h"
 
-namespace coppice::test {
-namespace thin_wood {
+namespace coppice::test::thin_wood {
 
 void add_mesh(GltfBuilder& builder, const bake::Mesh& mesh, std::string_view name) {
   std::map<std::uint32_t, Shape> shapes;  // by material
@@ -61,5 +60,4 @@ INSTANTIATE_TEST_SUITE_P(ThinWood, LooksTest,
                          testing::Values(thin_wood("bamboo", 0), baubles(), thin_wood("cactus", 0.6f), thin_wood("oak_foot", 0)),
                          looks_name);
 
-}  // namespace thin_wood
-}  // namespace coppice::test
+}  // namespace coppice::test::thin_wood

@@ -4,8 +4,6 @@
 
 #include <cstdint>
 
-#include <glm/vec3.hpp>
-
 #include "plant_shapes.h"
 
 namespace coppice::test {

@@ -3,8 +3,7 @@
 #include "looks_case.h"
 #include "process.h"
 
-namespace coppice::test {
-namespace two_sided {
+namespace coppice::test::two_sided {
 
 /// A sheet of wood before the origin. It looks along +z; or each triangle the other way round, but not its normals.
 GltfBuilder sheet(bool is_turned) {
@@ -53,5 +52,4 @@ std::string sheet_name(const testing::TestParamInfo<bool>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Sheets, TwoSided, testing::Bool(), sheet_name);
 
-}  // namespace two_sided
-}  // namespace coppice::test
+}  // namespace coppice::test::two_sided

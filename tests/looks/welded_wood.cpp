@@ -3,8 +3,7 @@
 #include "looks_case.h"
 #include "tree_parts.h"
 
-namespace coppice::test {
-namespace welded_wood {
+namespace coppice::test::welded_wood {
 
 /// The crown hides the boughs.
 GltfBuilder forked_trunk(float foot_radius_m) {
@@ -24,5 +23,4 @@ INSTANTIATE_TEST_SUITE_P(WeldedWood, LooksTest,
                                                    .defect = [] { return forked_trunk(0.01f); }}),
                          looks_name);
 
-}  // namespace welded_wood
-}  // namespace coppice::test
+}  // namespace coppice::test::welded_wood

@@ -120,6 +120,10 @@ class ContextTest : public VulkanTest {
     EXPECT_EQ(coppice_instances_move(context_, &instance, &placement, sizeof placement, 1), COPPICE_OK) << log_;
   }
 
+  void remove(std::span<const coppice_instance> instances) {
+    EXPECT_EQ(coppice_instances_remove(context_, instances.data(), static_cast<std::uint32_t>(instances.size())), COPPICE_OK) << log_;
+  }
+
   /// The shot's view, or where it says none the test's own.
   [[nodiscard]] coppice_view view_of_shot(const Shot& shot) const { return shot.view != 0 ? shot.view : view_; }
 
@@ -163,13 +167,21 @@ class ContextTest : public VulkanTest {
         [&](VkCommandBuffer cmd) { record_draw(cmd, shot); });
   }
 
-  /// One frame of streaming: uploads and culls, draws nothing.
-  void pump(const Shot& view) {
-    begin(view);
+  /// One frame of all shots. draw: records what follows their culling
+  void frame_with(
+      std::span<const Shot> shots, const std::function<void(VkCommandBuffer)>& draw = [](VkCommandBuffer) {}) {
+    begin(shots);
     submit(gpu(), [&](VkCommandBuffer cmd) {
       record_upload(cmd);
-      record_cull(cmd, view);
+      for (const Shot& shot : shots) record_cull(cmd, shot);
+      draw(cmd);
     });
+  }
+  void frame_with(const Shot& shot, const std::function<void(VkCommandBuffer)>& draw) { frame_with({&shot, 1}, draw); }
+
+  /// One frame of streaming: uploads and culls, draws nothing.
+  void pump(const Shot& view) {
+    frame_with({&view, 1});
     usleep(1000);
   }
 
@@ -178,6 +190,8 @@ class ContextTest : public VulkanTest {
     EXPECT_EQ(coppice_get_stats(context_, &stats), COPPICE_OK);
     return stats;
   }
+
+  coppice_streamed_stats streamed() { return stats().streamed[COPPICE_STREAMED_ALL]; }
 
   coppice_view_stats view_stats(coppice_view view) {
     auto stats = defaults(coppice_view_stats_init);
@@ -209,7 +223,7 @@ class ContextTest : public VulkanTest {
     Picture picture;
     for (int i = 0; i < 400; ++i) {
       picture = frame(view);
-      if (i > 2 && is_settled(view_of_shot(view)) && stats().streamed[COPPICE_STREAMED_ALL].in_flight == 0) break;
+      if (i > 2 && is_settled(view_of_shot(view)) && streamed().in_flight == 0) break;
       usleep(2000);
     }
     return picture;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -27,6 +28,16 @@ inline std::string path_name(const testing::TestParamInfo<Path>& path) {
 /// Small leaves by the hardware, by compute shaders, and by those of a device without 64-bit atomics, whose draws have no counts either.
 inline constexpr Path kHardwarePath{"hardware", VK_FALSE, VK_FALSE}, kComputePath{"compute", VK_TRUE, VK_TRUE},
     kTwoPassPath{"compute_two_passes", VK_TRUE, VK_FALSE};
+
+/// Five rows of eight plants, from the origin backwards; each one's user data is its number, from 1 on, in all four bytes.
+inline std::vector<coppice_placement> rows() {
+  std::vector<coppice_placement> all;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    all.push_back(placement_at(glm::vec3(2.2f * static_cast<float>(i % 8) - 7.7f, 0.0f, -3.0f * static_cast<float>(i / 8))));
+    all.back().user_data = 0x01020304u * (i + 1);
+  }
+  return all;
+}
 
 /// Fixture: ContextTest or what is derived from it.
 template <class Context>

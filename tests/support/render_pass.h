@@ -6,9 +6,35 @@
 #include <span>
 #include <vector>
 
+#include "coppice/vulkan.h"
+#include "shot.h"
 #include "vulkan_device.h"
 
 namespace coppice::test {
+
+/// A colour attachment of a view, and what it gets.
+struct Color {
+  VkFormat format;
+  coppice_content content;
+  std::size_t pixel_bytes = 4;
+};
+
+inline std::vector<VkFormat> formats_of(std::span<const Color> colors) {
+  std::vector<VkFormat> formats;
+  for (const Color& color : colors) formats.push_back(color.format);
+  return formats;
+}
+
+/// With a depth of D32_SFLOAT.
+inline coppice_vulkan_view_desc view_formats(std::span<const Color> colors) {
+  auto desc = defaults(coppice_vulkan_view_desc_init);
+  desc.depth_format = VK_FORMAT_D32_SFLOAT;
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    desc.color_formats[i] = colors[i].format;
+    desc.contents[i] = colors[i].content;
+  }
+  return desc;
+}
 
 /// A view's attachments of so many pixels a side; all start undefined.
 struct PassTarget {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 #include <glm/ext/matrix_transform.hpp>
@@ -163,7 +162,11 @@ Shot make_view(const CameraDesc& camera) {
   view.struct_size = sizeof(coppice_camera);
   view.light.struct_size = sizeof(coppice_light);
   view.light.shadow_map_bytes = sizeof(coppice_shadow_map);
-  view.error_px = 2.0f;
+  view.view = camera.view;
+  view.error_px = camera.error_px;
+  view.lod = camera.lod;
+  view.width_px = camera.width_px;
+  view.height_px = camera.height_px != 0 ? camera.height_px : camera.width_px;
   std::ranges::fill(view.light.sun_color, 3.0f);
   std::ranges::fill(view.light.sky_color, 0.6f);
   std::ranges::fill(view.light.ground_color, 0.2f);
@@ -171,15 +174,13 @@ Shot make_view(const CameraDesc& camera) {
   const float focal = 1.0f / std::tan(0.5f * camera.vertical_fov_radians);
   constexpr float kNearM = 0.05f;
   glm::mat4 clip_from_view(0.0f);
-  clip_from_view[0][0] = focal * static_cast<float>(camera.height_px) / static_cast<float>(camera.width_px);
+  clip_from_view[0][0] = focal * static_cast<float>(view.height_px) / static_cast<float>(view.width_px);
   clip_from_view[1][1] = -focal;
   clip_from_view[2][3] = -1.0f;
   clip_from_view[3][2] = kNearM;
   std::copy_n(glm::value_ptr(view_from_world), 16, view.view_from_world);
   std::copy_n(glm::value_ptr(clip_from_view), 16, view.clip_from_view);
   view.layer_mask = COPPICE_ALL_LAYERS;
-  view.width_px = camera.width_px;
-  view.height_px = camera.height_px;
   const glm::vec3 sun = glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f));
   std::copy_n(&sun.x, 3, view.light.sun_direction);
   return view;

@@ -61,7 +61,10 @@ struct CameraDesc {
   glm::vec3 eye_m{0.0f, 1.0f, 4.0f};
   glm::vec3 target_m{0.0f};
   float vertical_fov_radians = 0.8f;
-  std::uint32_t width_px = 256, height_px = 256;
+  std::uint32_t width_px = 256, height_px = 0;  ///< 0: as high as wide
+  float error_px = 2.0f;
+  coppice_lod_mode lod = COPPICE_LOD_CUT;
+  coppice_view view = 0;
 };
 
 /// Reversed, infinite depth; a low sun behind the camera's right shoulder; no fog.

@@ -71,7 +71,7 @@ class SceneContextTest : public ContextTest {
   }
 
   static Shot view_from(float x, float height, float z) {
-    return make_view({.eye_m = {x, height, z}, .target_m = {x, height, z - 10.0f}, .width_px = 128, .height_px = 128});
+    return make_view({.eye_m = {x, height, z}, .target_m = {x, height, z - 10.0f}, .width_px = 128});
   }
 
   coppice_scene scene_ = 0;

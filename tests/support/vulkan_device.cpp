@@ -34,15 +34,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 
 VkInstance create_instance(Validation validation) {
   if (volkInitialize() != VK_SUCCESS) throw std::runtime_error(std::string("no Vulkan loader") + kInstall);
-
-  std::uint32_t count = 0;
-  check_vk(vkEnumerateInstanceLayerProperties(&count, nullptr), "vkEnumerateInstanceLayerProperties");
-  std::vector<VkLayerProperties> layers(count);
-  check_vk(vkEnumerateInstanceLayerProperties(&count, layers.data()), "vkEnumerateInstanceLayerProperties");
   const bool on = validation == Validation::on;
-  if (on && std::ranges::none_of(layers, [](const auto& layer) { return std::strcmp(layer.layerName, kValidationLayer) == 0; }))
-    throw std::runtime_error(std::string("no ") + kValidationLayer + kInstall);
-
   const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
   const VkValidationFeaturesEXT features{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
                                          .enabledValidationFeatureCount = 1,
@@ -57,7 +49,9 @@ VkInstance create_instance(Validation validation) {
                                   .enabledExtensionCount = 1,
                                   .ppEnabledExtensionNames = &extension};
   VkInstance instance = VK_NULL_HANDLE;
-  check_vk(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance");
+  const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+  if (result == VK_ERROR_LAYER_NOT_PRESENT) throw std::runtime_error(std::string("no ") + kValidationLayer + kInstall);
+  check_vk(result, "vkCreateInstance");
   volkLoadInstance(instance);
   return instance;
 }

@@ -9,9 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <functional>
-#include <iterator>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -42,6 +40,14 @@ struct Gpu {
   VkPhysicalDeviceMemoryProperties memory{};
 };
 Gpu gpu;
+
+template <class Info, class Handle>
+Handle made(VkResult (*create)(VkDevice, const Info*, const VkAllocationCallbacks*, Handle*), const Info& info, const char* call) {
+  Handle handle = VK_NULL_HANDLE;
+  check(create(gpu.device, &info, nullptr, &handle), call);
+  return handle;
+}
+#define MADE(create, info) made(create, info, #create)
 
 void open() {
   CHECK(volkInitialize());
@@ -76,7 +82,7 @@ void open() {
   volkLoadDevice(gpu.device);
   vkGetDeviceQueue(gpu.device, 0, 0, &gpu.queue);
   const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-  CHECK(vkCreateCommandPool(gpu.device, &pool, nullptr, &gpu.pool));
+  gpu.pool = MADE(vkCreateCommandPool, pool);
 }
 
 VkDeviceMemory allocate(const VkMemoryRequirements& needs, VkMemoryPropertyFlags flags) {
@@ -85,9 +91,7 @@ VkDeviceMemory allocate(const VkMemoryRequirements& needs, VkMemoryPropertyFlags
          (!(needs.memoryTypeBits >> type & 1u) || (gpu.memory.memoryTypes[type].propertyFlags & flags) != flags))
     ++type;
   const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = type};
-  VkDeviceMemory memory = VK_NULL_HANDLE;
-  CHECK(vkAllocateMemory(gpu.device, &info, nullptr, &memory));
-  return memory;
+  return MADE(vkAllocateMemory, info);
 }
 
 struct Buffer {
@@ -103,16 +107,15 @@ Buffer make_buffer(VkDeviceSize bytes, Kind kind) {
                                 .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                                          VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
                                          VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT};
-  Buffer made;
-  CHECK(vkCreateBuffer(gpu.device, &info, nullptr, &made.buffer));
+  Buffer buffer{.buffer = MADE(vkCreateBuffer, info)};
   VkMemoryRequirements needs;
-  vkGetBufferMemoryRequirements(gpu.device, made.buffer, &needs);
+  vkGetBufferMemoryRequirements(gpu.device, buffer.buffer, &needs);
   const bool host = kind == Kind::host;
   const VkDeviceMemory memory = allocate(
       needs, host ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-  CHECK(vkBindBufferMemory(gpu.device, made.buffer, memory, 0));
-  if (host) CHECK(vkMapMemory(gpu.device, memory, 0, VK_WHOLE_SIZE, 0, reinterpret_cast<void**>(&made.mapped)));
-  return made;
+  CHECK(vkBindBufferMemory(gpu.device, buffer.buffer, memory, 0));
+  if (host) CHECK(vkMapMemory(gpu.device, memory, 0, VK_WHOLE_SIZE, 0, reinterpret_cast<void**>(&buffer.mapped)));
+  return buffer;
 }
 
 void full_barrier(VkCommandBuffer cmd) {
@@ -169,9 +172,7 @@ std::vector<std::uint32_t> read(const Buffer& buffer, std::size_t words) {
 VkShaderModule make_module(Words words) {
   const VkShaderModuleCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words.size_bytes(), .pCode = words.data()};
-  VkShaderModule made = VK_NULL_HANDLE;
-  CHECK(vkCreateShaderModule(gpu.device, &info, nullptr, &made));
-  return made;
+  return MADE(vkCreateShaderModule, info);
 }
 
 VkPipelineLayout make_layout(VkShaderStageFlags stages, std::uint32_t push_bytes, std::span<const VkDescriptorSetLayout> sets) {
@@ -181,9 +182,7 @@ VkPipelineLayout make_layout(VkShaderStageFlags stages, std::uint32_t push_bytes
                                         .pSetLayouts = sets.data(),
                                         .pushConstantRangeCount = push_bytes > 0 ? 1u : 0u,
                                         .pPushConstantRanges = &range};
-  VkPipelineLayout made = VK_NULL_HANDLE;
-  CHECK(vkCreatePipelineLayout(gpu.device, &info, nullptr, &made));
-  return made;
+  return MADE(vkCreatePipelineLayout, info);
 }
 
 struct Compute {
@@ -203,9 +202,8 @@ Compute make_compute(Words words, std::uint32_t push_bytes, std::uint32_t lanes,
   }
   const VkDescriptorSetLayoutCreateInfo set_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = bindings.size(), .pBindings = bindings.data()};
-  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-  CHECK(vkCreateDescriptorSetLayout(gpu.device, &set_info, nullptr, &set_layout));
-  Compute made{.layout = make_layout(VK_SHADER_STAGE_COMPUTE_BIT, push_bytes, {&set_layout, 1})};
+  const VkDescriptorSetLayout set_layout = MADE(vkCreateDescriptorSetLayout, set_info);
+  Compute compute{.layout = make_layout(VK_SHADER_STAGE_COMPUTE_BIT, push_bytes, {&set_layout, 1})};
 
   const VkSpecializationMapEntry entry{1, 0, sizeof lanes};
   const VkSpecializationInfo constants{1, &entry, sizeof lanes, &lanes};
@@ -215,34 +213,33 @@ Compute make_compute(Words words, std::uint32_t push_bytes, std::uint32_t lanes,
                                                    .module = make_module(words),
                                                    .pName = "main",
                                                    .pSpecializationInfo = &constants},
-                                         .layout = made.layout};
-  CHECK(vkCreateComputePipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &made.pipeline));
+                                         .layout = compute.layout};
+  CHECK(vkCreateComputePipelines(gpu.device, VK_NULL_HANDLE, 1, &info, nullptr, &compute.pipeline));
 
   const VkDescriptorPoolCreateInfo pool_info{
       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = sizes.size(), .pPoolSizes = sizes.data()};
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  CHECK(vkCreateDescriptorPool(gpu.device, &pool_info, nullptr, &pool));
-  const VkDescriptorSetAllocateInfo allocate_info{
-      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, .descriptorPool = pool, .descriptorSetCount = 1, .pSetLayouts = &set_layout};
-  CHECK(vkAllocateDescriptorSets(gpu.device, &allocate_info, &made.set));
+  const VkDescriptorSetAllocateInfo allocate_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                                  .descriptorPool = MADE(vkCreateDescriptorPool, pool_info),
+                                                  .descriptorSetCount = 1,
+                                                  .pSetLayouts = &set_layout};
+  CHECK(vkAllocateDescriptorSets(gpu.device, &allocate_info, &compute.set));
   const VkBufferViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
                                          .buffer = buffer.buffer,
                                          .format = VK_FORMAT_R32_UINT,
                                          .range = std::uint64_t{4} << 10};
-  VkBufferView view = VK_NULL_HANDLE;
-  CHECK(vkCreateBufferView(gpu.device, &view_info, nullptr, &view));
+  const VkBufferView view = MADE(vkCreateBufferView, view_info);
   const VkDescriptorBufferInfo whole{buffer.buffer, 0, VK_WHOLE_SIZE};
   std::array<VkWriteDescriptorSet, 2> writes;
   for (std::uint32_t i = 0; i < 2; ++i)
     writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                 .dstSet = made.set,
+                 .dstSet = compute.set,
                  .dstBinding = i,
                  .descriptorCount = 1,
                  .descriptorType = kTypes[i],
                  .pBufferInfo = &whole,
                  .pTexelBufferView = &view};
   vkUpdateDescriptorSets(gpu.device, texels ? 2 : 1, writes.data(), 0, nullptr);
-  return made;
+  return compute;
 }
 
 void bind_compute(VkCommandBuffer cmd, const Compute& compute, Words push) {
@@ -381,18 +378,18 @@ Image make_image(VkFormat format, VkImageUsageFlags usage) {
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .usage = usage};
-  Image made{.aspect = VkImageAspectFlags(format == kDepth ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT)};
-  CHECK(vkCreateImage(gpu.device, &info, nullptr, &made.image));
+  Image image{.image = MADE(vkCreateImage, info),
+              .aspect = VkImageAspectFlags(format == kDepth ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT)};
   VkMemoryRequirements needs;
-  vkGetImageMemoryRequirements(gpu.device, made.image, &needs);
-  CHECK(vkBindImageMemory(gpu.device, made.image, allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT), 0));
+  vkGetImageMemoryRequirements(gpu.device, image.image, &needs);
+  CHECK(vkBindImageMemory(gpu.device, image.image, allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT), 0));
   const VkImageViewCreateInfo view_info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-                                        .image = made.image,
+                                        .image = image.image,
                                         .viewType = VK_IMAGE_VIEW_TYPE_2D,
                                         .format = format,
-                                        .subresourceRange = {made.aspect, 0, 1, 0, 1}};
-  CHECK(vkCreateImageView(gpu.device, &view_info, nullptr, &made.view));
-  return made;
+                                        .subresourceRange = {image.aspect, 0, 1, 0, 1}};
+  image.view = MADE(vkCreateImageView, view_info);
+  return image;
 }
 
 void change_layout(VkCommandBuffer cmd, const Image& image, VkImageLayout from, VkImageLayout to) {
@@ -533,8 +530,7 @@ int timeline() {
   constexpr std::uint64_t kFrames = 50, kAhead = 2, kMostWait_ns = 10'000'000'000;
   const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
   const VkSemaphoreCreateInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, .pNext = &type};
-  VkSemaphore semaphore = VK_NULL_HANDLE;
-  CHECK(vkCreateSemaphore(gpu.device, &info, nullptr, &semaphore));
+  const VkSemaphore semaphore = MADE(vkCreateSemaphore, info);
   const Buffer buffer = make_buffer(1 << 24, Kind::device);
   for (std::uint64_t frame = 1; frame <= kFrames + kAhead; ++frame) {
     if (frame <= kFrames) {
@@ -561,6 +557,9 @@ struct Test {
   const char* name;
   std::function<int()> run;
 };
+std::function<int()> counted(const Counted& draw) {
+  return [draw] { return draw_counted(draw); };
+}
 constexpr std::uint32_t kAll = kSide_px * kSide_px;
 const std::array kTests{
     Test{"empty", empty},
@@ -573,22 +572,10 @@ const std::array kTests{
     Test{"int64_and_texels", int64_and_texels},
     Test{"draw_triangle", [] { return expect("green pixels", green_pixels(draw_triangle), kAll); }},
     Test{"draw_discard_depth", [] { return expect("green pixels", green_pixels(draw_triangle, true), kAll / 2); }},
-    Test{"count_1_of_1",
-         [] {
-           return draw_counted(Counted{1, 1, kAll});
-         }},
-    Test{"count_0_of_256",
-         [] {
-           return draw_counted(Counted{0, 256, 0});
-         }},
-    Test{"count_1_of_256",
-         [] {
-           return draw_counted(Counted{1, 256, kAll});
-         }},
-    Test{"count_0_then_direct",
-         [] {
-           return draw_counted(Counted{0, 256, kAll, true});
-         }},
+    Test{"count_1_of_1", counted({1, 1, kAll})},
+    Test{"count_0_of_256", counted({0, 256, 0})},
+    Test{"count_1_of_256", counted({1, 256, kAll})},
+    Test{"count_0_then_direct", counted({0, 256, kAll, true})},
 };
 
 }  // namespace

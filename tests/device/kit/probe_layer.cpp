@@ -1,6 +1,5 @@
 // VK_LAYER_COPPICE_probe: finds which command of a frame a GPU hangs in, and reads of memory that nobody has written.
 //
-//   PROBE_FILL=0xCD        every new allocation of host-visible memory is filled with this byte (on CPU drivers: all device memory)
 //   PROBE_MARKS=1          a timestamp after every command; when a wait lasts, says which command did not end
 //   PROBE_SERIAL=1         also a full barrier after every command outside of rendering
 //   PROBE_ARGS=1           copies arguments of indirect commands before they run; a dump says them
@@ -9,22 +8,13 @@
 //   PROBE_SKIP=a,b         commands that are not recorded: dispatch dispatchIndirect draw drawIndexed drawIndexedIndirectCount fill update
 //                          copy copyImage; or the label of a pipeline: its dispatches and draws are left out (leaf_raster, resolve, ...)
 //   PROBE_LOG=1            says pipelines as they are built, submissions, waits of more than 0.5 s
-//   PROBE_GPU=1            the driver says that it is a discrete GPU: work is dealt out as on one, shadow maps and antialiasing are there
-//   PROBE_CPU=1            the other way round: work is dealt out as for a software driver
-//   PROBE_NO_LABELS=1      labels and names of VK_EXT_debug_utils do not reach the driver
+//   PROBE_CPU=1            the driver says that it is a software one: work is dealt out as for that
 //   PROBE_NO_INT64=1       no 64-bit atomics: the rasteriser's way in two passes
-//   PROBE_GRANULARITY=N    bufferImageGranularity
-//   PROBE_SPIRV=FOLDER     each shader module as a file
 //   PROBE_LIST=FILE        at the end: every command of the last submission, with the time it took and its arguments
-#include <vulkan/vk_layer.h>
-#include <vulkan/vulkan.h>
-
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <cinttypes>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -43,8 +33,13 @@
 #include <utility>
 #include <vector>
 
-// VKAPI_ATTR and VKAPI_CALL are left out: they are empty on Linux.
+#include "layer_calls.h"
+
 namespace {
+
+using layer::Callbacks;
+using layer::Functions;
+using layer::number_of;
 
 using Clock = std::chrono::steady_clock;
 
@@ -52,7 +47,6 @@ int env_int(const char* name, int fallback) {
   const char* value = std::getenv(name);
   return value ? static_cast<int>(std::strtol(value, nullptr, 0)) : fallback;
 }
-const int kFill = env_int("PROBE_FILL", -1);
 const bool kMarks = env_int("PROBE_MARKS", 0) != 0, kSerial = env_int("PROBE_SERIAL", 0) != 0, kArgs = env_int("PROBE_ARGS", 0) != 0,
            kLog = env_int("PROBE_LOG", 0) != 0;
 const int kTimeout_s = env_int("PROBE_TIMEOUT", 8), kCompileTimeout_s = env_int("PROBE_COMPILE_TIMEOUT", 120);
@@ -80,16 +74,6 @@ void say(const char* format, ...) {
   va_end(arguments);
 }
 
-void* key_of(const void* handle) {
-  return *static_cast<void* const*>(handle);
-}
-
-struct InstanceData {
-  PFN_vkGetInstanceProcAddr next;
-  // Asked for once: later the loader would answer with the first layer's.
-  std::map<std::string, PFN_vkVoidFunction> functions;
-};
-
 constexpr std::uint32_t kMaxMarks = 8192, kArgBytes = 64;
 
 struct Command {
@@ -115,59 +99,7 @@ struct Recording {
   std::uint64_t submission = 0;
 };
 
-/// What the layer calls of the next one, or of the driver.
-#define PROBE_FUNCTIONS(X)         \
-  X(vkAllocateMemory)              \
-  X(vkBeginCommandBuffer)          \
-  X(vkBindBufferMemory)            \
-  X(vkCmdBeginRendering)           \
-  X(vkCmdBindDescriptorSets)       \
-  X(vkCmdBindIndexBuffer)          \
-  X(vkCmdBindPipeline)             \
-  X(vkCmdBindVertexBuffers)        \
-  X(vkCmdCopyBuffer)               \
-  X(vkCmdCopyBufferToImage)        \
-  X(vkCmdCopyImageToBuffer)        \
-  X(vkCmdDispatch)                 \
-  X(vkCmdDispatchIndirect)         \
-  X(vkCmdDraw)                     \
-  X(vkCmdDrawIndexed)              \
-  X(vkCmdDrawIndexedIndirect)      \
-  X(vkCmdDrawIndexedIndirectCount) \
-  X(vkCmdEndRendering)             \
-  X(vkCmdFillBuffer)               \
-  X(vkCmdPipelineBarrier2)         \
-  X(vkCmdPushConstants)            \
-  X(vkCmdResetQueryPool)           \
-  X(vkCmdSetScissor)               \
-  X(vkCmdSetViewport)              \
-  X(vkCmdUpdateBuffer)             \
-  X(vkCmdWriteTimestamp2)          \
-  X(vkCreateBuffer)                \
-  X(vkCreateComputePipelines)      \
-  X(vkCreateGraphicsPipelines)     \
-  X(vkCreateQueryPool)             \
-  X(vkCreateShaderModule)          \
-  X(vkDestroyBuffer)               \
-  X(vkDestroyDevice)               \
-  X(vkDestroyQueryPool)            \
-  X(vkDeviceWaitIdle)              \
-  X(vkFreeCommandBuffers)          \
-  X(vkFreeMemory)                  \
-  X(vkGetBufferDeviceAddress)      \
-  X(vkGetBufferMemoryRequirements) \
-  X(vkGetQueryPoolResults)         \
-  X(vkMapMemory)                   \
-  X(vkQueueSubmit2)                \
-  X(vkQueueWaitIdle)               \
-  X(vkSetDebugUtilsObjectNameEXT)  \
-  X(vkUnmapMemory)                 \
-  X(vkWaitForFences)               \
-  X(vkWaitSemaphores)
-
-struct DeviceData {
-  VkDevice device;
-  PFN_vkGetDeviceProcAddr next;
+struct DeviceData : layer::Device {
   VkPhysicalDeviceMemoryProperties memory{};
   float tick_ns = 1;
   std::mutex mutex;
@@ -175,30 +107,11 @@ struct DeviceData {
   std::map<std::uint64_t, std::string> modules, pipelines, buffers;
   std::uint64_t submissions = 0;
   std::vector<Recording*> submitted;  // newest last
-#define FN(name) PFN_##name name = nullptr;
-  PROBE_FUNCTIONS(FN)
-#undef FN
 };
 
-std::mutex& global_mutex = *new std::mutex;
-std::map<void*, std::unique_ptr<InstanceData>>& instances = *new std::map<void*, std::unique_ptr<InstanceData>>;
-std::map<void*, std::unique_ptr<DeviceData>>& devices = *new std::map<void*, std::unique_ptr<DeviceData>>;
-
-InstanceData& instance_of(const void* handle) {
-  const std::lock_guard lock(global_mutex);
-  return *instances.at(key_of(handle));
-}
-
-template <class Function>
-Function next_function(const void* handle, const char* name) {
-  return reinterpret_cast<Function>(instance_of(handle).functions.at(name));
-}
-
-DeviceData* device_of(const void* handle) {
-  const std::lock_guard lock(global_mutex);
-  const auto found = devices.find(key_of(handle));
-  return found == devices.end() ? nullptr : found->second.get();
-}
+// Never destroyed: the watching thread outlives main().
+layer::States<layer::Instance>& instances = *new layer::States<layer::Instance>;
+layer::States<DeviceData>& devices = *new layer::States<DeviceData>;
 
 // ---- what is being waited for
 
@@ -209,7 +122,6 @@ struct Wait {
   DeviceData* device = nullptr;
   int timeout_s = 0, exit_code = 0;
 };
-// Never destroyed: the watching thread outlives main().
 std::mutex& wait_mutex = *new std::mutex;
 std::map<std::uint64_t, Wait>& waits = *new std::map<std::uint64_t, Wait>;
 std::uint64_t wait_number = 0;
@@ -236,8 +148,9 @@ std::string args_text(const Recording& r, const Command& c) {
 /// Time and availability of each mark.
 std::vector<std::uint64_t> results_of(DeviceData& d, const Recording& r) {
   std::vector<std::uint64_t> results(2 * r.mark_count);
-  d.vkGetQueryPoolResults(d.device, r.pool, 0, r.mark_count, results.size() * 8, results.data(), 16,
-                          VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+  NEXT(d, GetQueryPoolResults)
+  (d.handle, r.pool, 0, r.mark_count, results.size() * 8, results.data(), 16,
+   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
   return results;
 }
 
@@ -342,7 +255,7 @@ void full_barrier(DeviceData& d, VkCommandBuffer cmd) {
                                  .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                                  .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT | VK_ACCESS_2_HOST_READ_BIT};
   const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
-  d.vkCmdPipelineBarrier2(cmd, &info);
+  NEXT(d, CmdPipelineBarrier2)(cmd, &info);
 }
 
 /// The time when all commands before it have ended, as a mark of this one.
@@ -351,7 +264,7 @@ void mark(DeviceData& d, Recording& r, Command command) {
   if (r.mark_count < kMaxMarks && r.pool) {
     command.mark = r.mark_count++;
     const auto write = [&d, cmd = r.cmd, pool = r.pool, index = command.mark] {
-      d.vkCmdWriteTimestamp2(cmd, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, pool, index);
+      NEXT(d, CmdWriteTimestamp2)(cmd, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, pool, index);
     };
     if (r.rendering)
       r.held.push_back(write);
@@ -366,7 +279,7 @@ void mark(DeviceData& d, Recording& r, Command command) {
 std::uint32_t copy_args(DeviceData& d, Recording& r, VkBuffer from, VkDeviceSize offset, std::uint32_t bytes) {
   if (!kArgs || !r.args || r.args_used + bytes > kMaxMarks * kArgBytes) return ~0u;
   const VkBufferCopy region{offset, r.args_used, bytes};
-  d.vkCmdCopyBuffer(r.cmd, from, r.args, 1, &region);
+  NEXT(d, CmdCopyBuffer)(r.cmd, from, r.args, 1, &region);
   const std::uint32_t at = r.args_used;
   r.args_used += bytes;
   return at;
@@ -374,7 +287,7 @@ std::uint32_t copy_args(DeviceData& d, Recording& r, VkBuffer from, VkDeviceSize
 
 std::string buffer_name(DeviceData& d, VkBuffer buffer) {
   const std::lock_guard lock(d.mutex);
-  const auto found = d.buffers.find(reinterpret_cast<std::uint64_t>(buffer));
+  const auto found = d.buffers.find(number_of(buffer));
   return found == d.buffers.end() ? "?" : found->second;
 }
 
@@ -383,14 +296,14 @@ void begin(DeviceData& d, Recording& r) {
   if (!r.pool) {
     const VkQueryPoolCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = kMaxMarks};
-    if (d.vkCreateQueryPool(d.device, &info, nullptr, &r.pool) != VK_SUCCESS) say("no query pool");
+    if (NEXT(d, CreateQueryPool)(d.handle, &info, nullptr, &r.pool) != VK_SUCCESS) say("no query pool");
   }
   if (kArgs && !r.args) {
     const VkBufferCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = kMaxMarks * kArgBytes, .usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT};
-    d.vkCreateBuffer(d.device, &info, nullptr, &r.args);
+    NEXT(d, CreateBuffer)(d.handle, &info, nullptr, &r.args);
     VkMemoryRequirements needs;
-    d.vkGetBufferMemoryRequirements(d.device, r.args, &needs);
+    NEXT(d, GetBufferMemoryRequirements)(d.handle, r.args, &needs);
     VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size};
     constexpr VkMemoryPropertyFlags kWanted = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     for (std::uint32_t i = 0; i < d.memory.memoryTypeCount; ++i)
@@ -399,9 +312,9 @@ void begin(DeviceData& d, Recording& r) {
         break;
       }
     void* mapped = nullptr;
-    if (d.vkAllocateMemory(d.device, &allocate, nullptr, &r.args_memory) != VK_SUCCESS ||
-        d.vkBindBufferMemory(d.device, r.args, r.args_memory, 0) != VK_SUCCESS ||
-        d.vkMapMemory(d.device, r.args_memory, 0, VK_WHOLE_SIZE, 0, &mapped) != VK_SUCCESS) {
+    if (NEXT(d, AllocateMemory)(d.handle, &allocate, nullptr, &r.args_memory) != VK_SUCCESS ||
+        NEXT(d, BindBufferMemory)(d.handle, r.args, r.args_memory, 0) != VK_SUCCESS ||
+        NEXT(d, MapMemory)(d.handle, r.args_memory, 0, VK_WHOLE_SIZE, 0, &mapped) != VK_SUCCESS) {
       say("no memory for arguments");
       r.args = VK_NULL_HANDLE;
     }
@@ -411,7 +324,7 @@ void begin(DeviceData& d, Recording& r) {
   r.mark_count = 0;
   r.args_used = 0;
   if (r.args_mapped) std::memset(r.args_mapped, 0xee, kMaxMarks * kArgBytes);
-  if (r.pool) d.vkCmdResetQueryPool(r.cmd, r.pool, 0, kMaxMarks);
+  if (r.pool) NEXT(d, CmdResetQueryPool)(r.cmd, r.pool, 0, kMaxMarks);
   mark(d, r, {"begin"});
 }
 
@@ -481,31 +394,13 @@ std::string constants_text(const VkSpecializationInfo* info) {
 
 // ---- entry points
 
-using Callbacks = const VkAllocationCallbacks*;
-#define D(handle) DeviceData& d = *device_of(handle)
-
-template <class Handle>
-std::uint64_t number_of(Handle handle) {
-  return reinterpret_cast<std::uint64_t>(handle);
-}
-
-VkResult allocate_memory(VkDevice device, const VkMemoryAllocateInfo* info, Callbacks callbacks, VkDeviceMemory* memory) {
-  D(device);
-  const VkResult result = d.vkAllocateMemory(device, info, callbacks, memory);
-  if (result != VK_SUCCESS || kFill < 0) return result;
-  if (!(d.memory.memoryTypes[info->memoryTypeIndex].propertyFlags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) return result;
-  void* mapped = nullptr;
-  if (d.vkMapMemory(device, *memory, 0, VK_WHOLE_SIZE, 0, &mapped) != VK_SUCCESS) return result;
-  std::memset(mapped, kFill, info->allocationSize);
-  d.vkUnmapMemory(device, *memory);
-  return result;
-}
+#define D(handle) DeviceData& d = devices.of(handle)
 
 VkResult create_buffer(VkDevice device, const VkBufferCreateInfo* info, Callbacks callbacks, VkBuffer* buffer) {
   D(device);
   VkBufferCreateInfo with = *info;
   if (kArgs && (info->usage & VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)) with.usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-  const VkResult result = d.vkCreateBuffer(device, &with, callbacks, buffer);
+  const VkResult result = NEXT(d, CreateBuffer)(device, &with, callbacks, buffer);
   const std::lock_guard lock(d.mutex);
   if (result == VK_SUCCESS) d.buffers[number_of(*buffer)] = std::to_string(info->size) + "B";
   return result;
@@ -513,7 +408,7 @@ VkResult create_buffer(VkDevice device, const VkBufferCreateInfo* info, Callback
 
 VkDeviceAddress get_buffer_device_address(VkDevice device, const VkBufferDeviceAddressInfo* info) {
   D(device);
-  const VkDeviceAddress address = d.vkGetBufferDeviceAddress(device, info);
+  const VkDeviceAddress address = NEXT(d, GetBufferDeviceAddress)(device, info);
   if (kLog) say("address 0x%llx of buffer %s", static_cast<unsigned long long>(address), buffer_name(d, info->buffer).c_str());
   return address;
 }
@@ -524,26 +419,14 @@ VkResult set_object_name(VkDevice device, const VkDebugUtilsObjectNameInfoEXT* i
     const std::lock_guard lock(d.mutex);
     d.buffers[info->objectHandle] = info->pObjectName;
   }
-  return d.vkSetDebugUtilsObjectNameEXT(device, info);
-}
-
-void write_spirv(const char* folder, std::string label, const VkShaderModuleCreateInfo& info) {
-  static std::atomic<int> number{0};
-  std::ranges::replace(label, '/', '_');
-  char path[300];
-  std::snprintf(path, sizeof path, "%s/%03d_%s.spv", folder, number++, label.c_str());
-  if (std::FILE* file = std::fopen(path, "wb")) {
-    std::fwrite(info.pCode, 1, info.codeSize, file);
-    std::fclose(file);
-  }
+  return NEXT(d, SetDebugUtilsObjectNameEXT)(device, info);
 }
 
 VkResult create_shader_module(VkDevice device, const VkShaderModuleCreateInfo* info, Callbacks callbacks, VkShaderModule* module) {
   D(device);
-  const VkResult result = d.vkCreateShaderModule(device, info, callbacks, module);
+  const VkResult result = NEXT(d, CreateShaderModule)(device, info, callbacks, module);
   if (result != VK_SUCCESS) return result;
   const std::string label = label_of(info->pCode, info->codeSize);
-  if (const char* folder = std::getenv("PROBE_SPIRV")) write_spirv(folder, label, *info);
   const std::lock_guard lock(d.mutex);
   d.modules[number_of(*module)] = label;
   return result;
@@ -572,7 +455,7 @@ VkResult create_pipelines(DeviceData& d, Create create, VkPipelineCache cache, s
   VkResult result;
   {
     const Waiting waiting(&d, kIsCompute ? "vkCreateComputePipelines" : "vkCreateGraphicsPipelines", kCompileTimeout_s, 87, first);
-    result = create(d.device, cache, count, infos, callbacks, pipelines);
+    result = create(d.handle, cache, count, infos, callbacks, pipelines);
     if (kLog) say("%s pipeline%s: %d, %.2f s", kIsCompute ? "compute" : "graphics", first.c_str(), result, waiting.seconds());
   }
   for (std::uint32_t i = 0; i < count && result == VK_SUCCESS; ++i) {
@@ -585,17 +468,17 @@ VkResult create_pipelines(DeviceData& d, Create create, VkPipelineCache cache, s
 VkResult create_compute_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const VkComputePipelineCreateInfo* infos,
                                   Callbacks callbacks, VkPipeline* pipelines) {
   D(device);
-  return create_pipelines(d, d.vkCreateComputePipelines, cache, count, infos, callbacks, pipelines);
+  return create_pipelines(d, NEXT(d, CreateComputePipelines), cache, count, infos, callbacks, pipelines);
 }
 VkResult create_graphics_pipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count, const VkGraphicsPipelineCreateInfo* infos,
                                    Callbacks callbacks, VkPipeline* pipelines) {
   D(device);
-  return create_pipelines(d, d.vkCreateGraphicsPipelines, cache, count, infos, callbacks, pipelines);
+  return create_pipelines(d, NEXT(d, CreateGraphicsPipelines), cache, count, infos, callbacks, pipelines);
 }
 
 VkResult begin_command_buffer(VkCommandBuffer cmd, const VkCommandBufferBeginInfo* info) {
   D(cmd);
-  const VkResult result = d.vkBeginCommandBuffer(cmd, info);
+  const VkResult result = NEXT(d, BeginCommandBuffer)(cmd, info);
   if (result == VK_SUCCESS) begin(d, recording(d, cmd));
   return result;
 }
@@ -607,14 +490,14 @@ void bind_pipeline(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipeline pi
     const std::lock_guard lock(d.mutex);
     (point == VK_PIPELINE_BIND_POINT_COMPUTE ? r.compute : r.graphics) = d.pipelines[number_of(pipeline)];
   }
-  record(r, [&d, cmd, point, pipeline] { d.vkCmdBindPipeline(cmd, point, pipeline); });
+  record(r, [&d, cmd, point, pipeline] { NEXT(d, CmdBindPipeline)(cmd, point, pipeline); });
 }
 
 void dispatch(VkCommandBuffer cmd, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   D(cmd);
   Recording& r = recording(d, cmd);
   if (skipped("dispatch", r.compute)) return;
-  d.vkCmdDispatch(cmd, x, y, z);
+  NEXT(d, CmdDispatch)(cmd, x, y, z);
   mark(d, r, {"dispatch " + r.compute + " " + std::to_string(x) + "x" + std::to_string(y) + "x" + std::to_string(z)});
 }
 
@@ -629,7 +512,7 @@ void dispatch_indirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset
     command.arg_words = 3;
     full_barrier(d, cmd);
   }
-  d.vkCmdDispatchIndirect(cmd, buffer, offset);
+  NEXT(d, CmdDispatchIndirect)(cmd, buffer, offset);
   mark(d, r, std::move(command));
 }
 
@@ -637,7 +520,7 @@ void draw(VkCommandBuffer cmd, std::uint32_t vertices, std::uint32_t instances, 
   D(cmd);
   Recording& r = recording(d, cmd);
   if (skipped("draw", r.graphics)) return;
-  record(r, [=, &d] { d.vkCmdDraw(cmd, vertices, instances, first_vertex, first_instance); });
+  record(r, [=, &d] { NEXT(d, CmdDraw)(cmd, vertices, instances, first_vertex, first_instance); });
   mark(d, r, {"draw " + r.graphics + " " + std::to_string(vertices) + " x " + std::to_string(instances)});
 }
 
@@ -646,7 +529,7 @@ void draw_indexed(VkCommandBuffer cmd, std::uint32_t indices, std::uint32_t inst
   D(cmd);
   Recording& r = recording(d, cmd);
   if (skipped("drawIndexed", r.graphics)) return;
-  record(r, [=, &d] { d.vkCmdDrawIndexed(cmd, indices, instances, first_index, vertex_offset, first_instance); });
+  record(r, [=, &d] { NEXT(d, CmdDrawIndexed)(cmd, indices, instances, first_index, vertex_offset, first_instance); });
   mark(d, r, {"drawIndexed " + r.graphics + " " + std::to_string(indices) + " x " + std::to_string(instances)});
 }
 
@@ -662,7 +545,7 @@ void draw_indexed_indirect_count(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceS
     command.arg_offset = copy_args(d, r, buffer, offset, 20);
     command.arg_words = 5;
   }
-  record(r, [=, &d] { d.vkCmdDrawIndexedIndirectCount(cmd, buffer, offset, count_buffer, count_offset, max_count, stride); });
+  record(r, [=, &d] { NEXT(d, CmdDrawIndexedIndirectCount)(cmd, buffer, offset, count_buffer, count_offset, max_count, stride); });
   mark(d, r, std::move(command));
 }
 
@@ -675,28 +558,28 @@ void draw_indexed_indirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize of
     command.arg_offset = copy_args(d, r, buffer, offset, 20);
     command.arg_words = 5;
   }
-  record(r, [=, &d] { d.vkCmdDrawIndexedIndirect(cmd, buffer, offset, count, stride); });
+  record(r, [=, &d] { NEXT(d, CmdDrawIndexedIndirect)(cmd, buffer, offset, count, stride); });
   mark(d, r, std::move(command));
 }
 
 void fill_buffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size, std::uint32_t data) {
   D(cmd);
   if (skipped("fill")) return;
-  d.vkCmdFillBuffer(cmd, buffer, offset, size, data);
+  NEXT(d, CmdFillBuffer)(cmd, buffer, offset, size, data);
   mark(d, recording(d, cmd), {"fill " + buffer_name(d, buffer) + " " + std::to_string(size)});
 }
 
 void update_buffer(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size, const void* data) {
   D(cmd);
   if (skipped("update")) return;
-  d.vkCmdUpdateBuffer(cmd, buffer, offset, size, data);
+  NEXT(d, CmdUpdateBuffer)(cmd, buffer, offset, size, data);
   mark(d, recording(d, cmd), {"update " + buffer_name(d, buffer) + " " + std::to_string(size)});
 }
 
 void copy_buffer(VkCommandBuffer cmd, VkBuffer from, VkBuffer to, std::uint32_t count, const VkBufferCopy* regions) {
   D(cmd);
   if (skipped("copy")) return;
-  d.vkCmdCopyBuffer(cmd, from, to, count, regions);
+  NEXT(d, CmdCopyBuffer)(cmd, from, to, count, regions);
   std::uint64_t bytes = 0;
   for (std::uint32_t i = 0; i < count; ++i) bytes += regions[i].size;
   mark(d, recording(d, cmd), {"copy " + buffer_name(d, from) + " to " + buffer_name(d, to) + " " + std::to_string(bytes)});
@@ -706,7 +589,7 @@ void copy_buffer_to_image(VkCommandBuffer cmd, VkBuffer from, VkImage to, VkImag
                           const VkBufferImageCopy* regions) {
   D(cmd);
   if (skipped("copyImage")) return;
-  d.vkCmdCopyBufferToImage(cmd, from, to, layout, count, regions);
+  NEXT(d, CmdCopyBufferToImage)(cmd, from, to, layout, count, regions);
   const VkExtent3D& size = regions[0].imageExtent;
   mark(d, recording(d, cmd), {"copyBufferToImage " + std::to_string(size.width) + "x" + std::to_string(size.height)});
 }
@@ -714,19 +597,19 @@ void copy_buffer_to_image(VkCommandBuffer cmd, VkBuffer from, VkImage to, VkImag
 void copy_image_to_buffer(VkCommandBuffer cmd, VkImage from, VkImageLayout layout, VkBuffer to, std::uint32_t count,
                           const VkBufferImageCopy* regions) {
   D(cmd);
-  d.vkCmdCopyImageToBuffer(cmd, from, layout, to, count, regions);
+  NEXT(d, CmdCopyImageToBuffer)(cmd, from, layout, to, count, regions);
   mark(d, recording(d, cmd), {"copyImageToBuffer"});
 }
 
 void pipeline_barrier(VkCommandBuffer cmd, const VkDependencyInfo* info) {
   D(cmd);
-  d.vkCmdPipelineBarrier2(cmd, info);
+  NEXT(d, CmdPipelineBarrier2)(cmd, info);
   mark(d, recording(d, cmd), {info->imageMemoryBarrierCount ? "barrier of an image" : "barrier"});
 }
 
 void begin_rendering(VkCommandBuffer cmd, const VkRenderingInfo* info) {
   D(cmd);
-  if (!kMarks) return d.vkCmdBeginRendering(cmd, info);
+  if (!kMarks) return NEXT(d, CmdBeginRendering)(cmd, info);
   Recording& r = recording(d, cmd);
   // Deep copy: it begins when it ends, so that arguments are copied before.
   struct Copy {
@@ -742,7 +625,7 @@ void begin_rendering(VkCommandBuffer cmd, const VkRenderingInfo* info) {
   if (info->pStencilAttachment) copy->stencil = *info->pStencilAttachment, copy->info.pStencilAttachment = &copy->stencil;
   if (kArgs) full_barrier(d, cmd);
   r.rendering = true;
-  r.held.push_back([&d, cmd, copy] { d.vkCmdBeginRendering(cmd, &copy->info); });
+  r.held.push_back([&d, cmd, copy] { NEXT(d, CmdBeginRendering)(cmd, &copy->info); });
   const VkExtent2D& size = info->renderArea.extent;
   mark(d, r,
        {"beginRendering " + std::to_string(size.width) + "x" + std::to_string(size.height) + " colours " +
@@ -751,13 +634,13 @@ void begin_rendering(VkCommandBuffer cmd, const VkRenderingInfo* info) {
 
 void end_rendering(VkCommandBuffer cmd) {
   D(cmd);
-  if (!kMarks) return d.vkCmdEndRendering(cmd);
+  if (!kMarks) return NEXT(d, CmdEndRendering)(cmd);
   Recording& r = recording(d, cmd);
   if (kArgs) full_barrier(d, cmd);
   for (const auto& call : r.held) call();
   r.held.clear();
   r.rendering = false;
-  d.vkCmdEndRendering(cmd);
+  NEXT(d, CmdEndRendering)(cmd);
   mark(d, r, {"endRendering"});
 }
 
@@ -771,7 +654,7 @@ void bind_descriptor_sets(VkCommandBuffer cmd, VkPipelineBindPoint point, VkPipe
                           const VkDescriptorSet* sets, std::uint32_t dynamic_count, const std::uint32_t* dynamic) {
   D(cmd);
   record(recording(d, cmd), [=, &d, sets = copied(sets, count), dynamic = copied(dynamic, dynamic_count)] {
-    d.vkCmdBindDescriptorSets(cmd, point, layout, first, count, sets.data(), dynamic_count, dynamic.data());
+    NEXT(d, CmdBindDescriptorSets)(cmd, point, layout, first, count, sets.data(), dynamic_count, dynamic.data());
   });
 }
 
@@ -779,25 +662,27 @@ void push_constants(VkCommandBuffer cmd, VkPipelineLayout layout, VkShaderStageF
                     const void* values) {
   D(cmd);
   record(recording(d, cmd), [=, &d, values = copied(static_cast<const std::uint8_t*>(values), size)] {
-    d.vkCmdPushConstants(cmd, layout, stages, offset, size, values.data());
+    NEXT(d, CmdPushConstants)(cmd, layout, stages, offset, size, values.data());
   });
 }
 
 void set_viewport(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkViewport* viewports) {
   D(cmd);
-  record(recording(d, cmd), [=, &d, viewports = copied(viewports, count)] { d.vkCmdSetViewport(cmd, first, count, viewports.data()); });
+  record(recording(d, cmd), [=, &d, viewports = copied(viewports, count)] {
+    NEXT(d, CmdSetViewport)(cmd, first, count, viewports.data());
+  });
 }
 
 void set_scissor(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkRect2D* scissors) {
   D(cmd);
-  record(recording(d, cmd), [=, &d, scissors = copied(scissors, count)] { d.vkCmdSetScissor(cmd, first, count, scissors.data()); });
+  record(recording(d, cmd), [=, &d, scissors = copied(scissors, count)] { NEXT(d, CmdSetScissor)(cmd, first, count, scissors.data()); });
 }
 
 void bind_vertex_buffers(VkCommandBuffer cmd, std::uint32_t first, std::uint32_t count, const VkBuffer* buffers,
                          const VkDeviceSize* offsets) {
   D(cmd);
   record(recording(d, cmd), [=, &d, buffers = copied(buffers, count), offsets = copied(offsets, count)] {
-    d.vkCmdBindVertexBuffers(cmd, first, count, buffers.data(), offsets.data());
+    NEXT(d, CmdBindVertexBuffers)(cmd, first, count, buffers.data(), offsets.data());
   });
 }
 
@@ -816,7 +701,7 @@ VkResult queue_submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo2* s
         if (kLog) say("submission %llu: %zu commands", static_cast<unsigned long long>(r->submission), r->commands.size());
       }
   }
-  return d.vkQueueSubmit2(queue, count, submits, fence);
+  return NEXT(d, QueueSubmit2)(queue, count, submits, fence);
 }
 
 template <class Call>
@@ -832,29 +717,29 @@ VkResult watched(DeviceData& d, const char* name, const Call& call) {
 
 VkResult wait_semaphores(VkDevice device, const VkSemaphoreWaitInfo* info, std::uint64_t timeout) {
   D(device);
-  return watched(d, "vkWaitSemaphores", [&] { return d.vkWaitSemaphores(device, info, timeout); });
+  return watched(d, "vkWaitSemaphores", [&] { return NEXT(d, WaitSemaphores)(device, info, timeout); });
 }
 VkResult wait_for_fences(VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all, std::uint64_t timeout) {
   D(device);
-  const VkResult result = watched(d, "vkWaitForFences", [&] { return d.vkWaitForFences(device, count, fences, all, timeout); });
+  const VkResult result = watched(d, "vkWaitForFences", [&] { return NEXT(d, WaitForFences)(device, count, fences, all, timeout); });
   list(d);
   return result;
 }
 VkResult queue_wait_idle(VkQueue queue) {
   D(queue);
-  return watched(d, "vkQueueWaitIdle", [&] { return d.vkQueueWaitIdle(queue); });
+  return watched(d, "vkQueueWaitIdle", [&] { return NEXT(d, QueueWaitIdle)(queue); });
 }
 VkResult device_wait_idle(VkDevice device) {
   D(device);
-  const VkResult result = watched(d, "vkDeviceWaitIdle", [&] { return d.vkDeviceWaitIdle(device); });
+  const VkResult result = watched(d, "vkDeviceWaitIdle", [&] { return NEXT(d, DeviceWaitIdle)(device); });
   list(d);
   return result;
 }
 
 void free_recording(DeviceData& d, Recording& r) {
-  if (r.pool) d.vkDestroyQueryPool(d.device, r.pool, nullptr);
-  if (r.args) d.vkDestroyBuffer(d.device, r.args, nullptr);
-  if (r.args_memory) d.vkFreeMemory(d.device, r.args_memory, nullptr);
+  if (r.pool) NEXT(d, DestroyQueryPool)(d.handle, r.pool, nullptr);
+  if (r.args) NEXT(d, DestroyBuffer)(d.handle, r.args, nullptr);
+  if (r.args_memory) NEXT(d, FreeMemory)(d.handle, r.args_memory, nullptr);
 }
 
 void free_command_buffers(VkDevice device, VkCommandPool pool, std::uint32_t count, const VkCommandBuffer* buffers) {
@@ -869,30 +754,18 @@ void free_command_buffers(VkDevice device, VkCommandPool pool, std::uint32_t cou
       d.recordings.erase(found);
     }
   }
-  d.vkFreeCommandBuffers(device, pool, count, buffers);
+  NEXT(d, FreeCommandBuffers)(device, pool, count, buffers);
 }
 
 void destroy_device(VkDevice device, Callbacks callbacks) {
-  D(device);
-  for (auto& [cmd, r] : d.recordings) free_recording(d, *r);
-  void* const key = key_of(device);
-  d.vkDestroyDevice(device, callbacks);
-  const std::lock_guard lock(global_mutex);
-  devices.erase(key);
-}
-
-/// The loader's link to the next layer, taken off the chain; null: there is none.
-template <class Link, class Info>
-decltype(Link::u.pLayerInfo) take_link(const Info& info, VkStructureType type) {
-  auto* link = static_cast<Link*>(const_cast<void*>(info.pNext));
-  while (link && !(link->sType == type && link->function == VK_LAYER_LINK_INFO)) link = static_cast<Link*>(const_cast<void*>(link->pNext));
-  if (!link) return nullptr;
-  return std::exchange(link->u.pLayerInfo, link->u.pLayerInfo->pNext);
+  const auto d = devices.take(device);
+  for (auto& [cmd, r] : d->recordings) free_recording(*d, *r);
+  NEXT(*d, DestroyDevice)(device, callbacks);
 }
 
 void say_device(const DeviceData& d, const VkPhysicalDeviceProperties& properties) {
   say("vkCmdBeginDebugUtilsLabelEXT of the next: %p, vkSetDebugUtilsObjectNameEXT: %p",
-      reinterpret_cast<void*>(d.next(d.device, "vkCmdBeginDebugUtilsLabelEXT")), reinterpret_cast<void*>(d.vkSetDebugUtilsObjectNameEXT));
+      reinterpret_cast<void*>(NEXT(d, CmdBeginDebugUtilsLabelEXT)), reinterpret_cast<void*>(NEXT(d, SetDebugUtilsObjectNameEXT)));
   say("device %s, driver %u.%u.%u (0x%x), granularity %llu, texel elements %u, memory types %u", properties.deviceName,
       properties.driverVersion >> 22, properties.driverVersion >> 14 & 255, properties.driverVersion >> 6 & 255, properties.driverVersion,
       static_cast<unsigned long long>(properties.limits.bufferImageGranularity), properties.limits.maxTexelBufferElements,
@@ -903,30 +776,20 @@ void say_device(const DeviceData& d, const VkPhysicalDeviceProperties& propertie
 }
 
 VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info, Callbacks callbacks, VkDevice* device) {
-  const auto* link = take_link<VkLayerDeviceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
-  if (!link) return VK_ERROR_INITIALIZATION_FAILED;
-  const PFN_vkGetDeviceProcAddr next = link->pfnNextGetDeviceProcAddr;
-  const VkResult result = next_function<PFN_vkCreateDevice>(physical, "vkCreateDevice")(physical, info, callbacks, device);
-  if (result != VK_SUCCESS) return result;
+  const layer::Instance& instance = instances.of(physical);
   auto made = std::make_unique<DeviceData>();
-  DeviceData& d = *made;
-  d.device = *device;
-  d.next = next;
-  next_function<PFN_vkGetPhysicalDeviceMemoryProperties>(physical, "vkGetPhysicalDeviceMemoryProperties")(physical, &d.memory);
-  VkPhysicalDeviceProperties properties;
-  next_function<PFN_vkGetPhysicalDeviceProperties>(physical, "vkGetPhysicalDeviceProperties")(physical, &properties);
-  d.tick_ns = properties.limits.timestampPeriod;
-#define LOAD(name) d.name = reinterpret_cast<PFN_##name>(next(*device, #name));
-  PROBE_FUNCTIONS(LOAD)
-#undef LOAD
-  if (kLog) say_device(d, properties);
-  const std::lock_guard lock(global_mutex);
-  devices[key_of(*device)] = std::move(made);
-  return result;
+  if (const VkResult result = made->create(instance, physical, info, callbacks, device); result != VK_SUCCESS) return result;
+  instance.get_physical_device_memory_properties(physical, &made->memory);
+  VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+  instance.get_physical_device_properties2(physical, &properties);
+  made->tick_ns = properties.properties.limits.timestampPeriod;
+  if (kLog) say_device(*made, properties.properties);
+  devices.add(*device, std::move(made));
+  return VK_SUCCESS;
 }
 
 void get_physical_device_features2(VkPhysicalDevice physical, VkPhysicalDeviceFeatures2* features) {
-  next_function<PFN_vkGetPhysicalDeviceFeatures2>(physical, "vkGetPhysicalDeviceFeatures2")(physical, features);
+  instances.of(physical).get_physical_device_features2(physical, features);
   if (!env_int("PROBE_NO_INT64", 0)) return;
   features->features.shaderInt64 = VK_FALSE;
   for (auto* next = static_cast<VkBaseOutStructure*>(features->pNext); next; next = next->pNext)
@@ -934,76 +797,40 @@ void get_physical_device_features2(VkPhysicalDevice physical, VkPhysicalDeviceFe
       reinterpret_cast<VkPhysicalDeviceVulkan12Features*>(next)->shaderBufferInt64Atomics = VK_FALSE;
 }
 
-void change_answers(VkPhysicalDeviceProperties& properties) {
-  if (env_int("PROBE_GPU", 0)) properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
-  if (env_int("PROBE_CPU", 0)) properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_CPU;
-  if (const int granularity = env_int("PROBE_GRANULARITY", 0))
-    properties.limits.bufferImageGranularity = static_cast<VkDeviceSize>(granularity);
-}
-
-void get_physical_device_properties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
-  next_function<PFN_vkGetPhysicalDeviceProperties>(physical, "vkGetPhysicalDeviceProperties")(physical, properties);
-  change_answers(*properties);
-}
 void get_physical_device_properties2(VkPhysicalDevice physical, VkPhysicalDeviceProperties2* properties) {
-  next_function<PFN_vkGetPhysicalDeviceProperties2>(physical, "vkGetPhysicalDeviceProperties2")(physical, properties);
-  change_answers(properties->properties);
+  instances.of(physical).get_physical_device_properties2(physical, properties);
+  if (env_int("PROBE_CPU", 0)) properties->properties.deviceType = VK_PHYSICAL_DEVICE_TYPE_CPU;
+}
+void get_physical_device_properties(VkPhysicalDevice physical, VkPhysicalDeviceProperties* properties) {
+  VkPhysicalDeviceProperties2 chain{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+  get_physical_device_properties2(physical, &chain);
+  *properties = chain.properties;
 }
 
 VkResult create_instance(const VkInstanceCreateInfo* info, Callbacks callbacks, VkInstance* instance) {
-  const auto* link = take_link<VkLayerInstanceCreateInfo>(*info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
-  if (!link) return VK_ERROR_INITIALIZATION_FAILED;
-  const PFN_vkGetInstanceProcAddr next = link->pfnNextGetInstanceProcAddr;
-  const auto create = reinterpret_cast<PFN_vkCreateInstance>(next(VK_NULL_HANDLE, "vkCreateInstance"));
-  const VkResult result = create(info, callbacks, instance);
-  if (result != VK_SUCCESS) return result;
-  auto made = std::make_unique<InstanceData>(InstanceData{next, {}});
-  for (const char* name : {"vkDestroyInstance", "vkCreateDevice", "vkGetPhysicalDeviceFeatures2", "vkGetPhysicalDeviceProperties",
-                           "vkGetPhysicalDeviceProperties2", "vkGetPhysicalDeviceMemoryProperties"})
-    made->functions[name] = next(*instance, name);
-  const std::lock_guard lock(global_mutex);
-  instances[key_of(*instance)] = std::move(made);
+  auto made = std::make_unique<layer::Instance>();
+  const VkResult result = made->create(info, callbacks, instance);
+  if (result == VK_SUCCESS) instances.add(*instance, std::move(made));
   return result;
 }
 
 void destroy_instance(VkInstance instance, Callbacks callbacks) {
-  const auto destroy = next_function<PFN_vkDestroyInstance>(instance, "vkDestroyInstance");
-  {
-    const std::lock_guard lock(global_mutex);
-    instances.erase(key_of(instance));
-  }
-  destroy(instance, callbacks);
+  instances.take(instance)->destroy_instance(instance, callbacks);
 }
 
 // ---- names
 
-using Functions = std::map<std::string_view, PFN_vkVoidFunction>;
-
-/// Null: none of that name.
-PFN_vkVoidFunction find(const Functions& functions, const char* name) {
-  const auto found = functions.find(name);
-  return found == functions.end() ? nullptr : found->second;
-}
-
-#define OURS(call, function) std::pair("vk" #call, reinterpret_cast<PFN_vkVoidFunction>(static_cast<PFN_vk##call>(function)))
-
 // A command that points to nothing.
-#define HELD(call)                                                         \
-  OURS(call, [](VkCommandBuffer cmd, auto... arguments) {                  \
-    D(cmd);                                                                \
-    record(recording(d, cmd), [=, &d] { d.vk##call(cmd, arguments...); }); \
+#define HELD(call)                                                            \
+  OURS(call, [](VkCommandBuffer cmd, auto... arguments) {                     \
+    D(cmd);                                                                   \
+    record(recording(d, cmd), [=, &d] { NEXT(d, call)(cmd, arguments...); }); \
   })
 
 PFN_vkVoidFunction get_device_proc_addr(VkDevice device, const char* name);
 
 PFN_vkVoidFunction device_function(const char* name) {
-  // Not null: the loader would put a function of its own there, which calls the driver's. It asks vkGetInstanceProcAddr for these.
-  static const Functions no_labels{
-      OURS(CmdBeginDebugUtilsLabelEXT, [](VkCommandBuffer, const VkDebugUtilsLabelEXT*) {}),
-      OURS(CmdEndDebugUtilsLabelEXT, [](VkCommandBuffer) {}),
-      OURS(SetDebugUtilsObjectNameEXT, [](VkDevice, const VkDebugUtilsObjectNameInfoEXT*) { return VK_SUCCESS; })};
-  static const Functions ours{OURS(AllocateMemory, allocate_memory),
-                              OURS(CreateBuffer, create_buffer),
+  static const Functions ours{OURS(CreateBuffer, create_buffer),
                               OURS(CreateShaderModule, create_shader_module),
                               OURS(CreateComputePipelines, create_compute_pipelines),
                               OURS(CreateGraphicsPipelines, create_graphics_pipelines),
@@ -1039,18 +866,15 @@ PFN_vkVoidFunction device_function(const char* name) {
                               OURS(FreeCommandBuffers, free_command_buffers),
                               OURS(GetBufferDeviceAddress, get_buffer_device_address),
                               OURS(GetDeviceProcAddr, get_device_proc_addr)};
-  if (env_int("PROBE_NO_LABELS", 0))
-    if (const PFN_vkVoidFunction nothing = find(no_labels, name)) return nothing;
-  return find(ours, name);
+  return layer::find_function(ours, name);
 }
 
 PFN_vkVoidFunction get_device_proc_addr(VkDevice device, const char* name) {
   if (const PFN_vkVoidFunction ours = device_function(name)) return ours;
-  const DeviceData* d = device_of(device);
-  if (!d) return nullptr;
-  if (d->vkSetDebugUtilsObjectNameEXT && std::string_view(name) == "vkSetDebugUtilsObjectNameEXT")
-    return reinterpret_cast<PFN_vkVoidFunction>(set_object_name);
-  return d->next(device, name);
+  const DeviceData& d = devices.of(device);
+  const PFN_vkVoidFunction next = d.next(device, name);
+  const bool names_object = std::string_view(name) == "vkSetDebugUtilsObjectNameEXT";
+  return next && names_object ? reinterpret_cast<PFN_vkVoidFunction>(set_object_name) : next;
 }
 
 PFN_vkVoidFunction get_instance_proc_addr(VkInstance instance, const char* name) {
@@ -1061,17 +885,13 @@ PFN_vkVoidFunction get_instance_proc_addr(VkInstance instance, const char* name)
                               OURS(GetPhysicalDeviceProperties, get_physical_device_properties),
                               OURS(GetPhysicalDeviceProperties2, get_physical_device_properties2),
                               OURS(GetInstanceProcAddr, get_instance_proc_addr)};
-  if (const PFN_vkVoidFunction function = find(ours, name)) return function;
+  if (const PFN_vkVoidFunction function = layer::find_function(ours, name)) return function;
   if (const PFN_vkVoidFunction function = device_function(name)) return function;
-  return instance ? instance_of(instance).next(instance, name) : nullptr;
+  return instance ? instances.of(instance).next(instance, name) : nullptr;
 }
 
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) VkResult vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
-  version->loaderLayerInterfaceVersion = std::min(version->loaderLayerInterfaceVersion, 2u);
-  version->pfnGetInstanceProcAddr = get_instance_proc_addr;
-  version->pfnGetDeviceProcAddr = get_device_proc_addr;
-  version->pfnGetPhysicalDeviceProcAddr = nullptr;
-  return VK_SUCCESS;
+  return layer::negotiate(version, get_instance_proc_addr, get_device_proc_addr);
 }

@@ -118,7 +118,7 @@ void look_up(BatchRun& run, std::vector<std::uint32_t>& order) {
     return json_line(nlohmann::json(results));
   };
   callbacks.ended = [&](std::size_t job, const JobEnd& end) {
-    std::vector<BatchResult> results(plants_of(job).size());  // of a job that failed: whoever bakes the plants finds out why
+    std::vector<BatchResult> results(plants_of(job).size());  // where a job failed, whoever bakes the plants finds out why
     if (end.failure.empty()) results = nlohmann::json::parse(end.result).get<std::vector<BatchResult>>();
     for (std::size_t i = 0; i < results.size(); ++i) {
       const std::uint32_t plant = plants_of(job)[i];

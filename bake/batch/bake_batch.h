@@ -77,7 +77,7 @@ BatchResult bake_cached(const BatchPlant& plant, const std::filesystem::path& ca
 
 struct BatchStatus {
   std::size_t ended = 0, count = 0;  ///< plants
-  double fraction = 0.0;             ///< of all of it
+  double fraction = 0.0;             ///< the share that is done, from 0 to 1
   std::string running;               ///< names, for a person
 };
 
@@ -100,7 +100,7 @@ struct CacheReport {
 struct BatchOptions {
   std::filesystem::path cache;  ///< folder; made if it is missing. Empty: no cache at all
   std::uint32_t job_count = 0;  ///< plants at a time; 0: default_job_count. What is written does not depend on it
-  JobLimits limits;             ///< of each plant
+  JobLimits limits;             ///< each plant has them for itself
   /// A folder takes the place of `cache`, unless it is only read. A folder that is only read, and a server, are asked for what `cache`
   /// lacks.
   SharedCache shared = {};

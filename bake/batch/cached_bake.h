@@ -58,7 +58,7 @@ class BatchCaches {
   void note_use(const BatchResult& result);
 
   JobCache jobs_;
-  std::optional<Descriptor> lock_;                // of the folder
+  std::optional<Descriptor> lock_;                // keeps other programs out of the folder
   std::unique_ptr<HttpCache> server_;             // where jobs_ points to
   std::unique_ptr<std::vector<KnownKey>> known_;  // likewise
   CacheReport report_;

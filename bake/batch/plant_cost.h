@@ -14,7 +14,7 @@ namespace coppice::bake {
 
 /// Integers, so that every machine deals out alike.
 struct PlantCost {
-  std::uint64_t milliseconds = 0;  ///< of one processor
+  std::uint64_t milliseconds = 0;  ///< on one processor
   std::uint64_t memory_bytes = 0;  ///< peak
   friend bool operator==(const PlantCost&, const PlantCost&) = default;
 };

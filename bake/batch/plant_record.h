@@ -22,7 +22,7 @@ NLOHMANN_JSON_SERIALIZE_ENUM(BatchOutcome,
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds,
                                                 peak_rss_bytes, warnings, folder_failure, server_failure, sent, because, lost)
 
-/// Of the foliage in the file, for each leaf of the plant that was modelled; 0 without any.
+/// The foliage's bytes in the file for each leaf that was modelled; 0 without any.
 double bytes_per_leaf(const BatchResult& result);
 
 /// bake/README.md has the keys.

@@ -46,7 +46,7 @@ void send(int file, Message kind, std::span<const std::uint8_t> data) {
     ::_exit(1);  // nobody listens
 }
 
-std::uint64_t memory_limit_bytes = 0;  // of the job's process
+std::uint64_t memory_limit_bytes = 0;  // the one that the job's process has
 
 std::string hint_of_limit(std::uint64_t bytes) {
   if (bytes == 0) return {};

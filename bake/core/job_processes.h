@@ -29,7 +29,7 @@ struct JobCallbacks {
 
 /// What each job's process may take; 0 for no limit.
 struct JobLimits {
-  std::uint64_t memory_bytes = 0;  ///< of data, in the sense of RLIMIT_DATA: heap and stacks
+  std::uint64_t memory_bytes = 0;  ///< heap and stacks, in the sense of RLIMIT_DATA
   double seconds = 0.0;            ///< from the start of the job
 };
 

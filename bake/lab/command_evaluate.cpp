@@ -33,7 +33,7 @@ struct EvaluateArguments {
 
 /// A plant to measure, and where its pages go.
 struct Subject {
-  std::string species;  ///< of `coppice plant`; empty: the input file
+  std::string species;  ///< one that `coppice plant` grows; empty: the input file
   std::filesystem::path html;
 };
 

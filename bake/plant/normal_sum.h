@@ -11,8 +11,8 @@ namespace coppice::bake {
 
 /// Sums by area over a leaf's surface, m^2. Exactly additive but for the rounding of doubles, whose order the merges fix.
 struct NormalSum {
-  std::array<double, 6> second{};  ///< of n n^T: xx, yy, zz, xy, xz, yz
-  glm::dvec3 first{0.0};           ///< of those n whose side an artist chose
+  std::array<double, 6> second{};  ///< the sum of n n^T: xx, yy, zz, xy, xz, yz
+  glm::dvec3 first{0.0};           ///< the sum of those n whose side an artist chose
 
   [[nodiscard]] double area_m2() const { return second[0] + second[1] + second[2]; }
   NormalSum& operator+=(const NormalSum& other);

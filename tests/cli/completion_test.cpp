@@ -85,7 +85,7 @@ class Completion : public testing::Test {
 
   TemporaryFolder folder_;
   fs::path files_ = folder_.path() / "files";
-  fs::path programs_ = fs::path(kTool).parent_path();  // of both
+  fs::path programs_ = fs::path(kTool).parent_path();  // where both are
 };
 
 TEST_F(Completion, ScriptsAreWellFormed) {

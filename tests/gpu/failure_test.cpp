@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdlib>
 #include <initializer_list>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -56,7 +57,7 @@ class FailureTest : public ContextTest {
     full.pass_times = VK_TRUE;
     full.max_instances = 256;
     full.max_plants = 4;
-    full.streaming_ms = 1000.0f;
+    full.streaming_ms = std::numeric_limits<float>::infinity();
     full.hooks.allocator = memory_.hook();
     full.hooks.jobs = jobs_.hook();
     full.hooks.io = io_.hook();

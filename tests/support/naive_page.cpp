@@ -375,7 +375,7 @@ class ChildCorners {
 std::array<std::size_t, 4> own_corners(PageStream& stream, const std::vector<std::size_t>& corners) {
   const std::size_t i1 = corners[0];
   if (corners.size() == 1) return {(i1 + stream.symbol(2)) % 4};
-  // Of two corners there is no e, which is as if it were 0.
+  // Two corners have no e, which is as if it were 0.
   const std::size_t symbol = corners.size() == 2 ? 2 * stream.symbol(2 + corners[1] - i1) : stream.symbol(corners.size() == 3 ? 6 : 7);
   const std::size_t t = symbol / 6, d = symbol % 6 / 2 + 1, e = symbol % 2;
   std::array<std::size_t, 4> own{(i1 + t) % 4, (i1 + t + d) % 4};

@@ -13,7 +13,7 @@ namespace coppice::test {
 /// how much more or less it is in the wind, as a share of the leaf's length, or of the gap at rest where the leaf floats farther away.
 struct WindFigures {
   double radius_m = 0.0;
-  double bend_share = 0.0;                               ///< of the top by the stem's bending, relative to the height
+  double bend_share = 0.0;                               ///< how far the stem's bending moves the top, relative to the height
   double reach_m = 0.0;                                  ///< by the file's field nothing is moved further
   double growth = 0.0;                                   ///< the field's max_wind_growth
   double move_median_m = 0.0;                            ///< how far the median leaf is off its place, at most

@@ -155,11 +155,6 @@ TEST(SceneFile, WhatIsNoSceneIsNotWritten) {
   EXPECT_TRUE(read_all(test::must(bake::encode_scene(species, plants))));
 }
 
-/// Where the first instance is.
-std::size_t front_bytes(const Bytes& scene) {
-  return static_cast<std::size_t>(scene_front_bytes(read_scene_front(scene, scene.size())->header));
-}
-
 TEST(SceneFile, EveryTruncationIsRefused) {
   const Bytes good = test::random_scene(40, 100, 4);
   ASSERT_TRUE(read_all(good));

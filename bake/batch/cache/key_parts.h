@@ -14,8 +14,8 @@ namespace coppice::bake {
 /// One thing that a bake's bytes depend on. All three are UTF-8: portable_text().
 struct KeyPart {
   std::string kind;   ///< baker, format, option, device, name, input or file
-  std::string name;   ///< of an option or a file; empty elsewhere
-  std::string value;  ///< of an input or a file its checksum, or "missing"
+  std::string name;   ///< an option's or a file's; empty elsewhere
+  std::string value;  ///< an input or a file has its checksum, or "missing"
   bool operator==(const KeyPart&) const = default;
 };
 

@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr std::uint32_t kMaxAttempts = 3;
-constexpr auto kMaxSilence = 10min;  // of Slurm's controller
+constexpr auto kMaxSilence = 10min;  // while Slurm's controller does not answer
 
 fs::path cluster_folder(const ClusterBatch& batch) {
   return batch.output_folder / ".coppice-cluster";
@@ -38,7 +38,7 @@ fs::path cluster_folder(const ClusterBatch& batch) {
 struct Submission {
   fs::path folder;  ///< its name is the job's
   std::vector<PlantGroup> tasks;
-  std::uint64_t memory_bytes = 0;  ///< of each processor
+  std::uint64_t memory_bytes = 0;  ///< for each processor
   std::uint64_t minutes = 0;
 
   [[nodiscard]] fs::path file(std::size_t task, const char* extension) const { return folder / (std::to_string(task) + extension); }
@@ -258,7 +258,7 @@ class ClusterRun {
   std::vector<PlantCost> costs_;
   std::vector<BatchResult> results_;
   std::map<std::string, std::uint32_t> by_output_;
-  JobState job_;           ///< of the last array, as Slurm last said
+  JobState job_;           ///< the last array's, as Slurm last said
   bool has_left_ = false;  ///< the user
   bool is_cancelled_ = false;
 };

@@ -24,7 +24,7 @@ struct ClusterBatch {
   std::filesystem::path coppice;                     ///< the program's path on the nodes
   std::vector<BatchPlant> plants;                    ///< checked and expanded, with their costs
   std::vector<std::string> entries;                  ///< for each plant, its entry of a list of bake-all
-  std::vector<std::string> task_options;             ///< of bake-all, for every task
+  std::vector<std::string> task_options;             ///< those that bake-all has in every task
   std::vector<std::string> sbatch_options;           ///< the user's
   BatchOptions options;                              ///< look_up_only: the caches that are asked before there are tasks
   std::function<void(const BatchStatus&)> progress;  ///< BatchStatus::running says how many tasks run and why others wait

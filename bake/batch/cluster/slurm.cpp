@@ -73,7 +73,7 @@ std::uint32_t processors_of_task(const std::vector<std::string>& options) {
 
 Result<std::string> submit_array(const std::filesystem::path& script, const std::string& job_name, std::size_t task_count,
                                  const std::vector<std::string>& options) {
-  // Of an option that is given twice the last counts.
+  // Where an option is given twice, the last counts.
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), options.begin(), options.end());
   words.insert(words.end(), {"--job-name=" + job_name, "--array=0-" + std::to_string(task_count - 1), script.string()});

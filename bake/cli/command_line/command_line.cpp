@@ -17,7 +17,7 @@ std::string plain_number(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || text.find('e') == std::string::npos) return text;
-  char digits[400];  // of the largest double
+  char digits[400];  // the largest double has 309
   std::snprintf(digits, sizeof digits, "%.12f", value);
   std::string plain = digits;
   plain.erase(plain.find_last_not_of('0') + 1);

@@ -19,7 +19,7 @@ inline constexpr std::size_t kColumns = 100;
 /// Breaks lines at spaces. What follows a break is as far in as the line it is of.
 std::string wrapped(const std::string& text, std::size_t columns = kColumns);
 
-/// Of a program's app, before it gets sub-commands: help of at most kColumns, and of numbers "from 1 to 9" for CLI11's "INT in [1 - 9]".
+/// Sets how an app prints its help, before it gets sub-commands: at most kColumns, and "from 1 to 9" for CLI11's "INT in [1 - 9]".
 std::shared_ptr<CLI::FormatterBase> help_format();
 
 /// Which of the words was probably meant: the nearest, where at most a third of its letters have to be changed, added, left out or swapped

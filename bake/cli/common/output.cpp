@@ -110,10 +110,8 @@ int finish_standard_output(int exit_code) {
 }
 
 int report_failure(const std::filesystem::path& file, const Error& error) {
-  const std::string message = error.message();
-  if (error.status == Status::out_of_memory)
-    std::fprintf(stderr, "coppice: out of memory%s\n", memory_limit_hint().c_str());
-  else if (message.find(file.string()) != std::string::npos)
+  const std::string message = error.status == Status::out_of_memory ? "out of memory" + memory_limit_hint() : error.message();
+  if (message.find(file.string()) != std::string::npos)
     std::fprintf(stderr, "coppice: %s\n", printable(message).c_str());
   else
     std::fprintf(stderr, "coppice: %s: %s\n", shown(file).c_str(), printable(message).c_str());

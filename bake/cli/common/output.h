@@ -60,8 +60,7 @@ int write_outputs(const std::vector<Output>& outputs, const std::string& text);
 /// returns the exit code
 int finish_standard_output(int exit_code);
 
-/// Prints "coppice: FILE: message" to stderr, or "coppice: out of memory"; returns 1, the exit code of every failure that is not a usage
-/// error.
+/// Prints "coppice: FILE: message" to stderr; returns 1, the exit code of every failure that is not a usage error.
 int report_failure(const std::filesystem::path& file, const Error& error);
 
 /// Prints each as "coppice: warning: FILE: warning" to stderr.

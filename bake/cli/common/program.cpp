@@ -45,7 +45,7 @@ void clean_up_on(int signal) {
 
 /// Says that memory has run out and ends the program. Allocates nothing.
 [[noreturn]] void end_out_of_memory() noexcept {
-  // Of threads that come here at the same time one has the word.
+  // Where threads come here at the same time, one has the word.
   static std::atomic_flag ending = ATOMIC_FLAG_INIT;
   while (ending.test_and_set()) ::pause();
   remove_own_temporaries();

@@ -12,8 +12,8 @@ namespace coppice::bake {
 /// The lines of a primitive that became leaves.
 struct WidenedLines {
   std::uint32_t mesh = 0;
-  std::uint32_t count = 0;  ///< of lines
-  double width = 0.0;       ///< of all but the shortest, in units of the mesh
+  std::uint32_t count = 0;  ///< lines
+  double width = 0.0;       ///< the one that all but the shortest have, in units of the mesh
 };
 
 /// Some plants have needles and blades of grass that are line primitives. This makes thin strips of triangles of them, one strip a line, so

@@ -106,7 +106,7 @@ void place(const glm::dmat4& transform, glm::vec3& position, glm::vec3* normal) 
 struct NodePose {
   const std::vector<glm::dmat4>* joints = nullptr;  ///< file space from the skin's mesh space; null: no skin
   glm::dmat4 file_from_node{1.0};                   ///< for primitives without joints
-  std::vector<double> weights;                      ///< of morph targets
+  std::vector<double> weights;                      ///< one for each morph target
 };
 
 bool has_joints(const tinygltf::Primitive& primitive) {

@@ -220,7 +220,7 @@ bool is_only_form(const PieceClass& of) {
   return of.evidence.sum() != 0.0 && of.evidence.name <= 0.0 && of.evidence.holes <= 0.0 && of.evidence.colour <= 0.0;
 }
 
-/// Of the classes that are leaves the one of most pieces; null without any.
+/// The class of leaves that has the most pieces; null without any.
 const PieceClass* most_leaves(const std::vector<PieceClass>& classes) {
   const PieceClass* most = nullptr;
   for (const PieceClass& each : classes)

@@ -14,7 +14,7 @@ namespace coppice::bake {
 
 /// Plants that a file holds several times.
 struct PlantCopies {
-  std::string name;                        ///< of the node that is the first
+  std::string name;                        ///< the first node's
   std::size_t count = 0;                   ///< all copies of all plants that have any
   std::vector<std::uint32_t> other_items;  ///< items of the copies but the first of each plant, ascending
 };

@@ -41,7 +41,7 @@ struct NodeItem {
   std::uint32_t position = 0;  ///< index into GltfNodes::nodes
   std::uint32_t mesh = 0;
   std::span<const MeshInstance> placed;
-  NodeBox box, first_box;                ///< of all that are placed; of the first
+  NodeBox box, first_box;                ///< all that are placed; the first alone
   std::uint64_t triangles = 0;           ///< all placed triangles
   double mean_triangle_m2 = 0.0;         ///< for few triangles (kFewTriangles) that are placed once; otherwise 0
   std::vector<std::uint32_t> materials;  ///< the model's, ascending; kNone for none

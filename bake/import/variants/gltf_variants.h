@@ -38,7 +38,7 @@ struct SourceContents {
   std::vector<Variant> variants;  ///< empty where there was nothing to choose from
   std::uint32_t taken = 0;        ///< index of the variant that is the plant
   std::string copied_plant;       ///< a node that the file, a level, shows several times; else empty
-  std::size_t copy_count = 0;     ///< of it and others
+  std::size_t copy_count = 0;     ///< it and the nodes that show the same
   std::vector<Left> left;         ///< levels, billboards and the like of all variants
   std::string scenery;            ///< a line about other scenes, cameras and lights; empty if there are none
 };

@@ -23,7 +23,7 @@ struct LiveLeaf {
   std::uint32_t card = 0;
   // Only IncrementalImage reads these.
   std::uint8_t opacity = kOpaque;
-  std::uint16_t normals = kFlatNormals;  ///< of a merged leaf normal_sum, rounded
+  std::uint16_t normals = kFlatNormals;  ///< a merged leaf has its rounded normal_sum
   NormalSum normal_sum{};
 };
 

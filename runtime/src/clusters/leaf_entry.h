@@ -35,7 +35,7 @@ struct LeafEntry {
   bool is_surface = false;   ///< true for a triangle without holes
   // What its splat shows.
   LeafNormals normals{vec3(0.0f), 1.0f, 0.0f};
-  vec3 face{};  ///< of any length
+  vec3 face{};  ///< has any length
   float roughness = 1;
   std::uint32_t look = 0;          ///< Splat::look without its upper byte
   std::uint32_t transparency = 0;  ///< in sixteenths of the leaf

@@ -43,7 +43,7 @@ struct PlantOpening {
 struct Openings {
   Hooks hooks;
   std::uint64_t (*clock_ns)() = now_ns;
-  DecoderPool decoders;                          ///< of all plants
+  DecoderPool decoders;                          ///< all plants share them
   HookArray<std::unique_ptr<PlantOpening>> all;  ///< by plant; null: the plant is open, or unused
   std::uint32_t first_free = 0;                  ///< plants before it are in use
   std::size_t started_count = 0;                 ///< those that are not queued

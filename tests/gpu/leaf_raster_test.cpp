@@ -135,6 +135,14 @@ TEST_F(LeafRasterTest, OutlinesOfCardsAreKept) {
   EXPECT_NEAR(likeness.brightness, 1.0, 0.03);
 }
 
+TEST_F(LeafRasterTest, SplatsOfDistantLeavesCoverAndShineAlike) {
+  const std::vector<Placed> plants{{plain_plant(3000, 3), slanting_row()}};
+  const Shot view = front_view(30.0f);
+  const Likeness likeness = compare(with_raster(plants, view).picture, without(plants, view).picture);
+  EXPECT_NEAR(likeness.coverage, 1.0, 0.03);
+  EXPECT_NEAR(likeness.brightness, 1.0, 0.05);
+}
+
 // The last leaf of a plant has one face, which the crown it stands for has not: it is lit by where the eye is.
 TEST_F(LeafRasterTest, ALeafForAWholeCrownIsBrightFromTheSunsSide) {
   DecodedPlant plant = plain_plant(3000, 3);

@@ -277,6 +277,7 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
   std::vector<std::array<SquaredErrors, kErrorViewCount>> errors(lods.size());
   std::vector<std::array<CoarseChange, kErrorViewCount>> changes(lods.size());
   std::vector<std::array<StemChanges, kErrorViewCount>> stems(lods.size());
+  std::vector<ViewCoverage> coverage(lods.size());
   parallel_for(std::size_t{kErrorViewCount}, [&](std::size_t view) {
     TexturedCanvas leaves(scene.projections[view], scene.looks, scene.masks);
     draw_quads(plant, scene.leaves, leaves);
@@ -289,12 +290,18 @@ Result<std::vector<ErrorRow>> own_wood_errors(const BakedPlant& plant, std::span
       errors[lod][view] = squared_errors(finest, canvas.image);
       changes[lod][view] = coarse_change(finest, canvas.image);
       stems[lod][view] = stem_changes(finest_wood, std::move(wood));
+      coverage[lod][view] = canvas.covered();
     }
   });
   std::vector<ErrorRow> rows(lods.size());
-  for (std::size_t lod = 0; lod < lods.size(); ++lod)
+  for (std::size_t lod = 0; lod < lods.size(); ++lod) {
+    double worst = 0.0;
+    for (std::size_t view = 0; view < kErrorViewCount; ++view)
+      if (const double finest = coverage[0][view]; finest > 0.0) worst = std::max(worst, std::abs(coverage[lod][view] - finest) / finest);
     for (std::size_t size = 0; size < kErrorSizesPx.size(); ++size)
-      rows[lod][size] = std::max({error_px_of(errors[lod], size), change_px(changes[lod], kErrorSizesPx[size]), stem_px(stems[lod], size)});
+      rows[lod][size] = std::max({error_px_of(errors[lod], size), change_px(changes[lod], kErrorSizesPx[size]), stem_px(stems[lod], size),
+                                  coverage_error_px(worst, kErrorSizesPx[size])});
+  }
   return rows;
 }
 

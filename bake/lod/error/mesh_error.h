@@ -13,10 +13,11 @@ namespace coppice::bake {
 /// errors  invalid_argument: a material names an image that is not there
 Result<std::vector<float>> measure_leaf_mesh_error(const BakedPlant& plant);
 
-/// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the largest of three errors:
+/// Error of each wood LoD against the finest, px, [lods * sizes], row per LoD. It is the largest of four errors:
 /// - as above, but lit by the normals of the wood's vertices, and drawn among all leaf quads, so that what the crown hides does not count;
 /// - 96 / 36 times the size, up to 36 px, times the share of the image of leaves and wood that is lost or too much in 8 x 8 parts of it;
-/// - 20 times the share of the wood in front of or beside leaves whose stems are lost or too thick, where they are about a pixel wide.
+/// - 20 times the share of the wood in front of or beside leaves whose stems are lost or too thick, where they are about a pixel wide;
+/// - coverage_error_px of the share by which the coverage of leaves and wood differs in the view where it differs most.
 /// Squares hardly show that a thin stem is missing, since it is a small share of each of its pixels, and it holds up the tree.
 /// A running maximum from one LoD to the next makes it non-decreasing.
 /// plant   tree, card_table, materials, images, sphere and the sizes of its error table are read

@@ -28,7 +28,7 @@ struct InputCounts {
 /// of JSON counts 0: the bake will say what is wrong with it.
 InputCounts count_input(const std::filesystem::path& input, const ImportOptions& options);
 
-/// An estimate by a fit to measured bakes, which DECISIONS.md tells of. Cached plants cost as much as others.
+/// An estimate by a fit to measured bakes, which tests/bench/results/cluster.md has. Cached plants cost as much as others.
 PlantCost plant_cost(const InputCounts& counts, const BakeOptions& options);
 
 /// Indices by falling time; of equal ones the first first.

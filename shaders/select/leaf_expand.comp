@@ -71,9 +71,8 @@ Found find(Expanded from, uint i) {
   if (seen) seen = !occluded(center, radius_m);
   float nearest_m = max(size_distance_m(center) - radius_m, view.near_m);
   uint quarter = shown_quarter(shown);
-  // Discs leave gaps in a surface unless they are about a pixel.
-  float splat_px = is_surface(cluster) ? min(push.splat_px, 1.5) : push.splat_px;
-  bool small = unpack_length(cluster.grains_m, quarter) * from.object_px < splat_px * nearest_m;
+  // Discs leave gaps, in which a surface would show what is behind it.
+  bool small = !is_surface(cluster) && unpack_length(cluster.grains_m, quarter) * from.object_px < push.splat_px * nearest_m;
   bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * from.object_px > from.split_px * nearest_m;
   if (large) large = draw_by_hardware(from.instance.plant, from.item, i, shown);
   bool rasterised = seen && !large;

@@ -199,7 +199,7 @@ TEST_P(DifficultWood, WhatMayBeDrawnKeepsAreaAndColours) {
     const float error_px = chain.error_px[i * kErrorSizesPx.size() + kAt64Px];
     std::printf("%s: %zu triangles, error %.1f px, %.2f of the pixels, mean colour off by %.3f\n", plant.name.c_str(),
                 lod.triangle_materials.size(), static_cast<double>(error_px), share, off);
-    if (error_px > 11.0f) continue;  // not drawn at 64 px, even at a threshold of 7.3 px
+    if (error_px > 14.6f) continue;  // not drawn at 64 px, even at a threshold of 7.3 px
     ++drawn;
     EXPECT_NEAR(share, 1.0, 0.15) << lod.triangle_materials.size() << " triangles";
     EXPECT_LT(off, 0.1) << lod.triangle_materials.size() << " triangles";

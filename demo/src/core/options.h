@@ -16,7 +16,7 @@ enum class LeafPath { automatic, compute, hardware };
 /// Who lights plants: the demo, by what they write of their surfaces, or the library.
 enum class Lighting { deferred, forward };
 
-/// Where a processor does the GPU's work. With less leaves get so large that their pixels cost what their number saves; see DECISIONS.md.
+/// Where a processor does the GPU's work. With less leaves get so large that their pixels cost what their number saves.
 constexpr std::uint32_t kSoftwareLeafBudget = 1'000'000;
 /// Likewise; temporal antialiasing brings the detail back.
 constexpr float kSoftwareRenderScale = 0.5f;

@@ -6,7 +6,7 @@
 namespace coppice {
 namespace {
 
-// Measured on lavapipe; see DECISIONS.md. On other devices a budget has to be tuned anyway.
+// Measured on lavapipe. On other devices a budget has to be tuned anyway.
 constexpr double kHardwareTriangleLeaves = 4.0;
 /// The number of leaves falls about as the threshold's power of -1 to -2. Each frame goes less than the whole way, so that neither
 /// overshoots.

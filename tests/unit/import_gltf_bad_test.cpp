@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <string>
@@ -146,35 +148,131 @@ TEST(ImportGltfBad, NothingHasArea) {
   expect_error(builder.glb(), Status::bad_file, {"'leaves'", "'bark'"});
 }
 
-TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
-  // 4000 nodes, each of 4000 times the same 3000 vertices: 48 billion.
-  GltfBuilder builder = test::small_plant();
-  const int positions = builder.add_positions(std::vector<glm::vec3>(3000, glm::vec3(1.0f, 2.0f, 3.0f)));
-  builder.add_mesh({{"POSITION", positions}}, std::nullopt, 1);
-  const json primitive = builder.json["meshes"].back()["primitives"][0];
-  for (int i = 0; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
-  for (int i = 0; i < 4000; ++i) builder.add_node(2);
-  expect_error(builder.glb(), Status::unsupported, {"2^26"});
+/// What the document counts as, in triangles: the least limit under which it is read.
+std::uint64_t cost_of(const GltfBuilder& builder) {
+  const std::string document = builder.json.dump();
+  for (std::uint64_t limit = 1; limit < 10000; ++limit)
+    if (screen_gltf(document, builder.bin.size(), {limit})) return limit;
+  return 0;
 }
 
-TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
-  // Read, the positions would be an error: one is not a number.
-  const std::vector<glm::vec3> positions(3000, glm::vec3(std::nanf(""), 0.0f, 0.0f));
-  GltfBuilder shared = test::small_plant();
-  shared.add_mesh({{"POSITION", shared.add_positions(positions)}}, std::nullopt, 1);
-  for (int i = 0; i < 50000; ++i) shared.add_node(2);
-  expect_error(shared.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
+json instancing(int accessor) {
+  return {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", accessor}}}}}}}};
+}
 
-  GltfBuilder instanced = test::small_plant();
-  instanced.add_mesh({{"POSITION", instanced.add_positions(positions)}}, std::nullopt, 1);
-  const int node = instanced.add_node(2);
-  const int places = instanced.add_positions(std::vector<glm::vec3>(50000, glm::vec3(1.0f)));
-  instanced.node(node)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
-  expect_error(instanced.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
+TEST(SourceCost, IsASumOfProducts) {
+  GltfBuilder plain = test::small_plant();  // a leaf of two triangles and four vertices, a twig of one triangle
+  plain.json["buffers"] = {{{"byteLength", plain.bin.size()}}};
+  plain.json["accessors"].push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 6}});
+  const int unbacked = static_cast<int>(plain.json["accessors"].size()) - 1;
+  ASSERT_EQ(cost_of(plain), 3u);
+  struct Case {
+    const char* what;
+    std::function<void(GltfBuilder&)> change;
+    std::uint64_t cost;
+  };
+  const std::vector<Case> cases{
+      {"a node shows the leaf once more", [](auto& b) { b.add_node(0); }, 5},
+      {"six instances", [&](auto& b) { b.add_node(0, instancing(unbacked)); }, 3 + 6 * 2},
+      {"a node that the scene does not show", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}); }, 3},
+      {"a node below another", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}), b.node(0)["children"] = {2}; }, 5},
+      {"without scenes all nodes count", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}), b.json.erase("scenes"); }, 5},
+      {"points count as one", [](auto& b) { b.primitive(1)["mode"] = 0; }, 3},
+      {"a strip has a triangle an index", [](auto& b) { b.primitive()["mode"] = 5; }, 6 + 1},
+      {"a line becomes two", [](auto& b) { b.primitive(1)["mode"] = 1; }, 2 + 2 * 3 + 2 * 3},
+      {"vertices without triangles", [&](auto& b) { b.primitive()["attributes"]["POSITION"] = unbacked, b.primitive().erase("indices"); }, 3},
+      {"a mesh without primitives", [](auto& b) { b.json["meshes"].push_back({{"primitives", json::array()}}), b.add_node(2); }, 4},
+      {"morph weights that are used", [](auto& b) { b.node(0)["weights"] = {0.5, 0, 1}; }, 3 + (4 + 2 * 4) / 3},
+      {"a skin poses", [](auto& b) { b.json["skins"] = {{{"joints", {1}}}}, b.node(0)["skin"] = 0; }, 3 + 2},
+      {"a file of 4 kB", [](auto& b) { b.json["buffers"].push_back({{"byteLength", 4096}, {"uri", "a.bin"}}); }, 3 + 2},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.what);
+    GltfBuilder builder = plain;
+    each.change(builder);
+    EXPECT_EQ(cost_of(builder), each.cost);
+  }
+}
 
-  for (int i = 0; i < 100; ++i)
-    instanced.add_node(0, {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}});
-  expect_error(instanced.glb(), Status::unsupported, {"2^22", "nodes["});
+TEST(SourceCost, OfALevelCountsPlacesAlone) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["buffers"] = {{{"byteLength", builder.bin.size()}}};
+  EXPECT_FALSE(screen_gltf(builder.json.dump(), builder.bin.size(), {2}));
+  EXPECT_TRUE(screen_gltf(builder.json.dump(), builder.bin.size(), {2, true}));
+  EXPECT_FALSE(screen_gltf(builder.json.dump(), builder.bin.size(), {1, true}));
+}
+
+TEST(SourceCost, IsRefusedWithNumbersBeforeAnythingIsRead) {
+  // 4000 nodes, each of 4000 times the same 3000 vertices, which would be an error: they are not numbers.
+  GltfBuilder builder = test::small_plant();
+  const int positions = builder.add_positions(std::vector<glm::vec3>(3000, glm::vec3(std::nanf(""))));
+  builder.add_mesh({{"POSITION", positions}}, std::nullopt, 1);
+  const json primitive = builder.primitive(2);
+  for (int i = 1; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
+  for (int i = 0; i < 4000; ++i) builder.add_node(2);
+  expect_error(builder.glb(), Status::unsupported, {"meshes[2]", "4000", "4000000", "16000000003", "--max-source-triangles"});
+  expect_error(test::small_plant().glb(), Status::unsupported, {"meshes[0]", "3", "2", "--max-source-triangles"},
+               {.max_source_triangles = 2});
+}
+
+TEST(SourceCost, StaysAtTheLargestNumber) {
+  GltfBuilder builder = test::small_plant();
+  json& primitive = builder.primitive();
+  builder.json["accessors"][0].erase("bufferView");
+  builder.json["accessors"][0]["count"] = std::numeric_limits<std::uint64_t>::max();
+  primitive.erase("indices");
+  primitive["extensions"][kDracoExtension] = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
+  builder.add_node(0);
+  builder.add_node(0);
+  builder.add_node(0);
+  expect_error(builder.glb(), Status::unsupported, {"meshes[0]", "18446744073709551615", "--max-source-triangles"});
+}
+
+TEST(SourceCost, ElementsThatNoBytesBackAreFew) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["accessors"].push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 40000}});
+  builder.add_node(0, instancing(3));
+  EXPECT_TRUE(import_bytes(builder.glb()));
+  builder.add_node(0, instancing(3));
+  expect_error(builder.glb(), Status::bad_file, {"accessors[3].count", "40000", "65536"});
+}
+
+TEST(SourceCost, NamesThatManyNodesCopyAreShort) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["meshes"][1]["name"] = std::string(1024, 'a');
+  EXPECT_TRUE(import_bytes(builder.glb()));
+  builder.json["meshes"][1]["name"] = std::string(1025, 'a');
+  expect_error(builder.glb(), Status::unsupported, {"meshes[1].name", "1025", "1024"});
+}
+
+TEST(SourceCost, ImagesCountAsTheyAreDecoded) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(64, 64, {10, 200, 30, 255}));
+  EXPECT_TRUE(import_bytes(builder.glb(), {.max_source_triangles = 8}));
+  expect_error(builder.glb(), Status::unsupported, {"images[0]", "8", "7", "--max-source-triangles"}, {.max_source_triangles = 7});
+}
+
+/// Each of these would take minutes if it took time by the product of its lists.
+TEST(SourceCost, OfLongListsIsNotTheirProduct) {
+  GltfBuilder required = test::small_plant();
+  required.json["images"] = {{{"uri", "leaf.png"}}};
+  for (int i = 0; i < 40000; ++i) {
+    required.json["extensionsRequired"].push_back("KHR_materials_of_a_long_name_that_is_number_" + std::to_string(i));
+    required.json["textures"].push_back({{"source", 0}});
+  }
+  EXPECT_TRUE(import_bytes(required.glb()));
+
+  GltfBuilder lines = test::small_plant();
+  const json line{{"primitives", {{{"attributes", {{"POSITION", 2}}}, {"mode", 1}}}}};
+  for (int i = 0; i < 40000; ++i) {
+    lines.json["meshes"].push_back(line);
+    lines.add_node(2 + i);
+  }
+  EXPECT_TRUE(import_bytes(lines.glb()));
+
+  GltfBuilder boards = test::small_plant();
+  for (int i = 0; i < 40000; ++i) boards.add_node(i % 2 == 0 ? 0 : 1, {{"name", i % 2 == 0 ? "oak" : "oak_billboard"}});
+  EXPECT_TRUE(import_bytes(boards.glb()));
 }
 
 TEST(ImportGltfBad, TooManyElementsAreRefusedBeforeTheyAreRead) {

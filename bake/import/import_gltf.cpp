@@ -315,7 +315,8 @@ Result<SourceContents> read_contents(const std::filesystem::path& path, const Im
 }
 
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf_bytes(file, path.parent_path(), options.outside_files, {options.max_source_triangles}); });
+  return import_guarded(path, options,
+                        [&] { return load_gltf_bytes(file, path.parent_path(), options.outside_files, {options.max_source_triangles}); });
 }
 
 }  // namespace coppice::bake

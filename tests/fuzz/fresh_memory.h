@@ -11,7 +11,8 @@ namespace coppice::test {
 /// Fills all allocations from now on but large ones (with AddressSanitizer over 200 KiB); what calloc clears stays clear.
 void fill_fresh_memory(std::uint8_t byte);
 
-/// Runs `work`. With AddressSanitizer it traps where that has taken over 512 MiB at a time, or more of this thread's time than most_seconds.
+/// Runs `work`. With AddressSanitizer it traps where that has taken over 512 MiB at a time, or more of this thread's time than
+/// most_seconds.
 void check_cost(double most_seconds, const std::function<void()>& work);
 
 }  // namespace coppice::test

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -164,32 +163,34 @@ TEST(SourceCost, IsASumOfProducts) {
   GltfBuilder plain = test::small_plant();  // a leaf of two triangles and four vertices, a twig of one triangle
   plain.json["buffers"] = {{{"byteLength", plain.bin.size()}}};
   plain.json["accessors"].push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 6}});
-  const int unbacked = static_cast<int>(plain.json["accessors"].size()) - 1;
   ASSERT_EQ(cost_of(plain), 3u);
   struct Case {
-    const char* what;
-    std::function<void(GltfBuilder&)> change;
+    const char* patch;  // RFC 6902, without the operation
     std::uint64_t cost;
   };
   const std::vector<Case> cases{
-      {"a node shows the leaf once more", [](auto& b) { b.add_node(0); }, 5},
-      {"six instances", [&](auto& b) { b.add_node(0, instancing(unbacked)); }, 3 + 6 * 2},
-      {"a node that the scene does not show", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}); }, 3},
-      {"a node below another", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}), b.node(0)["children"] = {2}; }, 5},
-      {"without scenes all nodes count", [](auto& b) { b.json["nodes"].push_back({{"mesh", 0}}), b.json.erase("scenes"); }, 5},
-      {"points count as one", [](auto& b) { b.primitive(1)["mode"] = 0; }, 3},
-      {"a strip has a triangle an index", [](auto& b) { b.primitive()["mode"] = 5; }, 6 + 1},
-      {"a line becomes two", [](auto& b) { b.primitive(1)["mode"] = 1; }, 2 + 2 * 3 + 2 * 3},
-      {"vertices without triangles", [&](auto& b) { b.primitive()["attributes"]["POSITION"] = unbacked, b.primitive().erase("indices"); }, 3},
-      {"a mesh without primitives", [](auto& b) { b.json["meshes"].push_back({{"primitives", json::array()}}), b.add_node(2); }, 4},
-      {"morph weights that are used", [](auto& b) { b.node(0)["weights"] = {0.5, 0, 1}; }, 3 + (4 + 2 * 4) / 3},
-      {"a skin poses", [](auto& b) { b.json["skins"] = {{{"joints", {1}}}}, b.node(0)["skin"] = 0; }, 3 + 2},
-      {"a file of 4 kB", [](auto& b) { b.json["buffers"].push_back({{"byteLength", 4096}, {"uri", "a.bin"}}); }, 3 + 2},
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}])", 3},  // the scene does not show it
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/scenes/0/nodes/-", "value": 2}])", 5},
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/nodes/1/children", "value": [2]}])", 5},
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/scenes", "value": []}])", 5},
+      {R"([{"path": "/nodes/0/extensions", "value": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 3}}}}])", 6 * 2 + 1},
+      {R"([{"path": "/meshes/1/primitives/-", "value": {"attributes": {}, "mode": 0}}])", 3 + 1},  // points count as one
+      {R"([{"path": "/meshes/0/primitives/0/mode", "value": 5}])", 6 + 1},                         // a strip has a triangle an index
+      {R"([{"path": "/meshes/1/primitives/0/mode", "value": 1}])", 2 + 6 + 6},  // lines become two, and are made once more
+      {R"([{"path": "/meshes/1/primitives/0/attributes/POSITION", "value": 3}, {"path": "/meshes/1/primitives/0/indices", "value": 1}])",
+       4},
+      {R"([{"path": "/meshes/0/primitives", "value": []}])", 1 + 1},
+      {R"([{"path": "/nodes/0/weights", "value": [0.5, 0, 1]}])", 3 + (4 + 2 * 4) / 3},
+      {R"([{"path": "/meshes/0/weights", "value": [1]}, {"path": "/meshes/1/weights", "value": [0]}])", 3 + 3},
+      {R"([{"path": "/skins", "value": [{"joints": [1]}]}, {"path": "/nodes/0/skin", "value": 0}])", 3 + 2},
+      {R"([{"path": "/buffers/-", "value": {"byteLength": 4096, "uri": "a.bin"}}])", 3 + 2},
   };
   for (const Case& each : cases) {
-    SCOPED_TRACE(each.what);
+    SCOPED_TRACE(each.patch);
+    json patch = json::parse(each.patch);
+    for (json& step : patch) step["op"] = "add";
     GltfBuilder builder = plain;
-    each.change(builder);
+    builder.json.patch_inplace(patch);
     EXPECT_EQ(cost_of(builder), each.cost);
   }
 }

@@ -26,9 +26,9 @@ struct CostLimit {
 
 /// What a mesh takes. All sums in this file stay at the largest number when they overflow.
 struct MeshCost {
-  std::uint64_t triangles = 0;            ///< in each place that it stands; a primitive counts as at least one
-  std::uint64_t lines = 0;                ///< triangles that its lines become, wherever it stands
-  std::uint64_t vertices = 0, values = 0; ///< of all primitives: vertices, and vertices times attributes
+  std::uint64_t triangles = 0;             ///< in each place that it stands; a primitive counts as at least one
+  std::uint64_t lines = 0;                 ///< triangles that its lines become, wherever it stands
+  std::uint64_t vertices = 0, values = 0;  ///< of all primitives: vertices, and vertices times attributes
 
   /// Adds a checked primitive. counts  [accessors]. returns  the primitive's triangles
   std::uint64_t add(const nlohmann::json& primitive, std::span<const std::uint64_t> counts);

@@ -36,7 +36,7 @@ std::string conversion_advice(const std::filesystem::path& path);
 Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit);
 
 /// Does the same for bytes in memory. folder  holds the files that they refer to
-Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder,
-                                     OutsideFiles outside, const CostLimit& limit);
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside,
+                                     const CostLimit& limit);
 
 }  // namespace coppice::bake

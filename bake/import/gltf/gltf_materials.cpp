@@ -60,8 +60,7 @@ std::string lack_of_image(const tinygltf::Model& model, int texture) {
   if (texture < 0 || image_of(model, texture) != kNone) return {};
   std::string line = "textures[" + std::to_string(texture) + "] has no image";
   for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
-    if (line.size() < 256)
-      line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
+    if (line.size() < 256) line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
   return line;
 }
 
@@ -166,8 +165,8 @@ struct ImageTaker {
   std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;  ///< by the model's image
   std::vector<Image> images;
   std::multimap<std::size_t, std::uint32_t> by_hash;  ///< images by their texels
-  std::set<std::uint32_t> ignored_masks;  ///< the model's images that opaque materials show, and whose alpha looks like a mask
-  std::uint64_t bytes = 0;                ///< of all that were decoded, equal ones too
+  std::set<std::uint32_t> ignored_masks;              ///< the model's images that opaque materials show, and whose alpha looks like a mask
+  std::uint64_t bytes = 0;                            ///< of all that were decoded, equal ones too
 
   /// Returns the image's number in `images`; kNone for kNone.
   Result<std::uint32_t> take(std::uint32_t index, ImageUse use) {

@@ -553,8 +553,8 @@ class Screen {
   std::vector<std::uint64_t> counts_;  ///< [accessors]
   std::uint64_t unbacked_ = 0;         ///< elements so far that no bytes of the file back
   std::vector<MeshCost> meshes_;
-  std::vector<std::size_t> parents_;   ///< [nodes] the number of nodes for a root
-  std::size_t node_count_ = 0;         ///< how many have been checked
+  std::vector<std::size_t> parents_;  ///< [nodes] the number of nodes for a root
+  std::size_t node_count_ = 0;        ///< how many have been checked
 };
 
 // In the order in which they are checked.

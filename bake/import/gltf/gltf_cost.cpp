@@ -104,7 +104,7 @@ std::uint64_t MeshCost::add(const Json& primitive, std::span<const std::uint64_t
   const std::uint64_t drawn = mode == 0 ? 0 : mode < kTriangles ? product(2, corners) : mode == kTriangles ? corners / 3 : corners;
   const std::uint64_t added = std::max({std::uint64_t{1}, drawn, mode == 0 ? 0 : thirds(own)});
   triangles = sum(triangles, added);
-  if (mode < kTriangles) lines = sum(lines, added);
+  if (mode > 0 && mode < kTriangles) lines = sum(lines, added);
   if (mode >= kTriangles) vertices = sum(vertices, own);
   values = sum(values, mode < kTriangles ? 1 : product(own, attributes.size()));
   return added;

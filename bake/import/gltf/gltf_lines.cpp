@@ -194,9 +194,10 @@ std::string lines_text(const std::vector<WidenedLines>& lines, const std::vector
   double narrowest_m = std::numeric_limits<double>::max(), widest_m = 0.0;
   if (lines.empty()) return {};
   for (const MeshInstance& instance : instances)
-    for (const WidenedLines& each : std::ranges::equal_range(lines, instance.mesh, {}, &WidenedLines::mesh)) {
-      const double width_m = each.width * std::cbrt(std::abs(glm::determinant(glm::dmat3(instance.scene_from_mesh))));
-      count += each.count;
+    for (auto each = std::ranges::lower_bound(lines, instance.mesh, {}, &WidenedLines::mesh);
+         each != lines.end() && each->mesh == instance.mesh; ++each) {
+      const double width_m = each->width * std::cbrt(std::abs(glm::determinant(glm::dmat3(instance.scene_from_mesh))));
+      count += each->count;
       narrowest_m = std::min(narrowest_m, width_m);
       widest_m = std::max(widest_m, width_m);
     }

@@ -1,7 +1,10 @@
 #include "bake_key.h"
 
+#include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -14,19 +17,27 @@
 namespace coppice::bake {
 namespace {
 
-/// As much of a file as a bake reads; nothing where there is none.
-Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& reference, const std::filesystem::path& folder,
-                                                          OutsideFiles outside) {
-  const auto file = resolve_reference(folder, reference.uri, reference.place(), outside);
-  if (!file && file.error().status != Status::io) return file.error();
-  if (!file) return std::optional<std::vector<std::uint8_t>>();
-  COPPICE_TRY(bytes, read_file(*file, reference.used_bytes));
-  return std::optional<std::vector<std::uint8_t>>(std::move(bytes));
-}
-
 std::string checksum_text(std::span<const std::uint8_t> bytes) {
   return checksum_of(std::array{as_text(bytes)});
 }
+
+/// Checksums of files, each read once, however many references name it.
+class FileStates {
+ public:
+  /// Of as much of a file as a bake reads; "missing" where there is none.
+  Result<std::string> state_of(const GltfReference& reference, const std::filesystem::path& folder, OutsideFiles outside) {
+    const auto file = resolve_reference(folder, reference.uri, reference.place(), outside);
+    if (!file && file.error().status != Status::io) return file.error();
+    if (!file) return std::string("missing");
+    const auto [known, is_new] = states_.try_emplace({*file, std::min(reference.used_bytes, bytes_of_file(*file))});
+    if (!is_new) return known->second;
+    COPPICE_TRY(bytes, read_file(*file, reference.used_bytes));
+    return known->second = checksum_text(bytes);
+  }
+
+ private:
+  std::map<std::pair<std::filesystem::path, std::uint64_t>, std::string> states_;  ///< by file and how much of it
+};
 
 }  // namespace
 
@@ -34,7 +45,7 @@ std::vector<KeyPart> option_parts(const BakeOptions& options) {
   // A member that is added later does not compile until it is counted here: it needs a row in bake_option_table(), or changes nothing, as
   // the number of threads.
   [[maybe_unused]] const auto& [o1, o2, o3, import, collapse, o6, o7, o8, o9, wind] = options;
-  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, plant, i9] = import;
+  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, plant, i9, i10] = import;
   [[maybe_unused]] const auto& [p1, p2, p3] = plant;
   [[maybe_unused]] const auto& [w1, w2] = wind;
   [[maybe_unused]] const auto& [c1, c2, c3] = collapse;
@@ -60,9 +71,10 @@ Result<std::vector<KeyPart>> bake_key_parts(const std::filesystem::path& input, 
   }
   parts.push_back({"name", "", portable_text(input.filename().string())});
   parts.push_back({"input", "", checksum_text(bytes)});
+  FileStates states;
   for (const GltfReference& reference : referred_files(bytes)) {
-    COPPICE_TRY(state, state_of(reference, input.parent_path(), options.import.outside_files));
-    parts.push_back({"file", portable_text(percent_decoded(reference.uri)), state ? checksum_text(*state) : "missing"});
+    COPPICE_TRY(state, states.state_of(reference, input.parent_path(), options.import.outside_files));
+    parts.push_back({"file", portable_text(percent_decoded(reference.uri)), std::move(state)});
   }
   return parts;
 }

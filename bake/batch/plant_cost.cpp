@@ -6,79 +6,27 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
-#include "gltf_references.h"
+#include "gltf_document.h"
+#include "gltf_screen.h"
 
 namespace coppice::bake {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 // One process looks at all plants: what is hostile shall not fill its memory.
 constexpr std::uint64_t kMostJsonBytes = std::uint64_t{32} << 20;
-constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 40;  // what a damaged file claims does not overflow
-
-/// The JSON of a .gltf or .glb; discarded where there is none.
-Json document_of(const fs::path& path) {
-  const auto bytes = read_gltf_text(path, kMostJsonBytes);
-  return bytes ? Json::parse(gltf_text(*bytes), nullptr, false) : Json(Json::value_t::discarded);
-}
-
-/// A member of an object, or an entry of an array; null where there is none.
-const Json& member(const Json& parent, const char* key) {
-  static const Json null;
-  if (!parent.is_object()) return null;
-  const auto found = parent.find(key);
-  return found == parent.end() ? null : *found;
-}
-
-const Json& entry(const Json& list, const Json& index) {
-  static const Json null;
-  return list.is_array() && index.is_number_unsigned() && index.get<std::size_t>() < list.size() ? list[index.get<std::size_t>()] : null;
-}
-
-std::uint64_t count_of(const Json& accessor) {
-  const Json& count = member(accessor, "count");
-  return count.is_number_unsigned() ? std::min(count.get<std::uint64_t>(), kMostTriangles) : 0;
-}
-
-std::uint64_t triangles_of_mesh(const Json& document, const Json& mesh) {
-  const Json &accessors = member(document, "accessors"), &primitives = member(mesh, "primitives");
-  std::uint64_t triangles = 0;
-  for (const Json& primitive : primitives.is_array() ? primitives : Json::array()) {
-    const Json& mode = member(primitive, "mode");
-    if (mode.is_number_unsigned() && mode.get<std::uint64_t>() < 4) continue;  // points and lines
-    const Json& indices = entry(accessors, member(primitive, "indices"));
-    const Json& corners = indices.is_object() ? indices : entry(accessors, member(member(primitive, "attributes"), "POSITION"));
-    triangles = std::min(kMostTriangles, triangles + count_of(corners) / 3);
-  }
-  return triangles;
-}
-
-/// How many times a node shows its mesh.
-std::uint64_t instances_of_node(const Json& document, const Json& node) {
-  const Json& attributes = member(member(member(node, "extensions"), "EXT_mesh_gpu_instancing"), "attributes");
-  if (!attributes.is_object() || attributes.empty()) return 1;
-  return std::max<std::uint64_t>(1, count_of(entry(member(document, "accessors"), *attributes.begin())));
-}
-
-std::uint64_t triangles_of(const Json& document) {
-  const Json &meshes = member(document, "meshes"), &nodes = member(document, "nodes");
-  std::uint64_t triangles = 0;
-  for (const Json& node : nodes.is_array() ? nodes : Json::array()) {
-    const std::uint64_t once = triangles_of_mesh(document, entry(meshes, member(node, "mesh")));
-    const std::uint64_t instances = std::min(instances_of_node(document, node), kMostTriangles / std::max<std::uint64_t>(1, once));
-    triangles = std::min(kMostTriangles, triangles + once * instances);
-  }
-  return triangles;
-}
 
 }  // namespace
 
 InputCounts count_input(const fs::path& input, const ImportOptions& options) {
-  const Json document = document_of(input);
-  InputCounts counts{triangles_of(document), bytes_of_file(input)};
-  for (const GltfReference& reference : find_references(document)) {
+  InputCounts counts{0, bytes_of_file(input)};
+  const auto bytes = read_gltf_text(input, kMostJsonBytes);
+  if (!bytes) return counts;
+  const std::string_view text = gltf_text(*bytes);
+  // The bytes of a .glb's other chunk are not there to be counted.
+  if (const auto screened = screen_gltf(text, kMaxGltfBytes, {options.max_source_triangles})) counts.triangles = screened->triangles;
+  for (const GltfReference& reference : find_references(nlohmann::json::parse(text, nullptr, false))) {
     const auto file = resolve_reference(input.parent_path(), reference.uri, reference.place(), options.outside_files);
     if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);
   }

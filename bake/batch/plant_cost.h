@@ -19,13 +19,13 @@ struct PlantCost {
   friend bool operator==(const PlantCost&, const PlantCost&) = default;
 };
 
-/// Triangles as a document's scene graph has them, instances too, and the bytes of the input with those that it refers to.
+/// Triangles of a document's scene in all places (check_cost), and the bytes of the input with those that it refers to.
 struct InputCounts {
   std::uint64_t triangles = 0, bytes = 0;
 };
 
-/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, makes no sense, or is over 32 MiB
-/// of JSON counts 0: the bake will say what is wrong with it.
+/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, is refused by screen_gltf, or is
+/// over 32 MiB of JSON counts 0: the bake will say what is wrong with it.
 InputCounts count_input(const std::filesystem::path& input, const ImportOptions& options);
 
 /// An estimate by a fit to measured bakes, which tests/bench/results/cluster.md has. Cached plants cost as much as others.

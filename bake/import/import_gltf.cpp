@@ -28,8 +28,6 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::size_t kMaxWarnings = 32;
-// Limits nodes times primitives: work that a small file can ask for.
-constexpr std::size_t kMaxDraws = std::size_t{1} << 22;
 // A leaf of this many triangles is more likely a crown that is welded together.
 constexpr std::uint32_t kShellTriangles = 2000;
 
@@ -45,17 +43,12 @@ std::uint32_t material_index(const tinygltf::Primitive& primitive) {
 
 Result<UsedMaterials> used_materials(const tinygltf::Model& model, const std::vector<MeshInstance>& instances) {
   UsedMaterials used;
-  std::size_t draw_count = 0;
-  for (const MeshInstance& instance : instances) {
-    const auto& primitives = model.meshes.at(instance.mesh).primitives;
-    draw_count += primitives.size();
-    if (draw_count > kMaxDraws) return Error{Status::unsupported, "more than 2^22 primitives in the scene"};
-    for (const tinygltf::Primitive& primitive : primitives) {
+  for (const MeshInstance& instance : instances)
+    for (const tinygltf::Primitive& primitive : model.meshes.at(instance.mesh).primitives) {
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
       if (used.number_of.try_emplace(material_index(primitive), static_cast<std::uint32_t>(used.sources.size())).second)
         used.sources.push_back(material_index(primitive));
     }
-  }
   if (used.sources.empty()) return Error{Status::bad_file, "no triangles and no lines in the scene"};
   if (used.sources.size() > COPPICE_MAX_MATERIALS) return Error{Status::unsupported, "more than 256 materials in use"};
   return used;
@@ -231,8 +224,6 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   Plant plant;
   COPPICE_TRY(transform, scene_from_file(options));
   COPPICE_TRY(lines, widen_lines(model));
-  COPPICE_TRY(counts, mesh_instance_counts(model));
-  COPPICE_CHECK(check_totals(model, counts));
   COPPICE_TRY(all_instances, mesh_instances(model, transform));
   COPPICE_TRY(chosen, choose_plant(model, std::move(all_instances), options.plant));
   const std::vector<MeshInstance>& instances = chosen.instances;
@@ -247,7 +238,7 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // The images' colours and holes are evidence for leaves.
-  const ImageFolder image_folder{folder, options.outside_files};
+  const ImageFolder image_folder{folder, options.outside_files, CostLimit{options.max_source_triangles}.triangles()};
   COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
   const glm::dvec3 anchor = soup.anchor;
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
@@ -308,12 +299,12 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
 }
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files); });
+  return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files, {options.max_source_triangles}); });
 }
 
 Result<SourceContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {
   return guarded<SourceContents>(path, [&]() -> Result<SourceContents> {
-    COPPICE_TRY(model, load_gltf(path, options.outside_files));
+    COPPICE_TRY(model, load_gltf(path, options.outside_files, {options.max_source_triangles}));
     COPPICE_TRY(transform, scene_from_file(options));
     COPPICE_CHECK(widen_lines(*model));
     COPPICE_TRY(instances, mesh_instances(*model, transform));
@@ -324,7 +315,8 @@ Result<SourceContents> read_contents(const std::filesystem::path& path, const Im
 }
 
 Result<Plant> import_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf_bytes(file, path.parent_path(), options.outside_files); });
+  return import_guarded(path, options,
+                        [&] { return load_gltf_bytes(file, path.parent_path(), options.outside_files, {options.max_source_triangles}); });
 }
 
 }  // namespace coppice::bake

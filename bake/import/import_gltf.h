@@ -39,6 +39,7 @@ struct ImportOptions {
   PlantChoice plant;
   /// Whether buffers and images may be files outside the glTF's folder.
   OutsideFiles outside_files = OutsideFiles::refused;
+  std::uint32_t max_source_triangles = 0;  ///< CostLimit::max_triangles (gltf_cost.h)
 };
 
 /// The transform from the file's axes and unit to metres with +Y up. errors  invalid_argument: metres_per_unit is no length
@@ -51,8 +52,9 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options);
 /// what the file asks for.
 /// errors  `detail` begins with the file's name and names the place in it. io: the file or one it refers to is unreadable; bad_file: not
 ///         glTF, damaged, an index or accessor out of range, a position that is not finite; unsupported: another glTF version, a required
-///         extension (named), more than a plant may have; invalid_argument: a file outside the glTF's folder, unless that is allowed,
-///         metres_per_unit is no length, a pattern is not a regular expression, or leaf_material matches nothing (the materials are listed)
+///         extension (named), more triangles than the limit, more than a plant may have; invalid_argument: a file outside the glTF's
+///         folder, unless that is allowed, metres_per_unit is no length, a pattern is not a regular expression, or leaf_material matches
+///         nothing (the materials are listed)
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options);
 
 /// Lists what the file holds, and reads no more of it than choose_plant needs. errors  as import_gltf

@@ -9,6 +9,7 @@
 
 #include "atomic_file.h"
 #include "class_rules.h"
+#include "gltf_cost.h"
 #include "raster.h"
 #include "text_bytes.h"
 #include "text_number.h"
@@ -242,6 +243,16 @@ std::vector<BakeOption> units_group() {
       [](BakeRequest& request, bool on) { request.options.import.outside_files = on ? OutsideFiles::allowed : OutsideFiles::refused; },
       [](const BakeOptions& o) { return o.import.outside_files == OutsideFiles::allowed; }));
   table.back().changes_result = false;  // nor with a file that is refused
+  table.push_back(number<std::uint32_t>(
+      "max-source-triangles", "N",
+      "Refuse a file that asks for more triangles, in all places where it shows them, before any is read. Whatever else takes their memory "
+      "counts too. By default as many as this machine's memory holds at 1 kB each, at most " +
+          std::to_string(kMaxSourceTriangles),
+      1, kMaxSourceTriangles, [](auto& o) -> auto& { return o.import.max_source_triangles; }));
+  table.back().get = [](const BakeOptions& o) {
+    return o.import.max_source_triangles > 0 ? std::optional(exact(o.import.max_source_triangles)) : std::nullopt;
+  };
+  table.back().changes_result = false;
   return table;
 }
 

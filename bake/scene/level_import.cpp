@@ -239,7 +239,7 @@ std::size_t LeftMeshes::count() const {
 }
 
 Result<LevelPlants> import_level(const std::filesystem::path& path, std::span<const std::string> species, const ImportOptions& options) {
-  COPPICE_TRY(model, load_gltf(path, options.outside_files));
+  COPPICE_TRY(model, load_gltf(path, options.outside_files, {options.max_source_triangles, true}));
   COPPICE_TRY(scene_from_units, scene_from_file(options));
   COPPICE_TRY(instances, mesh_instances(*model, scene_from_units));
   // The plants were baked with the same axes and unit.

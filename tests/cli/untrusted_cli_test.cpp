@@ -87,6 +87,27 @@ TEST(Limits, ThatSufficeChangeNothing) {
     EXPECT_EQ(run_tool(joined({"bake", plant, "-o", folder / "x.coppice"}, wrong)).exit_code, 2);
 }
 
+TEST(SourceTriangles, EveryCommandRefusesTooManyAndMayRaiseTheLimit) {
+  const TemporaryFolder folder;
+  GltfBuilder builder = small_plant();
+  builder.node(0)["name"] = "plant";
+  fs::create_directories(folder / "plants");
+  const fs::path plant = write_file(folder / "plants" / "plant.glb", builder.glb()), out = folder / "out";
+  for (const Words& command : {quick({"bake", plant, "-o", out / "plant.coppice"}),
+                               {"bake", plant, "--dry-run"},
+                               quick({"bake-all", folder / "plants", "-o", out, "--quiet"}),
+                               {"evaluate", plant, "--methods", "geometric", "--levels", "1", "--size", "16"},
+                               {"scene", plant, "-o", out / "w.forest", "--plants", out / "plant.coppice"},
+                               quick({"view", plant})}) {
+    const bool counts_places = command[0] == "scene";
+    expect_refused(joined(command, {"--max-source-triangles", counts_places ? "1" : "2"}),
+                   {"plant.glb", "meshes[0]", counts_places ? "2" : "3", "--max-source-triangles"});
+    if (command[0] == "view") continue;  // it would show the plant
+    const ProcessResult allowed = run_tool(joined(command, {"--max-source-triangles", counts_places ? "2" : "3"}));
+    EXPECT_EQ(allowed.exit_code, 0) << command[0] << ": " << allowed.err;
+  }
+}
+
 TEST(OutsideFiles, EveryCommandRefusesAndMayAllowThem) {
   const TemporaryFolder folder;
   const fs::path inner = folder / "inner", out = folder / "out";

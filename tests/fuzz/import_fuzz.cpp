@@ -1,5 +1,6 @@
 // libFuzzer: any bytes are refused with a named error or import as a plant whose parts fit together. Files that the bytes refer to are
-// looked for in a folder that is not there. The checks trap, so that a wrong answer is found like a crash.
+// looked for in a folder that is not there. The checks trap, so that a wrong answer is found like a crash. So does one that costs too much:
+// a second or 512 MiB to tell what the document will cost, or that much memory to read a document that is to cost little.
 
 #include <cmath>
 #include <cstddef>
@@ -9,9 +10,13 @@
 
 #include "check.h"
 #include "fresh_memory.h"
+#include "gltf_document.h"
+#include "gltf_screen.h"
 #include "import_gltf.h"
 
 namespace {
+
+const coppice::bake::ImportOptions kLittle{.max_source_triangles = 1u << 14};
 
 void check_mesh(const coppice::bake::Mesh& mesh, std::size_t material_count) {
   COPPICE_ASSERT(mesh.indices.size() == 3 * mesh.triangle_materials.size());
@@ -43,7 +48,7 @@ void check_plant(const coppice::bake::Plant& plant) {
 void check_pictures(const coppice::bake::Plant& plant, std::span<const std::uint8_t> file) {
   if (plant.images.empty()) return;
   coppice::test::fill_fresh_memory(0xc3);
-  const auto again = coppice::bake::import_gltf_bytes(file, "no_such_folder/fuzz.glb", {});
+  const auto again = coppice::bake::import_gltf_bytes(file, "no_such_folder/fuzz.glb", kLittle);
   COPPICE_ASSERT(again && again->images.size() == plant.images.size());
   for (std::size_t i = 0; i < plant.images.size(); ++i) COPPICE_ASSERT(again->images[i].rgba == plant.images[i].rgba);
 }
@@ -52,7 +57,11 @@ void check_pictures(const coppice::bake::Plant& plant, std::span<const std::uint
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   coppice::test::fill_fresh_memory(0x55);
-  const auto plant = coppice::bake::import_gltf_bytes(std::span(data, size), "no_such_folder/fuzz.glb", {});
+  const std::span file(data, size);
+  coppice::test::check_cost(
+      1.0, [&] { static_cast<void>(coppice::bake::screen_gltf(coppice::bake::gltf_text(file), coppice::bake::kMaxGltfBytes)); });
+  coppice::Result<coppice::bake::Plant> plant = coppice::Error{coppice::Status::internal};
+  coppice::test::check_cost(60.0, [&] { plant = coppice::bake::import_gltf_bytes(file, "no_such_folder/fuzz.glb", kLittle); });
   if (plant) {
     check_plant(*plant);
     check_pictures(*plant, {data, size});

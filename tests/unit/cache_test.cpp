@@ -128,6 +128,7 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
     BakeOptions options;
     changes[i](options);
     options.import.outside_files = i % 2 == 0 ? OutsideFiles::allowed : OutsideFiles::refused;
+    options.import.max_source_triangles = i % 2 == 0 ? 0 : 1000;
     const std::string key = key_of_file(plant.gltf, options);
     EXPECT_TRUE(keys.insert(key).second);
     const auto entry = manifest_entry({plant.gltf, out / "a/b.coppice", options}, out);
@@ -138,10 +139,12 @@ TEST(BakeKey, NamesAndEveryOptionCountThreadsDoNot) {
     EXPECT_EQ(listed->front().input, plant.gltf);
     EXPECT_EQ(listed->front().output, out / "a/b.coppice");
     EXPECT_EQ(listed->front().options.import.outside_files, options.import.outside_files);
+    EXPECT_EQ(listed->front().options.import.max_source_triangles, options.import.max_source_triangles);
     EXPECT_EQ(key_of_file(plant.gltf, listed->front().options), key);
   }
   BakeOptions options;
   options.thread_count = 7;
+  options.import.max_source_triangles = 1000;
   EXPECT_FALSE(keys.insert(key_of_file(plant.gltf, options)).second);
   fs::copy(plant.gltf, plant.folder / "other.gltf");
   EXPECT_TRUE(keys.insert(key_of_file(plant.folder / "other.gltf")).second) << "the file keeps the plant's name";

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <string>
@@ -146,35 +147,138 @@ TEST(ImportGltfBad, NothingHasArea) {
   expect_error(builder.glb(), Status::bad_file, {"'leaves'", "'bark'"});
 }
 
-TEST(ImportGltfBad, ASmallFileThatAsksForBillionsOfTriangles) {
-  // 4000 nodes, each of 4000 times the same 3000 vertices: 48 billion.
-  GltfBuilder builder = test::small_plant();
-  const int positions = builder.add_positions(std::vector<glm::vec3>(3000, glm::vec3(1.0f, 2.0f, 3.0f)));
-  builder.add_mesh({{"POSITION", positions}}, std::nullopt, 1);
-  const json primitive = builder.json["meshes"].back()["primitives"][0];
-  for (int i = 0; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
-  for (int i = 0; i < 4000; ++i) builder.add_node(2);
-  expect_error(builder.glb(), Status::unsupported, {"2^26"});
+/// With a description of its one buffer, for screen_gltf.
+GltfBuilder with_buffer(GltfBuilder builder) {
+  builder.json["buffers"] = {{{"byteLength", builder.bin.size()}}};
+  return builder;
 }
 
-TEST(ImportGltfBad, TooManyTrianglesAreRefusedBeforeAnyIsRead) {
-  // Read, the positions would be an error: one is not a number.
-  const std::vector<glm::vec3> positions(3000, glm::vec3(std::nanf(""), 0.0f, 0.0f));
-  GltfBuilder shared = test::small_plant();
-  shared.add_mesh({{"POSITION", shared.add_positions(positions)}}, std::nullopt, 1);
-  for (int i = 0; i < 50000; ++i) shared.add_node(2);
-  expect_error(shared.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
+/// What the document counts as, in triangles: the least limit under which it is read.
+std::uint64_t cost_of(const GltfBuilder& builder) {
+  const std::string document = builder.json.dump();
+  for (std::uint64_t limit = 1; limit < 10000; ++limit)
+    if (screen_gltf(document, builder.bin.size(), {limit})) return limit;
+  return 0;
+}
 
-  GltfBuilder instanced = test::small_plant();
-  instanced.add_mesh({{"POSITION", instanced.add_positions(positions)}}, std::nullopt, 1);
-  const int node = instanced.add_node(2);
-  const int places = instanced.add_positions(std::vector<glm::vec3>(50000, glm::vec3(1.0f)));
-  instanced.node(node)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
-  expect_error(instanced.glb(), Status::unsupported, {"2^26", "meshes[2].primitives[0]", "50000", "1000"});
+json instancing(int accessor) {
+  return {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", accessor}}}}}}}};
+}
 
-  for (int i = 0; i < 100; ++i)
-    instanced.add_node(0, {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}});
-  expect_error(instanced.glb(), Status::unsupported, {"2^22", "nodes["});
+TEST(SourceCost, IsASumOfProducts) {
+  GltfBuilder plain = with_buffer(test::small_plant());  // a leaf of two triangles and four vertices, a twig of one triangle
+  plain.json["accessors"].push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 6}});
+  ASSERT_EQ(cost_of(plain), 3u);
+  struct Case {
+    const char* patch;  // RFC 6902; the operation is "add"
+    std::uint64_t cost;
+  };
+  const std::vector<Case> cases{
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}])", 3},  // the scene does not show it
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/scenes/0/nodes/-", "value": 2}])", 5},
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/nodes/1/children", "value": [2]}])", 5},
+      {R"([{"path": "/nodes/-", "value": {"mesh": 0}}, {"path": "/scenes", "value": []}, {"path": "/scene", "op": "remove"}])", 5},
+      {R"([{"path": "/nodes/0/extensions", "value": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 3}}}}])", 6 * 2 + 1},
+      {R"([{"path": "/meshes/1/primitives/-", "value": {"attributes": {}, "mode": 0}}])", 3 + 1},  // points count as one
+      {R"([{"path": "/meshes/0/primitives/0/mode", "value": 5}])", 6 + 1},                         // a strip has a triangle an index
+      {R"([{"path": "/meshes/1/primitives/0/mode", "value": 1}])", 2 + 6 + 6},  // lines become two, and are made once more
+      {R"([{"path": "/meshes/1/primitives/0/attributes/POSITION", "value": 3}, {"path": "/meshes/1/primitives/0/indices", "value": 1}])",
+       4},
+      {R"([{"path": "/meshes/0/primitives", "value": []}])", 1 + 1},
+      {R"([{"path": "/nodes/0/weights", "value": [0.5, 0, 1]}])", 3 + (4 + 2 * 4) / 3},
+      {R"([{"path": "/meshes/0/weights", "value": [1]}, {"path": "/meshes/1/weights", "value": [0]}])", 3 + 3},
+      {R"([{"path": "/skins", "value": [{"joints": [1]}]}, {"path": "/nodes/0/skin", "value": 0}])", 3 + 2},
+      {R"([{"path": "/buffers/-", "value": {"byteLength": 4096, "uri": "a.bin"}}])", 3 + 4},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.patch);
+    json patch = json::parse(each.patch);
+    for (json& step : patch) step.emplace("op", "add");
+    GltfBuilder builder = plain;
+    builder.json.patch_inplace(patch);
+    EXPECT_EQ(cost_of(builder), each.cost);
+  }
+}
+
+TEST(SourceCost, OfALevelCountsPlacesAlone) {
+  const GltfBuilder builder = with_buffer(test::small_plant());
+  EXPECT_FALSE(screen_gltf(builder.json.dump(), builder.bin.size(), {2}));
+  EXPECT_TRUE(screen_gltf(builder.json.dump(), builder.bin.size(), {2, true}));
+  EXPECT_FALSE(screen_gltf(builder.json.dump(), builder.bin.size(), {1, true}));
+}
+
+TEST(SourceCost, IsRefusedWithNumbersBeforeAnythingIsRead) {
+  // 4000 nodes, each of 4000 times the same 3000 vertices, which would be an error: they are not numbers.
+  GltfBuilder builder = test::small_plant();
+  const int positions = builder.add_positions(std::vector<glm::vec3>(3000, glm::vec3(std::nanf(""))));
+  builder.add_mesh({{"POSITION", positions}}, std::nullopt, 1);
+  const json primitive = builder.primitive(2);
+  for (int i = 1; i < 4000; ++i) builder.json["meshes"].back()["primitives"].push_back(primitive);
+  for (int i = 0; i < 4000; ++i) builder.add_node(2);
+  expect_error(builder.glb(), Status::unsupported, {"meshes[2]", "4000", "4000000", "16000000003", "--max-source-triangles"});
+  expect_error(test::small_plant().glb(), Status::unsupported, {"meshes[0]", "3", "2", "--max-source-triangles"},
+               {.max_source_triangles = 2});
+}
+
+TEST(SourceCost, StaysAtTheLargestNumber) {
+  GltfBuilder builder = test::small_plant();
+  json& primitive = builder.primitive();
+  builder.json["accessors"][0].erase("bufferView");
+  builder.json["accessors"][0]["count"] = std::numeric_limits<std::uint64_t>::max();
+  primitive.erase("indices");
+  primitive["extensions"][kDracoExtension] = {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
+  builder.add_node(0);
+  builder.add_node(0);
+  builder.add_node(0);
+  expect_error(builder.glb(), Status::unsupported, {"meshes[0]", "18446744073709551615", "--max-source-triangles"});
+}
+
+TEST(SourceCost, ElementsThatNoBytesBackAreFew) {
+  GltfBuilder builder = with_buffer(test::small_plant());
+  builder.json["accessors"].push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 40000}});
+  builder.add_node(0, instancing(3));
+  EXPECT_TRUE(screen_gltf(builder.json.dump(), builder.bin.size()));
+  builder.add_node(0, instancing(3));
+  test::expect_error(screen_gltf(builder.json.dump(), builder.bin.size()), Status::bad_file, {"accessors[3].count", "40000", "65536"});
+}
+
+TEST(SourceCost, NamesThatManyNodesCopyAreShort) {
+  GltfBuilder builder = test::small_plant();
+  builder.json["meshes"][1]["name"] = std::string(1024, 'a');
+  EXPECT_TRUE(import_bytes(builder.glb()));
+  builder.json["meshes"][1]["name"] = std::string(1025, 'a');
+  expect_error(builder.glb(), Status::unsupported, {"meshes[1].name", "1025", "1024"});
+}
+
+TEST(SourceCost, ImagesCountAsTheyAreDecoded) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::png(64, 64, {10, 200, 30, 255}));
+  EXPECT_TRUE(import_bytes(builder.glb(), {.max_source_triangles = 16}));
+  expect_error(builder.glb(), Status::unsupported, {"images[0]", "16", "15", "--max-source-triangles"}, {.max_source_triangles = 15});
+}
+
+// These would take minutes if they took time by the product of their lists.
+
+TEST(SourceCost, OfTexturesIsNotTimesRequiredExtensions) {
+  GltfBuilder builder = with_buffer(test::small_plant());
+  builder.json["images"] = {{{"uri", "leaf.png"}}};
+  for (int i = 0; i < 20000; ++i) {
+    builder.json["extensionsRequired"].push_back("KHR_materials_" + std::to_string(i));
+    builder.json["textures"].push_back({{"source", 0}});
+  }
+  EXPECT_TRUE(screen_gltf(builder.json.dump(), builder.bin.size()));
+}
+
+TEST(SourceCost, OfManyNodesIsNotTimesWhatOthersShow) {
+  GltfBuilder lines = test::small_plant(), boards = lines;
+  const json line{{"primitives", {{{"attributes", {{"POSITION", 2}}}, {"mode", 1}}}}};
+  for (int i = 0; i < 40000; ++i) {
+    lines.json["meshes"].push_back(line);
+    lines.add_node(2 + i);
+    boards.add_node(i % 2 == 0 ? 0 : 1, {{"name", i % 2 == 0 ? "oak" : "oak_billboard"}});
+  }
+  EXPECT_TRUE(import_bytes(lines.glb()));
+  EXPECT_TRUE(import_bytes(boards.glb()));
 }
 
 TEST(ImportGltfBad, TooManyElementsAreRefusedBeforeTheyAreRead) {

@@ -161,10 +161,18 @@ TEST(ImportDraco, ViewsThatShareTheirBytesAreRefused) {
   expect_error(import_built(builder), Status::bad_file, {"plant.glb", "primitives[", "KHR_draco_mesh_compression"});
 }
 
-TEST(ImportDraco, CountsOfCodedAccessorsAllocateNothing) {
+TEST(ImportDraco, CountsOfCodedAccessorsLimitWhatIsDecoded) {
   GltfBuilder builder = draco_plant(squares(2));
-  for (std::size_t i = 3; i < builder.json["accessors"].size(); ++i) builder.json["accessors"][i]["count"] = 1000000000;
+  const auto set_counts = [&builder](std::size_t count) {
+    for (std::size_t i = 3; i < builder.json["accessors"].size(); ++i) builder.json["accessors"][i]["count"] = count;
+  };
+  set_counts(1000000000);
+  expect_error(import_built(builder), Status::unsupported, {"meshes[0]", "--max-source-triangles"});
+  set_counts(1000);
   EXPECT_EQ(imported(builder).leaves.size(), 2u);
+  set_counts(9);
+  builder.primitive()["extensions"]["KHR_draco_mesh_compression"]["triangles"] = 1000;
+  expect_error(import_built(builder), Status::bad_file, {"meshes[0].primitives[0]", "KHR_draco_mesh_compression", "4", "8"});
 }
 
 TEST(ImportDraco, ColoursKeepTheirNormalisation) {

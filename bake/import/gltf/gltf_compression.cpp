@@ -223,6 +223,11 @@ class Decoding {
     if (extension == primitive.extensions.end()) return {};
     const std::string where = place + ".extensions." + kDracoExtension;
     COPPICE_TRY(view, decoded(extension->second.Get("bufferView").GetNumberAsInt(), where));
+    const std::uint64_t faces = view->mesh->num_faces(), points = view->mesh->num_points();
+    // The screen has compared what the accessors say with the limit (gltf_cost.h).
+    if (std::max(faces, (points + 2) / 3) > static_cast<std::uint64_t>(extension->second.Get("triangles").GetNumberAsInt()))
+      return failed(Status::bad_file, "Draco data holds more than the primitive's accessors",
+                    where + formatted(": %ju triangles, %ju vertices", std::uintmax_t{faces}, std::uintmax_t{points}));
     if (view->indices < 0) COPPICE_CHECK(move_into(view->indices, add_indices(model_, *view->mesh, where)));
     const tinygltf::Value& ids = extension->second.Get("attributes");
     for (const std::string& name : ids.Keys()) {

@@ -207,22 +207,23 @@ void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
 }
 
-Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside) {
+Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside,
+                                     const CostLimit& limit) {
   COPPICE_TRY(parts, split(file));
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
-  COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes));
+  COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes, limit));
   return load_screened(screened, {parts, folder.empty() ? "." : folder, outside});
 }
 
-Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside) {
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit) {
   std::error_code error;
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxGltfBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
   if (const std::string how = conversion_advice(path); !how.empty())
     return Error{Status::unsupported, "not a glTF", Error::kNoOffset, path.string() + ": " + how};
-  return load_gltf_bytes(file, path.parent_path(), outside);
+  return load_gltf_bytes(file, path.parent_path(), outside, limit);
 }
 
 }  // namespace coppice::bake

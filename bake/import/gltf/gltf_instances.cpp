@@ -14,8 +14,6 @@
 namespace coppice::bake {
 namespace {
 
-// A small file can place one list of instances under any number of nodes.
-constexpr std::size_t kMaxInstances = std::size_t{1} << 22;
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 glm::dvec3 vector_or(const std::vector<double>& values, double fallback) {
@@ -139,23 +137,7 @@ bool hides(const tinygltf::Node& node) {
   return visibility != node.extensions.end() && visibility->second.Has("visible") && !visibility->second.Get("visible").Get<bool>();
 }
 
-Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model) {
-  std::vector<std::uint64_t> counts(model.meshes.size(), 0);
-  std::uint64_t total = 0;
-  for (const SceneNode& each : scene_nodes(model)) {
-    const tinygltf::Node& node = model.nodes.at(each.node);
-    if (node.mesh < 0) continue;
-    const std::uint64_t count = instance_count(model, node);
-    if (count > kMaxInstances - total)
-      return Error{Status::unsupported, "more than 2^22 instances", Error::kNoOffset, "nodes[" + std::to_string(each.node) + "]"};
-    total += count;
-    counts.at(static_cast<std::size_t>(node.mesh)) += count;
-  }
-  return counts;
-}
-
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file) {
-  COPPICE_CHECK(mesh_instance_counts(model));
   const std::vector<SceneNode> nodes = scene_nodes(model);
   std::vector<glm::dmat4> scene_from_node;
   scene_from_node.reserve(nodes.size());

@@ -38,14 +38,10 @@ std::vector<glm::dmat4> file_from_nodes(const tinygltf::Model& model);
 /// Whether KHR_node_visibility hides the node, and with it all that is below.
 bool hides(const tinygltf::Node& node);
 
-/// [meshes] How often each mesh stands in the default scene, read from the document alone: nothing is allocated for an instance.
-/// errors  unsupported: more than 2^22 instances, naming the node
-Result<std::vector<std::uint64_t>> mesh_instance_counts(const tinygltf::Model& model);
-
 /// Lists the meshes of scene_nodes, in their order. Skinned meshes stand in the file's world space (gltf_pose.h).
 /// model            from load_gltf
 /// scene_from_file  the transform above the root nodes: the file's axes and unit
-/// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node; unsupported: more than 2^22
+/// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node
 Result<std::vector<MeshInstance>> mesh_instances(const tinygltf::Model& model, const glm::dmat4& scene_from_file);
 
 }  // namespace coppice::bake

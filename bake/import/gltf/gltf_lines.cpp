@@ -26,8 +26,6 @@ namespace {
 constexpr double kNeedleLengths = 20.0, kBladeLengths = 40.0, kMinLengths = 4.0;
 // Cosine of the angle by which a line may turn from one segment to the next.
 constexpr double kMinTurnCosine = 0.5;
-// Limits what a small file can ask for: primitives may share their accessors.
-constexpr std::size_t kMaxLineEnds = std::size_t{1} << 21;
 // Those that the importer reads, but for normals: strips have normals of their own.
 constexpr std::array<std::string_view, 8> kCarried{"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3",
                                                    "COLOR_0",    "COLOR_1",    "_WIND",      "_WIND_WEIGHT"};
@@ -179,14 +177,10 @@ Result<WidenedLines> widen(tinygltf::Model& model, tinygltf::Primitive& primitiv
 
 Result<std::vector<WidenedLines>> widen_lines(tinygltf::Model& model) {
   std::vector<WidenedLines> widened;
-  std::size_t ends = 0;
   for (std::size_t m = 0; m < model.meshes.size(); ++m)
     for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       if (!is_line(primitive)) continue;
-      const int counted = primitive.indices >= 0 ? primitive.indices : primitive.attributes.at("POSITION");
-      ends += model.accessors.at(static_cast<std::size_t>(counted)).count;
-      if (ends > kMaxLineEnds) return Error{Status::unsupported, "more than 2^21 ends of lines", Error::kNoOffset, primitive_place(m, p)};
       Result<WidenedLines> of = widen(model, primitive);
       if (!of) return at_place(primitive_place(m, p), of.error());
       of->mesh = static_cast<std::uint32_t>(m);
@@ -200,10 +194,10 @@ std::string lines_text(const std::vector<WidenedLines>& lines, const std::vector
   double narrowest_m = std::numeric_limits<double>::max(), widest_m = 0.0;
   if (lines.empty()) return {};
   for (const MeshInstance& instance : instances)
-    for (const WidenedLines& each : lines) {
-      if (each.mesh != instance.mesh) continue;
-      const double width_m = each.width * std::cbrt(std::abs(glm::determinant(glm::dmat3(instance.scene_from_mesh))));
-      count += each.count;
+    for (auto each = std::ranges::lower_bound(lines, instance.mesh, {}, &WidenedLines::mesh);
+         each != lines.end() && each->mesh == instance.mesh; ++each) {
+      const double width_m = each->width * std::cbrt(std::abs(glm::determinant(glm::dmat3(instance.scene_from_mesh))));
+      count += each->count;
       narrowest_m = std::min(narrowest_m, width_m);
       widest_m = std::max(widest_m, width_m);
     }

@@ -22,7 +22,7 @@ struct WidenedLines {
 /// needles, else a fortieth, as blades; but at most a quarter of their own length. Strips next to each other are turned about their lines
 /// by different angles, so that a plant is as dense from any side. New vertices have the attributes of those that they stand beside,
 /// without normals, tangents and morph targets.
-/// errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length; unsupported: more than 2^21 ends of lines
+/// errors  as read_positions and read_vertex_order; bad_file: attributes of unequal length
 Result<std::vector<WidenedLines>> widen_lines(tinygltf::Model& model);
 
 /// A line for a person about those that the instances show; empty: none.

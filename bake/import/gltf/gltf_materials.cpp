@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -14,6 +16,7 @@
 #include "image_decode.h"
 #include "image_limits.h"
 #include "normal_map.h"
+#include "text_bytes.h"
 
 namespace coppice::bake {
 namespace {
@@ -57,7 +60,7 @@ std::string lack_of_image(const tinygltf::Model& model, int texture) {
   if (texture < 0 || image_of(model, texture) != kNone) return {};
   std::string line = "textures[" + std::to_string(texture) + "] has no image";
   for (const auto& [name, value] : model.textures.at(static_cast<std::size_t>(texture)).extensions)
-    line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
+    if (line.size() < 256) line += ", " + (name == "KHR_texture_basisu" ? std::string(kKtxImage) : name.substr(0, 64) + " is not read");
   return line;
 }
 
@@ -137,16 +140,6 @@ Image normal_map_from(Image image, float scale) {
   return normal_map_within(std::move(image), kMaxImageSide_px);
 }
 
-/// Adds an image and returns its number. An equal image is shared: most images that are taken with and without a mask have no holes.
-std::uint32_t add_image(Image image, std::vector<Image>& images) {
-  const auto equal = std::ranges::find_if(images, [&](const Image& other) {
-    return other.width == image.width && other.is_normal_map == image.is_normal_map && other.rgba == image.rgba;
-  });
-  const auto number = static_cast<std::uint32_t>(equal - images.begin());
-  if (equal == images.end()) images.push_back(std::move(image));
-  return number;
-}
-
 /// The normal map's scale; 1 if the file's is not above 0.
 float normal_scale_of(const tinygltf::Material& source) {
   const auto scale = static_cast<float>(source.normalTexture.scale);
@@ -171,7 +164,9 @@ struct ImageTaker {
   const ImageFolder& folder;
   std::map<std::pair<std::uint32_t, ImageUse>, std::uint32_t> taken;  ///< by the model's image
   std::vector<Image> images;
-  std::set<std::uint32_t> ignored_masks;  ///< the model's images that opaque materials show, and whose alpha looks like a mask
+  std::multimap<std::size_t, std::uint32_t> by_hash;  ///< images by their texels
+  std::set<std::uint32_t> ignored_masks;              ///< the model's images that opaque materials show, and whose alpha looks like a mask
+  std::uint64_t bytes = 0;                            ///< of all that were decoded, equal ones too
 
   /// Returns the image's number in `images`; kNone for kNone.
   Result<std::uint32_t> take(std::uint32_t index, ImageUse use) {
@@ -179,10 +174,29 @@ struct ImageTaker {
     if (const auto found = taken.find({index, use}); found != taken.end()) return found->second;
     bool ignored_mask = false;
     COPPICE_TRY(image, read_image(model, index, use, folder, ignored_mask));
+    bytes += image.rgba.size();
+    if (bytes / kBytesOfATriangle > folder.max_triangles)
+      return Error{Status::unsupported, "more images than are read", Error::kNoOffset,
+                   "images[" + std::to_string(index) + "]: " + std::to_string(bytes / kBytesOfATriangle) +
+                       " triangles would take as much memory as the images, at most " + std::to_string(folder.max_triangles) +
+                       " (--max-source-triangles)"};
     const std::uint32_t number =
-        add_image(use.kind == ImageUse::normals ? normal_map_from(std::move(image), use.normal_scale) : std::move(image), images);
+        add(use.kind == ImageUse::normals ? normal_map_from(std::move(image), use.normal_scale) : std::move(image));
     taken.emplace(std::pair{index, use}, number);
     if (ignored_mask && use.kind == ImageUse::color) ignored_masks.insert(index);
+    return number;
+  }
+
+  /// Returns the image's number. An equal image is shared: most images that are taken with and without a mask have no holes.
+  std::uint32_t add(Image image) {
+    const std::size_t hash = std::hash<std::string_view>()(as_text(image.rgba));
+    for (auto [other, end] = by_hash.equal_range(hash); other != end; ++other)
+      if (const Image& known = images[other->second];
+          known.width == image.width && known.is_normal_map == image.is_normal_map && known.rgba == image.rgba)
+        return other->second;
+    const auto number = static_cast<std::uint32_t>(images.size());
+    by_hash.emplace(hash, number);
+    images.push_back(std::move(image));
     return number;
   }
 };
@@ -230,7 +244,7 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index) {
 
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
                                        std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings) {
-  ImageTaker taker{model, folder, {}, {}, {}};
+  ImageTaker taker{model, folder, {}, {}, {}, {}, 0};
   std::vector<std::uint32_t> color_images;  // the model's
   for (std::size_t i = 0; i < materials.size(); ++i) {
     Material& material = materials[i];
@@ -240,7 +254,7 @@ Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<c
     COPPICE_CHECK(move_into(material.image, taker.take(material.image, use)));
     if (material.normal_map == kNone) continue;
     const Result<std::uint32_t> map = taker.take(material.normal_map, {ImageUse::normals, normal_scale_of(model.materials.at(sources[i]))});
-    if (!map && map.error().status == Status::out_of_memory) return map.error();
+    if (!map && (map.error().status == Status::out_of_memory || taker.bytes / kBytesOfATriangle > folder.max_triangles)) return map.error();
     const std::string line = map ? "" : "a normal map is left out: " + map.error().message();
     if (!map && std::ranges::find(warnings, line) == warnings.end()) warnings.push_back(line);
     material.normal_map = map ? *map : kNone;

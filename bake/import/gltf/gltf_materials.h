@@ -9,6 +9,7 @@
 #include <glm/mat2x2.hpp>
 #include <glm/vec2.hpp>
 
+#include "gltf_cost.h"
 #include "gltf_references.h"
 #include "plant.h"
 #include "result.h"
@@ -43,13 +44,15 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index);
 struct ImageFolder {
   std::filesystem::path path;
   OutsideFiles outside = OutsideFiles::refused;
+  std::uint64_t max_triangles = kMaxSourceTriangles;  ///< whose memory all images together may take (gltf_cost.h)
 };
 
 /// Decodes the images that the materials use and renumbers them. A normal map becomes unit vectors, with its material's scale applied; one
 /// that cannot be read is left out, with a warning. Warns also of opaque materials whose images have holes that no material uses.
 /// sources  [materials.size()] the materials' indices in the model
 /// errors  of base colours, since a leaf without its mask would bake as a rectangle: io: the image's file is missing; bad_file: the image
-///         is damaged or ends early; unsupported: another form, a file over 1 GiB; invalid_argument: see resolve_reference
+///         is damaged or ends early; unsupported: another form, a file over 1 GiB, more pixels than the limit; invalid_argument: see
+///         resolve_reference
 Result<std::vector<Image>> take_images(const tinygltf::Model& model, std::span<const std::uint32_t> sources,
                                        std::vector<Material>& materials, const ImageFolder& folder, std::vector<std::string>& warnings);
 

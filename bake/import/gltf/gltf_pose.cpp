@@ -19,10 +19,6 @@ namespace {
 
 using Points = std::vector<glm::vec3>;
 
-// Limits the work and memory that a small file can ask for by naming a mesh, or a morph target, many times.
-constexpr std::uint64_t kMaxValues = std::uint64_t{1} << 27;
-constexpr std::uint64_t kValuesOfAPrimitive = 64;
-
 Error bad(const char* what, std::string detail) {
   return Error{Status::bad_file, what, Error::kNoOffset, std::move(detail)};
 }
@@ -176,13 +172,8 @@ class Posing {
  private:
   Result<void> pose_in_mesh(const NodePose& pose, int mesh_index, std::size_t p, tinygltf::Mesh& mesh) {
     tinygltf::Primitive& primitive = mesh.primitives[p];
-    values_ += kValuesOfAPrimitive;
     if (!is_shown(primitive)) return {};
     const std::string place = primitive_place(static_cast<std::size_t>(mesh_index), p);
-    const std::uint64_t vertices = model_.accessors.at(static_cast<std::size_t>(primitive.attributes.at("POSITION"))).count;
-    values_ += vertices * (1 + static_cast<std::uint64_t>(std::ranges::count_if(pose.weights, is_used)));
-    if (values_ > kMaxValues)
-      return Error{Status::unsupported, "more than 2^27 vertices and displacements to pose", Error::kNoOffset, place};
     const Result<void> done = pose_primitive(model_, pose, primitive);
     return done ? Result<void>() : at_place(place, done.error());
   }
@@ -203,7 +194,6 @@ class Posing {
   std::vector<std::vector<glm::dmat4>> joints_;  ///< [skins] empty until one is used
   std::map<int, int> shown_;                     ///< how many nodes show a mesh
   std::map<std::pair<int, int>, int> posed_;     ///< by mesh and skin
-  std::uint64_t values_ = 0;
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace coppice::bake {
 /// no joints stays where its node is. A vertex without weights follows its first joint. Nodes without a skinned primitive lose their skin.
 /// model   screened (gltf_screen.h), decompressed
 /// errors  `detail` names the primitive. bad_file: attributes of unequal length, a joint that the skin does not have, a position that
-///         is not finite; unsupported: more than 2^27 vertices and displacements together
+///         is not finite
 Result<void> apply_rest_pose(tinygltf::Model& model);
 
 /// One line that says what was posed, and that animation is not kept; empty if there is nothing of that.

@@ -13,8 +13,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Limits accessors without a buffer view: they are all zeros, so no bytes of the file vouch for their length. Sparse accessors use them.
-constexpr std::uint64_t kMaxUnbackedCount = 1u << 20;
+// Limits what accessors without a buffer view add up to: they are all zeros, so no bytes of the file vouch for their length. Sparse
+// accessors use them.
+constexpr std::uint64_t kMaxUnbackedCount = 1u << 16;
+constexpr const char* kBasisu = "KHR_texture_basisu";
+constexpr std::size_t kMaxNameBytes = 1024;  // every node that shows a mesh gets a copy of its name
 // tinygltf keeps whole numbers and sparse offsets in an int; Draco's ids are 32 bits.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
 // An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
@@ -215,7 +218,8 @@ struct View {
 /// Checks one document; each check relies on the earlier ones. What tinygltf would not understand becomes plain glTF.
 class Screen {
  public:
-  Screen(Json& root, std::optional<std::uint64_t> bin_chunk_bytes) : root_(root, ""), bin_chunk_bytes_(bin_chunk_bytes) {}
+  Screen(Json& root, std::optional<std::uint64_t> bin_chunk_bytes, const CostLimit& limit)
+      : root_(root, ""), bin_chunk_bytes_(bin_chunk_bytes), limit_(limit) {}
 
   Result<ScreenedGltf> check() {
     COPPICE_CHECK(check_asset());
@@ -224,8 +228,12 @@ class Screen {
     find_fallback_buffers();
     parents_.assign(length("nodes"), length("nodes"));
     for (const Section& section : kSections)
-      COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) { return (this->*section.check)(object); }));
+      COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) {
+        Result<void> named = check_name(object);
+        return named ? (this->*section.check)(object) : named;
+      }));
     COPPICE_CHECK(root_.check_index("scene", length("scenes")));
+    COPPICE_CHECK(move_into(screened_.triangles, check_cost(root_.json(), meshes_, counts_, limit_)));
     return std::move(screened_);
   }
 
@@ -251,7 +259,7 @@ class Screen {
     return Error{Status::unsupported, "glTF version other than 2", Error::kNoOffset, "asset.version is " + version->substr(0, 16)};
   }
 
-  Result<void> check_required_extensions() const {
+  Result<void> check_required_extensions() {
     const auto required = root_.json().find("extensionsRequired");
     if (required == root_.json().end()) return {};
     if (!required->is_array()) return root_.bad("not an array", "extensionsRequired");
@@ -261,13 +269,18 @@ class Screen {
       if (!is_supported_extension(text))
         return Error{Status::unsupported, "required extension not supported", Error::kNoOffset,
                      "extensionsRequired: " + text.substr(0, 80)};
+      requires_basisu_ = requires_basisu_ || text == kBasisu;
     }
     return {};
   }
 
-  [[nodiscard]] bool is_required(std::string_view extension) const {
-    const auto required = root_.json().find("extensionsRequired");
-    return required != root_.json().end() && std::ranges::find(*required, extension) != required->end();
+  static Result<void> check_name(const JsonObject& object) {
+    const auto name = object.json().find("name");
+    if (name == object.json().end() || !name->is_string()) return {};
+    const std::size_t bytes = name->get_ref<const std::string&>().size();
+    if (bytes <= kMaxNameBytes) return {};
+    return Error{Status::unsupported, "name too long", Error::kNoOffset,
+                 object.place("name") + " has " + std::to_string(bytes) + " bytes, at most " + std::to_string(kMaxNameBytes)};
   }
 
   [[nodiscard]] Result<void> check_length(const Section& section) const {
@@ -381,11 +394,15 @@ class Screen {
     return {};
   }
 
-  /// Limits the length of accessors that are read and that no bytes of the file back. The index has been checked.
-  [[nodiscard]] Result<void> check_backed(std::size_t accessor) const {
-    if (counts_[accessor] <= kMaxUnbackedCount || root_.json()["accessors"][accessor].contains("bufferView")) return {};
-    return root_.bad("accessor without a buffer view is too long", "accessors",
-                     "[" + std::to_string(accessor) + "].count is " + std::to_string(counts_[accessor]));
+  [[nodiscard]] bool is_backed(std::size_t accessor) const { return root_.json()["accessors"][accessor].contains("bufferView"); }
+
+  /// Limits the elements that are read and that no bytes of the file back, each time that they are used. The index has been checked.
+  Result<void> check_backed(std::size_t accessor) {
+    if (is_backed(accessor)) return {};
+    if (counts_[accessor] <= kMaxUnbackedCount - unbacked_) return unbacked_ += counts_[accessor], Result<void>();
+    return root_.bad("accessors without a buffer view are too long", "accessors",
+                     "[" + std::to_string(accessor) + "].count is " + std::to_string(counts_[accessor]) + ", " + std::to_string(unbacked_) +
+                         " before it, at most " + std::to_string(kMaxUnbackedCount));
   }
 
   Result<void> check_image(const JsonObject& image) {
@@ -399,7 +416,7 @@ class Screen {
 
   Result<void> check_texture(const JsonObject& texture) {
     COPPICE_CHECK(texture.check_index("source", length("images")));
-    COPPICE_TRY(basisu, is_required("KHR_texture_basisu") ? texture.extension("KHR_texture_basisu") : std::optional<JsonObject>());
+    COPPICE_TRY(basisu, requires_basisu_ ? texture.extension(kBasisu) : std::optional<JsonObject>());
     COPPICE_TRY(webp, texture.extension("EXT_texture_webp"));
     if (webp) return webp->check_index("source", length("images"));
     if (!basisu || texture.has("source")) return {};
@@ -418,6 +435,7 @@ class Screen {
 
   Result<void> check_mesh(const JsonObject& mesh) {
     COPPICE_CHECK(check_morph_weights(mesh));
+    meshes_.emplace_back();
     return mesh.for_each("primitives", [this](const JsonObject& primitive) { return check_primitive(primitive); });
   }
 
@@ -439,7 +457,7 @@ class Screen {
     return check_backed(matrices);
   }
 
-  [[nodiscard]] Result<void> check_primitive(const JsonObject& primitive) const {
+  Result<void> check_primitive(const JsonObject& primitive) {
     COPPICE_TRY(mode, primitive.integer("mode", kTriangles));
     if (mode > kTriangleFan) return primitive.bad("unknown mode", "mode", mode);
     COPPICE_CHECK(primitive.check_index("indices", length("accessors")));
@@ -450,15 +468,18 @@ class Screen {
     COPPICE_CHECK(members.for_each_name([&](const std::string& name) { return members.check_index(name, length("accessors")); }));
     if (mode >= kTriangles && !members.has("POSITION")) return members.bad("triangles without positions", "POSITION");
     COPPICE_CHECK(check_draco(primitive, views_.size()));
-    // Attributes that Draco codes are not read from their accessors.
-    COPPICE_CHECK(members.for_each_name([&](const std::string& name) {
-      return is_draco_attribute(primitive, name) ? Result<void>() : check_backed(members.json()[name].get<std::size_t>());
-    }));
     COPPICE_CHECK(primitive.for_each("targets", [&](const JsonObject& target) {
       return target.for_each_name([&](const std::string& name) { return target.check_index(name, counts_.size()); });
     }));
-    // Coded indices come with the coded positions, but tinygltf insists that indices have bytes.
-    if (is_draco_attribute(primitive, "POSITION")) primitive.json().erase("indices");
+    const std::uint64_t triangles = meshes_.back().add(primitive.json(), counts_);
+    if (is_draco_attribute(primitive, "POSITION")) {
+      // Coded indices come with the coded positions, but tinygltf insists that indices have bytes. The decoder compares what they were.
+      primitive.json().erase("indices");
+      primitive.json()["extensions"][kDracoExtension]["triangles"] = std::min(triangles, kMaxInt);
+      return {};
+    }
+    // Other attributes are not read unless they are as long as the positions.
+    if (members.has("POSITION")) COPPICE_CHECK(check_backed(members.json()["POSITION"].get<std::size_t>()));
     return primitive.has("indices") ? check_backed(primitive.json()["indices"].get<std::size_t>()) : Result<void>();
   }
 
@@ -480,8 +501,11 @@ class Screen {
     if (visibility && visibility->has("visible") && !visibility->json()["visible"].is_boolean())
       return visibility->bad("neither true nor false", "visible");
     COPPICE_TRY(instancing, node.extension("EXT_mesh_gpu_instancing"));
+    // All have one length, for which the bytes of any vouch.
     if (instancing)
-      for (const Json& accessor : instancing->json()["attributes"]) COPPICE_CHECK(check_backed(accessor.get<std::size_t>()));
+      if (const Json& attributes = instancing->json()["attributes"];
+          std::ranges::none_of(attributes, [this](const Json& accessor) { return is_backed(accessor.get<std::size_t>()); }))
+        COPPICE_CHECK(check_backed(attributes.begin()->get<std::size_t>()));
     for (const Json& child : node.json().value("children", Json::array())) {
       std::size_t& parent = parents_[child.get<std::size_t>()];
       if (parent != parents_.size()) return bad_node("node has two parents", child.get<std::size_t>());
@@ -521,12 +545,16 @@ class Screen {
 
   JsonObject root_;
   std::optional<std::uint64_t> bin_chunk_bytes_;
+  CostLimit limit_;
   ScreenedGltf screened_;
+  bool requires_basisu_ = false;
   std::vector<bool> is_fallback_;  ///< [buffers]
   std::vector<View> views_;
   std::vector<std::uint64_t> counts_;  ///< [accessors]
-  std::vector<std::size_t> parents_;   ///< [nodes] the number of nodes for a root
-  std::size_t node_count_ = 0;         ///< how many have been checked
+  std::uint64_t unbacked_ = 0;         ///< elements so far that no bytes of the file back
+  std::vector<MeshCost> meshes_;
+  std::vector<std::size_t> parents_;  ///< [nodes] the number of nodes for a root
+  std::size_t node_count_ = 0;        ///< how many have been checked
 };
 
 // In the order in which they are checked.
@@ -562,10 +590,10 @@ bool is_supported_extension(std::string_view name) {
   return std::ranges::any_of(kReadExtensions, is_known) || std::ranges::any_of(kOtherExtensions, is_known);
 }
 
-Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes) {
+Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes, const CostLimit& limit) {
   COPPICE_TRY(root, parse_gltf_json(json));
   if (!root.is_object()) return Error{Status::bad_file, "not a JSON object", Error::kNoOffset, "the document"};
-  COPPICE_TRY(screened, Screen(root, bin_chunk_bytes).check());
+  COPPICE_TRY(screened, Screen(root, bin_chunk_bytes, limit).check());
   screened.has_animations = root.contains("animations") && !root["animations"].empty();
   for (const char* unread : {"buffers", "images", "animations", "cameras", "samplers", "extensions"}) root.erase(unread);
   drop_unread_values(root);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gltf_compression.h"
+#include "gltf_cost.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -57,6 +58,7 @@ struct ScreenedGltf {
   std::vector<ScreenedBuffer> buffers;
   std::vector<ScreenedImage> images;
   bool has_animations = false;
+  std::uint64_t triangles = 0;             ///< of the default scene, in all places where they stand: check_cost
   std::vector<MeshoptView> meshopt_views;  ///< these views hold coded bytes; accessors lie within the decoded bytes
 };
 
@@ -69,8 +71,8 @@ struct ScreenedGltf {
 /// URIs, and keeps 152 bytes for each value of extras, unknown extensions and animations.
 /// json             the text of a .gltf, or the JSON chunk of a .glb
 /// bin_chunk_bytes  length of the .glb's BIN chunk; nothing for a .gltf or a .glb without one
-/// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, a required extension (named), or
-///         more of anything than is read
-Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes);
+/// errors  bad_file: `detail` is the place, as in "accessors[3].count"; unsupported: another glTF version, a required extension (named),
+///         more of anything than is read, or what check_cost refuses
+Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint64_t> bin_chunk_bytes, const CostLimit& limit = {});
 
 }  // namespace coppice::bake

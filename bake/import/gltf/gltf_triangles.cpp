@@ -24,9 +24,6 @@
 namespace coppice::bake {
 namespace {
 
-// Limits what a small file can make the importer allocate (about 4 GB): it can place one mesh any number of times.
-constexpr std::size_t kMaxVertices = std::size_t{1} << 26;
-constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;
 // Limits coordinates so that squared areas still fit a float. No plant is this far from its origin in any unit.
 constexpr double kMaxCoordinate_m = 1e8;
 
@@ -236,28 +233,6 @@ void append_values(const std::vector<Value>& values, std::size_t vertex_count, s
 }
 
 }  // namespace
-
-Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts) {
-  const auto count = [&](int accessor) { return model.accessors.at(static_cast<std::size_t>(accessor)).count; };
-  std::uint64_t vertices = 0, triangles = 0;
-  for (std::size_t m = 0; m < instance_counts.size(); ++m)
-    for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
-      const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
-      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;
-      // gltf_screen.h and mesh_instance_counts keep both factors far below 2^32.
-      const std::uint64_t own_vertices = count(attribute_accessor(primitive, "POSITION"));
-      const std::uint64_t corners = primitive.indices < 0 ? own_vertices : count(primitive.indices);
-      // A strip makes one triangle of each index but two.
-      const std::uint64_t own_triangles = primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners;
-      vertices += instance_counts[m] * own_vertices;
-      triangles += instance_counts[m] * own_triangles;
-      if (vertices <= kMaxVertices && triangles <= kMaxTriangles) continue;
-      return Error{Status::unsupported, "more than 2^26 vertices or 2^25 triangles", Error::kNoOffset,
-                   primitive_place(m, p) + ": " + std::to_string(instance_counts[m]) + " times " + std::to_string(own_triangles) +
-                       " triangles, all together " + std::to_string(triangles)};
-    }
-  return {};
-}
 
 Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings) {

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -11,11 +10,6 @@
 #include "triangle_soup.h"
 
 namespace coppice::bake {
-
-/// Checks that the document asks for no more triangles and vertices than a plant may have. Reads and allocates nothing.
-/// instance_counts  [meshes] from mesh_instance_counts
-/// errors  unsupported: names the primitive that exceeds the limit
-Result<void> check_totals(const tinygltf::Model& model, std::span<const std::uint64_t> instance_counts);
 
 /// A primitive of a mesh as an instance places it.
 struct PlacedPrimitive {
@@ -31,8 +25,7 @@ struct PlacedPrimitive {
 /// vertex, missing uvs (0, 0). Wind weights come from the vertex colours that `placed` names, else from the attribute _WIND_WEIGHT, else
 /// from _WIND: the first component of whatever shape, 0..1. How normals lie comes from _SPREAD, and beside it opacity from the alpha of
 /// COLOR_0, as gltf_write.h writes them. What cannot be read of these is left out, with a warning.
-/// errors  bad_file: a position that is not finite or beyond 1e8 m, an index beyond the vertices, attributes of unequal length;
-///         unsupported: more triangles than a plant may have
+/// errors  bad_file: a position that is not finite or beyond 1e8 m, an index beyond the vertices, attributes of unequal length
 Result<void> append_primitive(const tinygltf::Model& model, const PlacedPrimitive& placed, TriangleSoup& soup,
                               std::vector<std::string>& warnings);
 

@@ -20,6 +20,8 @@ namespace coppice::bake {
 namespace {
 
 constexpr std::uint64_t kMaxBaseVertices = std::uint64_t{1} << 24;
+// Maximum number of pairs of billboards and other things that are compared; of more the boxes as a whole count.
+constexpr std::size_t kMaxPairs = std::size_t{1} << 26;
 
 /// Facts of a mesh, wherever it stands. The box of its outermost points in 26 directions is nearly the box of all points, however the mesh
 /// is turned.
@@ -440,12 +442,16 @@ void leave_named_billboards(const GltfNodes& scene, LeftOut& left) {
   // Leaves are called billboards too: they stand in the plant, but are not as large. What stands alone is no billboard.
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_node;
   for (const std::uint32_t item : named) by_node[roles[scene.items[item].position].by].push_back(item);
+  const std::uint64_t rest_triangles = triangles_of(scene, rest);
+  const NodeBox rest_box = box_of(scene, rest);
+  const bool are_many = by_node.size() > kMaxPairs / rest.size();
   for (const auto& [by, items] : by_node) {
-    if (kTimesABillboard * triangles_of(scene, items) > triangles_of(scene, rest)) continue;
+    if (kTimesABillboard * triangles_of(scene, items) > rest_triangles) continue;
     const NodeBox box = box_of(scene, items);
     NodeBox beside;
-    for (const std::uint32_t item : rest)
-      if (overlap(scene.items[item].box, box)) beside.add(scene.items[item].box);
+    if (are_many && overlap(rest_box, box)) beside = rest_box;
+    for (std::size_t i = 0; i < rest.size() && !are_many; ++i)
+      if (overlap(scene.items[rest[i]].box, box)) beside.add(scene.items[rest[i]].box);
     const bool alone = beside.is_empty();
     if (!alone && (!covers(beside, box, kSamePlace) || triangles_of(scene, items) > kFewTriangles * items.size())) continue;
     for (const std::uint32_t item : items) leave(left, item, LeftReason::billboard, by);

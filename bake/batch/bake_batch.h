@@ -66,6 +66,7 @@ struct BatchResult {
   std::string folder_failure;         ///< why the cache's folder did not keep it; empty: it did, or need not
   std::string server_failure;         ///< why the cache's server was of no use to it; empty: it was, or was not asked
   bool sent = false;                  ///< the server took it
+  double lost_s = 0.0;                ///< time for which the server gave nothing
   std::vector<std::string> because;   ///< with BatchOptions::explain: why it was baked, one line each
   bool lost = false;                  ///< it failed because something else ended its process: JobEnd::lost
 };

@@ -129,9 +129,9 @@ TEST_F(CacheServer, AnEntryIsCheckedAsAStrangersFile) {
     ASSERT_TRUE(bake::store_cached(objects, key, spoiled[i]));
     const Batch batch = bake_all("out " + std::to_string(i), {"--cache", server.url()});
     EXPECT_EQ(batch.counts, (BatchCounts{1, 2, 0})) << i;
-    EXPECT_EQ(batch.files, first.files) << i;
+    EXPECT_TRUE(batch.files == first.files) << i;
     EXPECT_EQ(lines_that_name(batch.err, server.url() + "/" + key), 1u) << batch.err;
-    EXPECT_EQ(entry_of("plant1")->bytes, good.bytes) << "replaced";
+    EXPECT_TRUE(entry_of("plant1")->bytes == good.bytes) << "replaced";
   }
 }
 

@@ -194,6 +194,9 @@ std::vector<ServerFault> all_server_faults() {
   const auto redirect = [](const ServerRequest& request, std::ostream& out) {
     out << head(307, "0", "Location: http://localhost:" + std::to_string(request.port) + "/elsewhere\r\n");
   };
+  const auto no_put = [](const ServerRequest& request, std::ostream& out) {
+    late(request.method == "PUT" ? 60s : 0s, says(404, 201))(request, out);
+  };
   const auto half = [](const std::string& content) {
     return head(200, std::to_string(content.size())) + content.substr(content.size() / 2);
   };
@@ -247,6 +250,7 @@ std::vector<ServerFault> all_server_faults() {
       {.name = "closes_in_a_header", .answer = says("HTTP/1.1 200 Said\r\nContent-Le"), .lines = 3},
       {.name = "is_20_s_late", .answer = late(20s, answer_rightly)},
       {.name = "never_listens", .answer = late(60s, says("")), .is_deaf = true},
+      {.name = "never_answers_a_put", .answer = no_put},
       {.name = "knows_no_tls", .answer = says(page), .is_deaf = true, .scheme = "https"},
       {.name = "waits_in_tls", .answer = late(60s, says("")), .is_deaf = true, .scheme = "https"},
   };

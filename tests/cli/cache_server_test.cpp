@@ -54,7 +54,7 @@ class CacheServer : public testing::Test {
   /// Runs a batch of its own, as on another machine.
   ProcessResult run_batch(const std::string& out, const Words& more, const Words& environment = {}) {
     const Words arguments{"bake-all", plants_, "-o", folder_ / out.c_str(), "--views", "2", "--resolution", "16"};
-    return run_tool(joined(arguments, more), {.kill_after = std::chrono::seconds(60), .environment = environment});
+    return run_tool(joined(arguments, more), {.kill_after = std::chrono::seconds(300), .environment = environment});
   }
   Batch bake_all(const std::string& out, const Words& more, const Words& environment = {}) {
     const fs::path report = folder_ / (out + ".json").c_str();

@@ -285,7 +285,7 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress) {
   COPPICE_CHECK(check_batch(plants));
-  COPPICE_TRY(caches, BatchCaches::open(options));
+  COPPICE_TRY(caches, BatchCaches::open(plants, options));
   remove_temporaries(plants, caches.folder());
   BatchRun run{plants, options, caches, progress};
   run.show();

@@ -9,6 +9,9 @@
 #include "atomic_file.h"
 #include "bake_cache.h"
 #include "bake_key.h"
+#include "inspect.h"
+#include "printable.h"
+#include "reader.h"
 #include "stopwatch.h"
 
 namespace coppice::bake {
@@ -25,9 +28,24 @@ Result<void> keep(const JobCache& cache, const std::string& key, const CachedBak
   return {};
 }
 
-void send(const JobCache& cache, const std::string& key, const CachedBake& entry, BatchResult& result) {
+/// What a server may take of a plant's time: a tenth of what the bake is estimated to take, up to two minutes.
+double worth_s(const PlantCost& cost) {
+  return std::min(120.0, 1e-4 * static_cast<double>(cost.milliseconds));
+}
+
+/// A bake would take twice as much memory as this, and a tenth of that time is little to it.
+RequestLimits limits_of(const PlantCost& cost) {
+  RequestLimits limits;
+  limits.bytes = std::clamp(cost.memory_bytes / 2, limits.bytes, std::uint64_t{1} << 30);
+  limits.seconds += worth_s(cost);
+  return limits;
+}
+
+void send(const BatchPlant& plant, const JobCache& cache, const CachedBake& entry, BatchResult& result) {
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
-  const auto sent = cache.server->put(key, entry);
+  Stopwatch watch;
+  const auto sent = cache.server->put(result.key, entry, limits_of(plant.cost));
+  result.lost_s = watch.lap();
   result.sent = static_cast<bool>(sent);
   if (!sent) result.server_failure = sent.error().message();
 }
@@ -48,11 +66,34 @@ std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& k
   return entry;
 }
 
+/// A checksum is no proof: the file is checked as any that a stranger made, and has to be of this name and metric.
+/// errors  bad_file
+Result<void> check_foreign(const BatchPlant& plant, const CachedBake& entry) {
+  constexpr std::size_t kWholeNameBytes = sizeof(coppice_file_plant::name) - 4;  // longer ones are cut at a character
+  COPPICE_CHECK(verify(entry.bytes));
+  COPPICE_TRY(file, read_front(entry.bytes, entry.bytes.size()));
+  const std::string name = printable(plant.input.stem().string()), kept = file.plant.name;
+  if (file.plant.metric == static_cast<std::uint32_t>(plant.options.metric) && name.starts_with(kept) &&
+      kept.size() >= std::min(name.size(), kWholeNameBytes))
+    return {};
+  return Error{Status::bad_file, "another plant", Error::kNoOffset, printable(kept)};
+}
+
+Result<std::optional<CachedBake>> get_checked(const BatchPlant& plant, HttpCache& server, const std::string& key) {
+  COPPICE_TRY(entry, server.get(key, limits_of(plant.cost)));
+  const Result<void> checked = entry ? check_foreign(plant, *entry) : Result<void>();
+  if (checked) return entry;
+  return Error{checked.error().status, "an entry of the cache is wrong", Error::kNoOffset,
+               server.url() + "/" + key + ": " + checked.error().message()};
+}
+
 /// Nothing where the server lacks it or is of no use.
 Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, BatchResult& result) {
-  // A bake would take twice as much memory as this.
-  const std::uint64_t max_bytes = std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
-  auto entry = cache.server->get(key, max_bytes);
+  Stopwatch watch;
+  auto entry = get_checked(plant, *cache.server, key);
+  const double saved_s = entry && *entry ? 1e-3 * static_cast<double>(plant.cost.milliseconds) : 0.0;
+  result.lost_s = std::max(0.0, watch.lap() - saved_s);
+  cache.server->lose(result.lost_s);
   if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
   if (!entry) {
     warn_of_damage(entry.error(), result);
@@ -73,7 +114,7 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
   if (key_after != result.key) return Error{Status::io, "the plant was changed while it was baked"};
   CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings), parts};
   COPPICE_CHECK(keep(cache, result.key, entry, result));
-  send(cache, result.key, entry, result);
+  send(plant, cache, entry, result);
   return entry;
 }
 
@@ -185,7 +226,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   return {};
 }
 
-Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
+Result<BatchCaches> BatchCaches::open(const std::vector<BatchPlant>& plants, const BatchOptions& options) {
   BatchCaches caches;
   caches.jobs_.needed = false;
   if (options.cache.empty()) return caches;
@@ -198,7 +239,9 @@ Result<BatchCaches> BatchCaches::open(const BatchOptions& options) {
   }
   const SharedCache& shared = options.shared;
   if (shared.location.url.empty()) return caches;
-  caches.server_ = std::make_unique<HttpCache>(shared.location.url, shared.credentials);
+  double most_lost_s = 10.0;
+  for (const BatchPlant& plant : plants) most_lost_s += worth_s(plant.cost);
+  caches.server_ = std::make_unique<HttpCache>(shared.location.url, shared.credentials, most_lost_s);
   caches.jobs_.server = caches.server_.get();
   caches.jobs_.server_mode = shared.mode;
   caches.report_.where = shared.location.url;
@@ -216,6 +259,7 @@ void BatchCaches::note_use(const BatchResult& result) {
 }
 
 void BatchCaches::ended(const BatchResult& result) {
+  if (server_) server_->lose(result.lost_s);
   const bool is_baked = result.outcome == BatchOutcome::baked;
   const std::string& failure = server_ ? result.server_failure : result.folder_failure;
   if (result.outcome == BatchOutcome::cached) ++report_.found;
@@ -226,6 +270,7 @@ void BatchCaches::ended(const BatchResult& result) {
 
 void BatchCaches::missed(const BatchResult& result) {
   ++report_.lacking;
+  if (server_) server_->lose(result.lost_s);
   note_use(result);
 }
 

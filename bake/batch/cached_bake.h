@@ -40,7 +40,7 @@ BatchResult load_one(const BatchPlant& plant, const JobCache& cache);
 class BatchCaches {
  public:
   /// errors  io: `options.cache` cannot be made, or another process is using it. The report names what is wrong with a shared cache.
-  static Result<BatchCaches> open(const BatchOptions& options);
+  static Result<BatchCaches> open(const std::vector<BatchPlant>& plants, const BatchOptions& options);
 
   [[nodiscard]] const JobCache& jobs() const { return jobs_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return jobs_.folder; }

@@ -20,7 +20,7 @@ namespace coppice::bake {
 NLOHMANN_JSON_SERIALIZE_ENUM(BatchOutcome,
                              {{BatchOutcome::failed, "failed"}, {BatchOutcome::baked, "baked"}, {BatchOutcome::cached, "cached"}})
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(BatchResult, outcome, error, key, source_leaves, file_bytes, foliage_bytes, seconds,
-                                                peak_rss_bytes, warnings, folder_failure, server_failure, sent, because, lost)
+                                                peak_rss_bytes, warnings, folder_failure, server_failure, sent, lost_s, because, lost)
 
 /// The foliage's bytes in the file for each leaf that was modelled; 0 without any.
 double bytes_per_leaf(const BatchResult& result);

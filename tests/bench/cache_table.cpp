@@ -21,7 +21,7 @@ using namespace coppice::test;
 
 void print_request_cost(const fs::path& folder, std::size_t count, std::size_t bytes) {
   const Nginx nginx(folder, "server { listen 8080; root /srv/coppice-cache; client_max_body_size 1g; location / { dav_methods PUT; } }");
-  HttpCache cache(nginx.url(), {});
+  HttpCache cache(nginx.url(), {}, 60.0);
   const auto microseconds_each = [&](auto use) {
     const Stopwatch watch;
     for (std::size_t i = 0; i < count; ++i) {
@@ -33,9 +33,9 @@ void print_request_cost(const fs::path& folder, std::size_t count, std::size_t b
     return watch.seconds() / static_cast<double>(count) * 1e6;
   };
   const double send =
-      microseconds_each([&](const std::string& key, const CachedBake& entry) { return static_cast<bool>(cache.put(key, entry)); });
+      microseconds_each([&](const std::string& key, const CachedBake& entry) { return static_cast<bool>(cache.put(key, entry, {})); });
   const double fetch = microseconds_each([&](const std::string& key, const CachedBake&) {
-    const auto found = cache.get(key, std::uint64_t{1} << 30);
+    const auto found = cache.get(key, {});
     return found && *found;
   });
   std::printf("%zu entries of %zu bytes: send %.0f us each, fetch %.0f us each, one at a time over one connection\n", count, bytes, send,
@@ -49,7 +49,7 @@ void print_row(const fs::path& plants, const std::string& name, const Words& cac
   const auto result = run_tool(joined({"bake-all", plants, "-o", out.path(), "--views", "2", "--resolution", "64"}, cache));
   const double seconds = watch.seconds();
   const std::string said = (result.exit_code == 0 ? "" : "FAILED: ") + result.err;
-  std::printf("%-16s %5.2f s  %s\n", name.c_str(), seconds, said.substr(0, said.find('\n')).c_str());
+  std::printf("%-40s %5.2f s  %s\n", name.c_str(), seconds, said.substr(0, said.find('\n')).c_str());
 }
 
 void print_faults(const fs::path& folder) {
@@ -58,17 +58,12 @@ void print_faults(const fs::path& folder) {
   for (const std::string seed : {"1", "2", "3", "4", "5", "6"})
     run_tool({"plant", "corylus", "--seed", seed, "-o", plants / ("hazel" + seed + ".glb")});
   print_row(plants, "no cache", {"--no-cache"});
-  std::vector<NamedFaults> all = all_server_faults();
-  all.insert(all.begin(), {{"none, empty", {}}, {"none, all there", {}, "", true}, {"1 s of delay", {.delay_s = 1.0}}});
-  for (const NamedFaults& fault : all) {
-    const TemporaryFolder objects;
-    if (fault.is_filled) {
-      const FaultyServer server(objects.path());
-      print_row(plants, "(filling it)", {"--cache", server.url()});
-    }
-    const FaultyServer server(objects.path(), fault.faults);
-    print_row(plants, fault.name, {"--cache", server.url()});
-  }
+  const TemporaryFolder objects;
+  for (const char* const name : {"none, empty", "none, all there"})
+    print_row(plants, name, {"--cache", FaultyServer(objects.path()).url()});
+  std::vector<ServerFault> all = all_server_faults();
+  all.push_back(late_server());
+  for (const ServerFault& fault : all) print_row(plants, fault.name, {"--cache", FaultyServer(objects.path(), fault).url()});
   print_row(plants, "nobody listens", {"--cache", dead_url()});
 }
 

@@ -4,6 +4,8 @@
 #include <sys/mount.h>
 
 #include <cerrno>
+#include <chrono>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -17,6 +19,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "bake_cache.h"
 #include "documents.h"
 #include "gltf_builder.h"
 #include "servers.h"
@@ -32,6 +35,7 @@ struct Batch {
   nlohmann::json report, cache;  ///< the report, and its part "cache"
   BatchCounts counts;
   std::map<std::string, std::string> files;
+  std::uint64_t peak_rss_bytes = 0;  ///< of the largest of its processes
 };
 
 /// Small plants that bake in a moment.
@@ -50,14 +54,16 @@ class CacheServer : public testing::Test {
   /// Runs a batch of its own, as on another machine.
   ProcessResult run_batch(const std::string& out, const Words& more, const Words& environment = {}) {
     const Words arguments{"bake-all", plants_, "-o", folder_ / out.c_str(), "--views", "2", "--resolution", "16"};
-    return run_tool(joined(arguments, more), {.environment = environment});
+    return run_tool(joined(arguments, more), {.kill_after = std::chrono::seconds(300), .environment = environment});
   }
   Batch bake_all(const std::string& out, const Words& more, const Words& environment = {}) {
     const fs::path report = folder_ / (out + ".json").c_str();
     const ProcessResult result = run_batch(out, joined({"--report", report}, more), environment);
     EXPECT_EQ(result.exit_code, 0) << out << ": " << result.err;
     const nlohmann::json json = read_json(report);
-    return {result.out, result.err, json, json.value("cache", nlohmann::json()), counts_in(report), outputs(folder_ / out.c_str())};
+    return {
+        result.out,           result.err, json, json.value("cache", nlohmann::json()), counts_in(report), outputs(folder_ / out.c_str()),
+        result.peak_rss_bytes};
   }
   /// Makes a folder that holds 4 kB, until TearDown. False where that may not be.
   bool make_full(const fs::path& folder) {
@@ -79,37 +85,75 @@ class CacheServer : public testing::Test {
   fs::path plants_ = folder_ / "plants", full_;
 };
 
-TEST_F(CacheServer, NoFaultOfACacheFailsAPlant) {
-  const auto plants = expected();
-  const auto expect_no_harm = [&](const std::string& name, const std::string& url, const std::string& told, std::size_t lines) {
-    const Batch batch = bake_all(name, {"--cache", url});
-    EXPECT_EQ(batch.files, plants) << name;
-    EXPECT_EQ(batch.counts, (BatchCounts{3, 0, 0})) << name;
-    EXPECT_TRUE(mentions(batch.err, {told.empty() ? url : told})) << name;
-    EXPECT_EQ(lines_that_name(batch.err, url), lines) << name << ": " << batch.err;
-    return batch;
-  };
-  for (const NamedFaults& fault : all_server_faults()) {
-    const fs::path objects = folder_ / ("objects of " + fault.name).c_str();
-    if (fault.is_filled) {
-      const FaultyServer server(objects);
-      ASSERT_EQ(bake_all("filling " + fault.name, {"--cache", server.url()}).cache["sent"], 3);
-    }
-    const FaultyServer server(objects, fault.faults);
-    const std::size_t lines = fault.faults.body == SentBody::wrong ? 3 : 1;  // each damaged entry is named
-    expect_no_harm(fault.name, server.url(), fault.told, lines);
-  }
-  EXPECT_EQ(expect_no_harm("nobody listens", dead_url(), "", 1).cache["unsent"], 3);
+class BadServer : public CacheServer, public testing::WithParamInterface<ServerFault> {};
+
+/// Every answer, whole or not, costs no plant, and no more memory than an entry may have. What hangs fails.
+TEST_P(BadServer, CostsLittleAndHarmsNothing) {
+  const ServerFault& fault = GetParam();
+  const fs::path objects = folder_ / "objects";
+  const auto plants = bake_all("filling", {"--cache", FaultyServer(objects).url()}).files;
+  fs::remove(objects / "requests.log");
+  const FaultyServer server(objects, fault);
+  const Batch batch = bake_all("out", {"--cache", server.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:sesame"});
+  EXPECT_EQ(batch.files, plants);
+  EXPECT_EQ(batch.counts, fault.is_found ? (BatchCounts{0, 3, 0}) : (BatchCounts{3, 0, 0}));
+  EXPECT_EQ(lines_that_name(batch.err, fault.told) > 0, !fault.told.empty()) << batch.err;
+  EXPECT_EQ(lines_that_name(batch.err, server.url()), fault.lines) << batch.err;
+  EXPECT_EQ(count_of(server.requests(), "/elsewhere"), 0u);
+  EXPECT_EQ(count_of(batch.out + batch.err, "sesame"), 0u);
+  EXPECT_LT(batch.peak_rss_bytes, std::uint64_t{400} << 20);
 }
 
-/// A server that answers nothing is asked a few times and no more, however many plants there are.
-TEST_F(CacheServer, ADeadServerIsAskedAFewTimes) {
-  for (int i = 4; i <= 80; ++i) fs::copy(plants_ / "plant1.glb", plants_ / ("plant" + std::to_string(i) + ".glb"));
-  const FaultyServer server(folder_ / "objects", {.get_status = 503, .put_status = 503});
-  const Batch batch = bake_all("out", {"--cache", server.url()});
-  EXPECT_TRUE(batch.cache["gave_up"]);
-  EXPECT_EQ(batch.cache["lacking"], 80);
-  EXPECT_LE(server.request_count(), 8u * 3 + 8);  // three of each process that looks up plants, and what is sent
+INSTANTIATE_TEST_SUITE_P(All, BadServer, testing::ValuesIn(all_server_faults()),
+                         [](const testing::TestParamInfo<ServerFault>& fault) { return fault.param.name; });
+
+/// Whoever may write there makes entries whose checksums are right.
+TEST_F(CacheServer, AnEntryIsCheckedAsAStrangersFile) {
+  fs::rename(plants_ / "plant2.glb", plants_ / "other.glb");
+  const fs::path objects = folder_ / "objects";
+  const FaultyServer server(objects);
+  const Batch first = bake_all("one", {"--cache", server.url()});
+  std::map<std::string, std::string> keys;
+  for (const nlohmann::json& plant : first.report["plants"])
+    keys[fs::path(plant["input"].get<std::string>()).stem().string()] = plant["key"];
+  const std::string key = keys["plant1"];
+  const auto entry_of = [&](const char* name) { return bake::peek_cached(objects, keys[name]); };
+  const auto good = *entry_of("plant1"), other = *entry_of("other");
+
+  std::vector<bake::CachedBake> spoiled(4, good);
+  spoiled[0].bytes = other.bytes;                  // another plant, under the right record
+  spoiled[1] = other;                              // another's entry
+  spoiled[2].bytes.assign(1000, 0);                // no plant at all
+  spoiled[3].bytes.resize(good.bytes.size() / 2);  // half of one
+  for (std::size_t i = 0; i < spoiled.size(); ++i) {
+    ASSERT_TRUE(bake::store_cached(objects, key, spoiled[i]));
+    const Batch batch = bake_all("out " + std::to_string(i), {"--cache", server.url()});
+    EXPECT_EQ(batch.counts, (BatchCounts{1, 2, 0})) << i;
+    EXPECT_TRUE(batch.files == first.files) << i;
+    EXPECT_EQ(lines_that_name(batch.err, server.url() + "/" + key), 1u) << batch.err;
+    EXPECT_TRUE(entry_of("plant1")->bytes == good.bytes) << "replaced";
+  }
+}
+
+TEST_F(CacheServer, ADeadOneCostsNoPlant) {
+  const auto plants = expected();
+  const Batch batch = bake_all("out", {"--cache", dead_url()});
+  EXPECT_EQ(batch.files, plants);
+  EXPECT_EQ(batch.cache["unsent"], 3);
+  EXPECT_EQ(count_of(batch.err, "\n"), 1u) << batch.err;
+}
+
+/// A server that refuses, or whose right answers take longer than they are worth, is asked a few times and no more, however many plants
+/// there are.
+TEST_F(CacheServer, OneOfNoUseIsAskedAFewTimes) {
+  for (int i = 4; i <= 40; ++i) fs::copy(plants_ / "plant1.glb", plants_ / ("plant" + std::to_string(i) + ".glb"));
+  for (const ServerFault& fault : {all_server_faults().front(), late_server()}) {
+    const FaultyServer server(folder_ / fault.name.c_str(), fault);
+    const Batch batch = bake_all("out of " + fault.name, {"--cache", server.url()});
+    EXPECT_TRUE(batch.cache["gave_up"]);
+    EXPECT_EQ(batch.cache["lacking"], 40);
+    EXPECT_LE(count_of(server.requests(), "\n"), 8u * 3 + 8);  // three of each process that looks up plants, and what is sent
+  }
 }
 
 TEST_F(CacheServer, OneOfAHundredPoisonedIsBakedNamedAndReplaced) {

@@ -43,8 +43,9 @@ constexpr int kCannotStart = 127;
 }
 
 /// Waits, killing the child when its time is up. Polls: a test may be 5 ms late.
-int wait_for(pid_t child, const ProcessOptions& options) {
+int wait_for(pid_t child, const ProcessOptions& options, std::uint64_t& peak_rss_bytes) {
   int status = 0;
+  rusage usage{};
   const auto start = std::chrono::steady_clock::now();
   bool killed = !options.kill_after && !options.kill_when_exists;
   const auto is_time = [&] {
@@ -53,7 +54,8 @@ int wait_for(pid_t child, const ProcessOptions& options) {
            (options.kill_when_exists && std::filesystem::exists(*options.kill_when_exists, error));
   };
   while (true) {
-    const pid_t ended = ::waitpid(child, &status, killed ? 0 : WNOHANG);
+    const pid_t ended = ::wait4(child, &status, killed ? 0 : WNOHANG, &usage);
+    peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
     if (ended == child) return status;
     if (ended < 0 && errno != EINTR) throw std::runtime_error("waitpid failed");
     if (!killed && is_time()) {
@@ -107,9 +109,8 @@ ProcessResult run_process(const std::filesystem::path& program, const std::vecto
   const TemporaryFolder folder;
   const std::string out = options.out.value_or(folder / "out");
   const std::string err = folder / "err";
-  const int status = wait_for(start(program, arguments, options, out, err), options);
-
   ProcessResult result;
+  const int status = wait_for(start(program, arguments, options, out, err), options, result.peak_rss_bytes);
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
   if (!options.out) result.out = read_text(out);
@@ -142,7 +143,8 @@ std::string BackgroundProcess::err() const {
 }
 
 int BackgroundProcess::wait() {
-  const int status = wait_for(std::exchange(child_, -1), {});
+  std::uint64_t peak_rss_bytes = 0;
+  const int status = wait_for(std::exchange(child_, -1), {}, peak_rss_bytes);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 

@@ -10,10 +10,11 @@
 namespace coppice::test {
 
 struct ProcessResult {
-  int exit_code = -1;  ///< -1 when a signal ended it
-  int signal = 0;      ///< that signal, 0 for none
-  std::string out;     ///< standard output
-  std::string err;     ///< standard error
+  int exit_code = -1;                ///< -1 when a signal ended it
+  int signal = 0;                    ///< that signal, 0 for none
+  std::string out;                   ///< standard output
+  std::string err;                   ///< standard error
+  std::uint64_t peak_rss_bytes = 0;  ///< of the largest of its processes
 };
 
 struct ProcessOptions {

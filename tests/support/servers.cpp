@@ -44,36 +44,92 @@ std::string url_of(std::uint16_t port) {
   return "http://127.0.0.1:" + std::to_string(port);
 }
 
-/// Answers one request of a connection and closes it.
-void serve(int connection, const fs::path& folder, const ServerFaults& faults) {
-  __gnu_cxx::stdio_filebuf<char> in_buffer(connection, std::ios::in), out_buffer(::dup(connection), std::ios::out);
-  std::istream in(&in_buffer);
-  std::ostream out(&out_buffer);
-  std::string method, target, line, body;
-  in >> method >> target;
+std::string head(int status, const std::string& length, const std::string& more = "") {
+  return "HTTP/1.1 " + std::to_string(status) + " Said\r\nConnection: close\r\n" + more +
+         (length.empty() ? "" : "Content-Length: " + length + "\r\n") + "\r\n";
+}
+
+void answer_rightly(const ServerRequest& request, std::ostream& out) {
+  out << head(request.status, std::to_string(request.content.size())) << request.content;
+}
+
+/// Reads a request, keeps what is put and finds what is asked for. False where it is not whole.
+bool read_request(std::istream& in, const fs::path& folder, ServerRequest& request) {
+  std::string line, body;
+  in >> request.method >> request.target;
   const std::string length = "Content-Length: ";
   while (std::getline(in, line) && line != "\r")
     if (line.starts_with(length)) body.resize(std::stoul(line.substr(length.size())));
-  if (!in.read(body.data(), static_cast<std::streamsize>(body.size()))) return;
-  std::ofstream(folder / "requests.log", std::ios::app) << method + " " + target + "\n";
-  std::this_thread::sleep_for(std::chrono::duration<double>(faults.delay_s));
+  if (!in.read(body.data(), static_cast<std::streamsize>(body.size()))) return false;
+  std::ofstream(folder / "requests.log", std::ios::app) << request.method + " " + request.target + "\n";
+  const fs::path path = folder / request.target.substr(1);
+  if (request.method == "PUT") write_text(path, body);
+  request.status = request.method == "PUT" ? 201 : fs::exists(path) ? 200 : 404;
+  if (request.status == 200) request.content = read_text(path);
+  return true;
+}
 
-  const fs::path path = folder / target.substr(1);
-  int status = method == "PUT" ? faults.put_status : faults.get_status;
-  std::string sent;
-  if (status == 0 && method == "PUT") {
-    write_text(path, body);
-    status = 201;
-  } else if (status == 0) {
-    sent = read_text(path);
-    status = fs::exists(path) ? 200 : 404;
-  }
-  const SentBody fault = status == 200 && target.ends_with(".coppice") ? faults.body : SentBody::whole;
-  const std::size_t announced_bytes = sent.size() + (fault == SentBody::trickling ? 50'000'000 : 0);
-  if (fault == SentBody::wrong) sent[sent.size() / 2] = static_cast<char>(sent[sent.size() / 2] ^ 1);
-  if (fault == SentBody::half) sent.resize(sent.size() / 2);
-  out << "HTTP/1.1 " << status << " Said\r\nConnection: close\r\nContent-Length: " << announced_bytes << "\r\n\r\n" << sent << std::flush;
-  while (fault == SentBody::trickling && out << std::string(2'500, '\0') << std::flush) std::this_thread::sleep_for(50ms);
+/// Answers one request of a connection and closes it.
+void serve(int connection, std::uint16_t port, const fs::path& folder, const ServerFault& fault) {
+  __gnu_cxx::stdio_filebuf<char> in_buffer(connection, std::ios::in), out_buffer(::dup(connection), std::ios::out);
+  std::istream in(&in_buffer);
+  std::ostream out(&out_buffer);
+  ServerRequest request{.port = port};
+  if (!fault.is_deaf && !read_request(in, folder, request)) return;
+  (fault.answer ? fault.answer : answer_rightly)(request, out);
+  out.flush();
+}
+
+using Answer = std::function<void(const ServerRequest&, std::ostream&)>;
+
+Answer says(int to_get, int to_put) {
+  return [=](const ServerRequest& request, std::ostream& out) { out << head(request.method == "PUT" ? to_put : to_get, "0"); };
+}
+
+Answer says(const std::string& text) {
+  return [=](const ServerRequest&, std::ostream& out) { out << text; };
+}
+
+/// Goes on until nobody listens any more.
+Answer says_without_end(const std::string& first, const std::string& again, std::chrono::milliseconds pause = 0ms) {
+  return [=](const ServerRequest&, std::ostream& out) {
+    out << first;
+    while (out << again << std::flush) std::this_thread::sleep_for(pause);
+  };
+}
+
+/// For .coppice files that it has. All else it answers rightly.
+Answer of_plants(const Answer& answer) {
+  return [=](const ServerRequest& request, std::ostream& out) {
+    (request.status == 200 && request.target.ends_with(".coppice") ? answer : Answer(answer_rightly))(request, out);
+  };
+}
+
+Answer of_plants(const std::function<std::string(std::string)>& text) {
+  return of_plants(Answer([=](const ServerRequest& request, std::ostream& out) { out << text(request.content); }));
+}
+
+Answer then_waits(const Answer& answer) {
+  return [=](const ServerRequest& request, std::ostream& out) {
+    answer(request, out);
+    out << std::flush;
+    if (request.target.ends_with(".coppice") && request.method == "GET") std::this_thread::sleep_for(60s);
+  };
+}
+
+Answer late(std::chrono::milliseconds delay, const Answer& answer) {
+  return [=](const ServerRequest& request, std::ostream& out) {
+    std::this_thread::sleep_for(delay);
+    answer(request, out);
+  };
+}
+
+/// gzip's form of zeros without end: 2,064 of them in each 13 bytes.
+Answer says_zeros_without_end(const std::string& coding) {
+  using namespace std::string_literals;
+  std::string again;
+  for (int i = 0; i < 1000; ++i) again += "\xa3\x60\x14\x8c\x82\x51\x30\x0a\x46\xc1\x28\x18\x05";
+  return says_without_end(head(200, "", coding + ": gzip\r\n") + "\x1f\x8b\x08\0\0\0\0\0\0\x03\x62\x18\x05"s, again);
 }
 
 /// HOST, FOLDER and every PORT are filled in.
@@ -134,21 +190,81 @@ int parent_of(int id) {
 
 }  // namespace
 
-std::vector<NamedFaults> all_server_faults() {
-  return {{"503", {.get_status = 503, .put_status = 503}, "503"},
-          {"401", {.get_status = 401, .put_status = 401}, "COPPICE_CACHE_CREDENTIALS"},
-          {"403", {.get_status = 403, .put_status = 403}, "403"},
-          {"404 to all", {.get_status = 404, .put_status = 404}, "404"},
-          {"moved", {.get_status = 301, .put_status = 301}, "301"},
-          {"read only", {.put_status = 403}, "403"},
-          {"full: 507", {.put_status = 507}, "507"},
-          {"half a body", {.body = SentBody::half}, "", true},
-          {"wrong bytes", {.body = SentBody::wrong}, "damaged", true},
-          {"trickling", {.body = SentBody::trickling}, "", true},
-          {"20 s of delay", {.delay_s = 20.0}, "", true}};
+std::vector<ServerFault> all_server_faults() {
+  const auto redirect = [](const ServerRequest& request, std::ostream& out) {
+    out << head(307, "0", "Location: http://localhost:" + std::to_string(request.port) + "/elsewhere\r\n");
+  };
+  const auto no_put = [](const ServerRequest& request, std::ostream& out) {
+    late(request.method == "PUT" ? 60s : 0s, says(404, 201))(request, out);
+  };
+  const auto half = [](const std::string& content) {
+    return head(200, std::to_string(content.size())) + content.substr(content.size() / 2);
+  };
+  const auto flipped = [](std::string content) {
+    content[content.size() / 2] = static_cast<char>(content[content.size() / 2] ^ 1);
+    return head(200, std::to_string(content.size())) + content;
+  };
+  const auto deep_record = [](const ServerRequest& request, std::ostream& out) {
+    const std::string brackets(4u << 20, '[');
+    if (request.target.ends_with(".record") && request.status == 200)
+      out << head(200, std::to_string(brackets.size())) << brackets;
+    else
+      answer_rightly(request, out);
+  };
+  const std::string any_length = head(200, ""), page = "<html><title>Log in</title></html>", junk(7'500, '\0');
+  return {
+      {.name = "answers_503", .answer = says(503, 503), .told = "503"},
+      {.name = "answers_401", .answer = says(401, 401), .told = "COPPICE_CACHE_CREDENTIALS"},
+      {.name = "answers_403", .answer = says(403, 403), .told = "403"},
+      {.name = "answers_404_to_all", .answer = says(404, 404), .told = "404"},
+      {.name = "is_read_only", .answer = says(404, 403), .told = "403"},
+      {.name = "is_full", .answer = says(404, 507), .told = "507"},
+      {.name = "answers_206", .answer = of_plants([](const std::string& content) { return head(206, "") + content; }), .told = "206"},
+      {.name = "redirects", .answer = redirect, .told = "307"},
+      {.name = "flips_a_bit", .answer = of_plants(flipped), .lines = 3},
+      {.name = "shows_a_page", .answer = says(head(200, std::to_string(page.size())) + page), .lines = 3},
+      {.name = "sends_brackets_in_brackets", .answer = deep_record, .lines = 3},
+      {.name = "sends_half", .answer = of_plants(half)},
+      {.name = "sends_half_and_waits", .answer = then_waits(of_plants(half))},
+      {.name = "sends_more_than_announced",
+       .answer = of_plants([](const std::string& content) { return head(200, std::to_string(content.size())) + content + "more"; }),
+       .lines = 0,
+       .is_found = true},
+      {.name = "announces_too_much", .answer = says(head(200, "99999999999999999999"))},
+      {.name = "announces_two_lengths", .answer = says(head(200, "5", "Content-Length: 7\r\n") + "1234567"), .lines = 3},
+      {.name = "trickles", .answer = of_plants(says_without_end(any_length, junk.substr(5'000), 50ms))},
+      {.name = "drips", .answer = of_plants(says_without_end(any_length, junk, 50ms))},
+      {.name = "sends_without_end", .answer = of_plants(says_without_end(any_length, junk))},
+      {.name = "sends_a_missing_page_without_end", .answer = says_without_end(head(404, ""), junk)},
+      {.name = "sends_zeros_in_gzip", .answer = of_plants(says_zeros_without_end("Content-Encoding"))},
+      {.name = "sends_zeros_in_gzip_for_transfer", .answer = of_plants(says_zeros_without_end("Transfer-Encoding"))},
+      {.name = "sends_trailers_without_end",
+       .answer = says_without_end(head(200, "", "Transfer-Encoding: chunked\r\n") + "0\r\n", "Trailer: x\r\n")},
+      {.name = "says_102_without_end", .answer = says_without_end("", "HTTP/1.1 102 Said\r\nNote: x\r\n\r\n")},
+      {.name = "sends_headers_without_end", .answer = says_without_end("HTTP/1.1 200 Said\r\n", "Note: x\r\n")},
+      {.name = "sends_a_header_without_end", .answer = says_without_end("HTTP/1.1 200 Said\r\nNote: ", "x")},
+      {.name = "is_no_http_server", .answer = says("SSH-2.0-server\r\n")},
+      {.name = "closes_at_once", .answer = says(""), .is_deaf = true},
+      {.name = "closes_unanswered", .answer = says("")},
+      {.name = "closes_in_the_status", .answer = says("HTTP/1.1 20")},
+      {.name = "closes_in_a_header", .answer = says("HTTP/1.1 200 Said\r\nContent-Le"), .lines = 3},
+      {.name = "is_20_s_late", .answer = late(20s, answer_rightly)},
+      {.name = "never_listens", .answer = late(60s, says("")), .is_deaf = true},
+      {.name = "never_answers_a_put", .answer = no_put},
+      {.name = "knows_no_tls", .answer = says(page), .is_deaf = true, .scheme = "https"},
+      {.name = "waits_in_tls", .answer = late(60s, says("")), .is_deaf = true, .scheme = "https"},
+  };
 }
 
-FaultyServer::FaultyServer(const fs::path& folder, const ServerFaults& faults) : log_(folder / "requests.log") {
+ServerFault late_server() {
+  return {.name = "is_late", .answer = late(2500ms, says(404, 201))};
+}
+
+void PrintTo(const ServerFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
+FaultyServer::FaultyServer(const fs::path& folder, const ServerFault& fault) : log_(folder / "requests.log"), scheme_(fault.scheme) {
   fs::create_directories(folder);
   const auto [socket, port] = bound_socket();
   port_ = port;
@@ -160,7 +276,7 @@ FaultyServer::FaultyServer(const fs::path& folder, const ServerFaults& faults) :
     static_cast<void>(::prctl(PR_SET_PDEATHSIG, SIGKILL));
     while (true)
       if (const int connection = ::accept(socket, nullptr, nullptr); connection >= 0)
-        std::thread(serve, connection, folder, faults).detach();
+        std::thread(serve, connection, port_, folder, fault).detach();
   }
   ::close(socket);
 }
@@ -171,11 +287,11 @@ FaultyServer::~FaultyServer() {
 }
 
 std::string FaultyServer::url() const {
-  return url_of(port_);
+  return scheme_ + url_of(port_).substr(4);
 }
 
-std::size_t FaultyServer::request_count() const {
-  return count_of(read_text(log_), "\n");
+std::string FaultyServer::requests() const {
+  return read_text(log_);
 }
 
 std::uint16_t free_port() {

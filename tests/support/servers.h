@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,41 +17,45 @@
 
 namespace coppice::test {
 
-/// How a server sends a .coppice file.
-enum class SentBody {
-  whole,
-  half,       ///< then it ends the connection
-  wrong,      ///< with another bit
-  trickling,  ///< with 50 MB behind it, at 50 kB a second
+/// A request, and the right answer to it.
+struct ServerRequest {
+  std::string method, target;
+  std::uint16_t port = 0;  ///< the server's
+  int status = 0;
+  std::string content;
 };
 
-struct ServerFaults {
-  int get_status = 0, put_status = 0;  ///< the answer to every request of that kind; 0: as it should be
-  SentBody body = SentBody::whole;
-  double delay_s = 0.0;  ///< before each answer
+/// A server that does wrong, as name, and what a client has to make of it.
+struct ServerFault {
+  std::string name;  ///< letters, digits and _
+  std::function<void(const ServerRequest&, std::ostream& out)> answer;
+  std::string told = {};  ///< what the line about it names beside the address
+  std::size_t lines = 1;  ///< that tell of three plants
+  bool is_found = false;  ///< the plants are had from it all the same
+  bool is_deaf = false;   ///< it answers before it has read the request
+  std::string scheme = "http";
 };
-
-struct NamedFaults {
-  std::string name;
-  ServerFaults faults;
-  std::string told = {};   ///< what the line about it names beside the address; empty: nothing
-  bool is_filled = false;  ///< the fault shows where the server has what is asked for
-};
-std::vector<NamedFaults> all_server_faults();
+std::vector<ServerFault> all_server_faults();
+/// Has nothing and takes everything, each time after 2.5 s.
+ServerFault late_server();
+void PrintTo(const ServerFault& fault, std::ostream* out);
 
 /// A process that keeps what is put into it as files of a folder, at their paths. Ended by the destructor.
 class FaultyServer {
  public:
-  explicit FaultyServer(const std::filesystem::path& folder, const ServerFaults& faults = {});
+  /// Without a fault it does right.
+  explicit FaultyServer(const std::filesystem::path& folder, const ServerFault& fault = {});
   ~FaultyServer();
   FaultyServer(const FaultyServer&) = delete;
   FaultyServer& operator=(const FaultyServer&) = delete;
   [[nodiscard]] std::string url() const;
-  [[nodiscard]] std::size_t request_count() const;
+  /// "METHOD TARGET" of each request, a line each.
+  [[nodiscard]] std::string requests() const;
 
  private:
   std::filesystem::path log_;
   std::uint16_t port_ = 0;
+  std::string scheme_;
   int process_ = -1;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 
 #include "result.h"
@@ -18,14 +19,19 @@ inline constexpr const char* kCacheVariable = "COPPICE_CACHE";
 
 enum class CacheMode { read, read_write };
 
-/// Counts the failures of a cache in a row. After three of them it is used no more.
+/// Counts what a cache costs. After three failures in a row, or once it has taken more time than it may, it is used no more.
 class FailureCount {
  public:
+  FailureCount() = default;
+  explicit FailureCount(double most_lost_s) : left_s_(most_lost_s) {}
   void count(bool failed) { in_a_row_ = failed ? in_a_row_ + 1 : 0; }
-  [[nodiscard]] bool is_off() const { return in_a_row_ >= 3; }
+  /// Takes note of time for which nothing was had.
+  void lose(double seconds) { left_s_ -= seconds; }
+  [[nodiscard]] bool is_off() const { return in_a_row_ >= 3 || left_s_ < 0.0; }
 
  private:
   std::uint32_t in_a_row_ = 0;
+  double left_s_ = std::numeric_limits<double>::infinity();
 };
 
 /// A folder or an address, one of the two.

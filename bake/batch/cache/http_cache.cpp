@@ -14,18 +14,29 @@
 namespace coppice::bake {
 namespace {
 
-// What a request may cost: the time to connect, and the time for which it may be slower than the limit.
+// What a request may cost beside RequestLimits: the time to connect, and the time for which it may be slower than the limit.
 constexpr long kConnectSeconds = 2, kSlowSeconds = 3, kSlowBytesPerSecond = 100'000;
 
+/// As much as is read of what is no entry's file.
+constexpr std::uint64_t kMaxOtherBytes = std::uint64_t{64} << 10;
+
 struct Download {
+  CURL* easy;
   std::vector<std::uint8_t>* bytes;
   std::uint64_t max_bytes;
 };
 
+long status_of(CURL* easy) {
+  long status = 0;
+  ::curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
+  return status;
+}
+
 std::size_t receive(char* data, std::size_t size, std::size_t count, void* user) {
   Download& to = *static_cast<Download*>(user);
   const std::size_t bytes = size * count;
-  if (bytes > to.max_bytes - to.bytes->size()) return 0;  // libcurl takes it for a failure
+  const std::uint64_t max_bytes = status_of(to.easy) == 200 ? to.max_bytes : std::min(to.max_bytes, kMaxOtherBytes);
+  if (to.bytes->size() + bytes > max_bytes) return 0;  // libcurl takes it for a failure
   to.bytes->insert(to.bytes->end(), data, data + bytes);
   return bytes;
 }
@@ -88,18 +99,22 @@ struct HttpCache::Connection {
   }
 };
 
-HttpCache::HttpCache(std::string url, CacheCredentials credentials) : url_(std::move(url)), credentials_(std::move(credentials)) {}
+HttpCache::HttpCache(std::string url, CacheCredentials credentials, double most_lost_s)
+    : FailureCount(most_lost_s), url_(std::move(url)), credentials_(std::move(credentials)) {}
 HttpCache::HttpCache(HttpCache&&) noexcept = default;
 HttpCache::~HttpCache() = default;
 
-Result<HttpCache::Answer> HttpCache::request(const std::string& file, const std::span<const std::uint8_t>* body, std::uint64_t max_bytes) {
-  if (is_off()) return Error{Status::io, "the server failed before and is asked no more"};
+Result<HttpCache::Answer> HttpCache::request(const std::string& file, const std::span<const std::uint8_t>* body,
+                                             const RequestLimits& limits) {
+  if (is_off()) return Error{Status::io, "the server failed or took too much time, and is asked no more"};
   if (!connection_) connection_ = std::make_unique<Connection>(credentials_);
   CURL* easy = connection_->easy;
   Answer answer;
-  Download download{&answer.body, max_bytes};
+  Download download{easy, &answer.body, limits.bytes};
   std::span<const std::uint8_t> left = body != nullptr ? *body : std::span<const std::uint8_t>();
   set(easy, CURLOPT_URL, (url_ + "/" + file).c_str());
+  set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(1000.0 * limits.seconds));
+  set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(limits.bytes));
   set(easy, CURLOPT_WRITEDATA, &download);
   set(easy, CURLOPT_READDATA, &left);
   if (body != nullptr) {
@@ -115,12 +130,12 @@ Result<HttpCache::Answer> HttpCache::request(const std::string& file, const std:
     const char* why = connection_->error[0] != '\0' ? connection_->error.data() : ::curl_easy_strerror(code);
     return Error{Status::io, "the server is of no use", Error::kNoOffset, printable(why)};
   }
-  ::curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
+  answer.status = status_of(easy);
   return answer;
 }
 
-Result<std::optional<std::vector<std::uint8_t>>> HttpCache::get_file(const std::string& file, std::uint64_t max_bytes) {
-  COPPICE_TRY(answer, request(file, nullptr, max_bytes));
+Result<std::optional<std::vector<std::uint8_t>>> HttpCache::get_file(const std::string& file, const RequestLimits& limits) {
+  COPPICE_TRY(answer, request(file, nullptr, limits));
   const bool is_absent = answer.status == 404 || answer.status == 410;
   count(answer.status != 200 && !is_absent);
   if (answer.status == 200) return std::optional(std::move(answer.body));
@@ -128,28 +143,29 @@ Result<std::optional<std::vector<std::uint8_t>>> HttpCache::get_file(const std::
   return refused(answer.status);
 }
 
-Result<void> HttpCache::put_file(const std::string& file, std::span<const std::uint8_t> bytes) {
-  constexpr std::uint64_t kMaxAnswerBytes = std::uint64_t{1} << 20;
-  COPPICE_TRY(answer, request(file, &bytes, kMaxAnswerBytes));
+Result<void> HttpCache::put_file(const std::string& file, std::span<const std::uint8_t> bytes, const RequestLimits& limits) {
+  COPPICE_TRY(answer, request(file, &bytes, {kMaxOtherBytes, limits.seconds}));
   const bool is_kept = answer.status >= 200 && answer.status < 300;
   count(!is_kept);
   return is_kept ? Result<void>() : refused(answer.status);
 }
 
-Result<std::optional<CachedBake>> HttpCache::get(const std::string& key, std::uint64_t max_bytes) {
-  COPPICE_TRY(record, get_file(key + ".record", kMaxRecordBytes));
+Result<std::optional<CachedBake>> HttpCache::get(const std::string& key, const RequestLimits& limits) {
+  COPPICE_TRY(record, get_file(key + ".record", {kMaxRecordBytes, limits.seconds}));
   if (!record) return std::optional<CachedBake>();
-  COPPICE_TRY(bytes, get_file(key + ".coppice", max_bytes));
+  const Error damaged{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, url_ + "/" + key};
+  if (key_of(parts_of_record(*record)) != key) return damaged;
+  COPPICE_TRY(bytes, get_file(key + ".coppice", limits));
   if (!bytes) return std::optional<CachedBake>();
   auto entry = read_entry(*record, *std::move(bytes), key);
-  if (!entry) return Error{Status::bad_file, "an entry of the cache is damaged", Error::kNoOffset, url_ + "/" + key};
+  if (!entry) return damaged;
   return std::optional(*std::move(entry));
 }
 
-Result<void> HttpCache::put(const std::string& key, const CachedBake& entry) {
-  COPPICE_CHECK(put_file(key + ".coppice", entry.bytes));
+Result<void> HttpCache::put(const std::string& key, const CachedBake& entry, const RequestLimits& limits) {
+  COPPICE_CHECK(put_file(key + ".coppice", entry.bytes, limits));
   const std::string record = record_text(entry);
-  return put_file(key + ".record", bytes_of(record));
+  return put_file(key + ".record", bytes_of(record), limits);
 }
 
 }  // namespace coppice::bake

@@ -1,5 +1,6 @@
 #include "bake_key.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -24,6 +25,8 @@ Result<std::optional<std::vector<std::uint8_t>>> state_of(const GltfReference& r
   return std::optional<std::vector<std::uint8_t>>(std::move(bytes));
 }
 
+constexpr const char* kMissing = "missing";
+
 std::string checksum_text(std::span<const std::uint8_t> bytes) {
   return checksum_of(std::array{as_text(bytes)});
 }
@@ -34,7 +37,7 @@ std::vector<KeyPart> option_parts(const BakeOptions& options) {
   // A member that is added later does not compile until it is counted here: it needs a row in bake_option_table(), or changes nothing, as
   // the number of threads.
   [[maybe_unused]] const auto& [o1, o2, o3, import, collapse, o6, o7, o8, o9, wind] = options;
-  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, plant, i9] = import;
+  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, plant, i9, i10] = import;
   [[maybe_unused]] const auto& [p1, p2, p3] = plant;
   [[maybe_unused]] const auto& [w1, w2] = wind;
   [[maybe_unused]] const auto& [c1, c2, c3] = collapse;
@@ -62,9 +65,16 @@ Result<std::vector<KeyPart>> bake_key_parts(const std::filesystem::path& input, 
   parts.push_back({"input", "", checksum_text(bytes)});
   for (const GltfReference& reference : referred_files(bytes)) {
     COPPICE_TRY(state, state_of(reference, input.parent_path(), options.import.outside_files));
-    parts.push_back({"file", portable_text(percent_decoded(reference.uri)), state ? checksum_text(*state) : "missing"});
+    parts.push_back({"file", portable_text(percent_decoded(reference.uri)), state ? checksum_text(*state) : kMissing});
   }
   return parts;
+}
+
+bool is_part_of(std::span<const KeyPart> parts, std::string_view uri, std::span<const std::uint8_t> bytes) {
+  const std::string kind = uri.empty() ? "input" : "file", name = portable_text(percent_decoded(uri)), value = checksum_text(bytes);
+  return std::ranges::any_of(parts, [&](const KeyPart& part) {
+    return part.kind == kind && part.name == name && (part.value == value || (bytes.empty() && part.value == kMissing));
+  });
 }
 
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -68,9 +70,13 @@ Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const Job
 Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, const std::vector<KeyPart>& parts,
                              const StageProgress& progress, BatchResult& result) {
   BakeReport report;
-  COPPICE_TRY(bytes, bake(plant.input, plant.options, progress, report));
-  COPPICE_TRY(key_after, bake_key(plant.input, plant.options));
-  if (key_after != result.key) return Error{Status::io, "the plant was changed while it was baked"};
+  BakeOptions options = plant.options;
+  bool has_changed = false;
+  options.import.on_read = [&](std::string_view uri, std::span<const std::uint8_t> file) {
+    has_changed = has_changed || !is_part_of(parts, uri, file);
+  };
+  COPPICE_TRY(bytes, bake(plant.input, options, progress, report));
+  if (has_changed) return Error{Status::io, "the plant was changed while it was baked"};
   CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings), parts};
   COPPICE_CHECK(keep(cache, result.key, entry, result));
   send(cache, result.key, entry, result);
@@ -80,7 +86,7 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
 /// The output is then the entry's file: written only if it is anything else.
 Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
   if (!plant.output.empty()) {
-    const auto there = read_file(plant.output);
+    const auto there = read_file(plant.output, entry.bytes.size() + 1);
     if (!there || *there != entry.bytes) {
       COPPICE_CHECK(write_file_atomically(plant.output, entry.bytes));
     }
@@ -138,13 +144,6 @@ BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(
   return result;
 }
 
-Result<void> make_cache(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return system_error("cannot make the cache", folder, error.value());
-  return {};
-}
-
 }  // namespace
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
@@ -152,7 +151,7 @@ BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const Stage
 }
 
 BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  const auto made = make_cache(cache);
+  const auto made = make_folder(cache);
   if (made) return bake_one(plant, {.folder = cache}, progress);
   BatchResult result;
   result.error = made.error().message();
@@ -168,7 +167,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   const bool is_read = options.shared.mode == CacheMode::read;
   report_.where = shared.empty() ? options.cache.string() : shared.string();
   if (!shared.empty() && !is_read) {
-    Result<void> usable = make_cache(shared);
+    Result<void> usable = make_folder(shared);
     if (usable) usable = try_writing(shared / "entry");
     if (usable) jobs_.folder = shared;
     if (usable) return {};
@@ -177,7 +176,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   if (!shared.empty() && is_read) jobs_.read_only = shared;
   std::error_code error;
   if (!jobs_.read_only.empty() && !fs::is_directory(shared, error)) report_.trouble = "there is no such folder";
-  COPPICE_CHECK(make_cache(options.cache));
+  COPPICE_CHECK(make_folder(options.cache));
   jobs_.folder = options.cache;
   const LockKind kind = options.other_batches ? LockKind::shared : LockKind::alone;
   COPPICE_TRY(lock, lock_file(options.cache / "lock", kind, "another bake-all is writing to this folder"));

@@ -43,6 +43,7 @@ TextureUvs texture_uvs(const tinygltf::Model& model, std::uint32_t index);
 struct ImageFolder {
   std::filesystem::path path;
   OutsideFiles outside = OutsideFiles::refused;
+  ReadObserver on_read = {};  ///< may be empty
 };
 
 /// Decodes the images that the materials use and renumbers them. A normal map becomes unit vectors, with its material's scale applied; one

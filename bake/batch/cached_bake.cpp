@@ -38,23 +38,27 @@ void warn_of_damage(const Error& error, BatchResult& result) {
   if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
 }
 
+/// The most that an entry may have: a bake would take twice as much memory. Others may put anything in its place.
+std::uint64_t max_entry_bytes(const BatchPlant& plant) {
+  return plant.cost.memory_bytes == 0 ? kWholeFile : std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
+}
+
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
-std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+std::optional<CachedBake> find_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, DamagedEntry damaged,
+                                     BatchResult& result) {
   const auto usable = [&](Result<CachedBake> found) {
     if (!found && damaged == DamagedEntry::is_removed) warn_of_damage(found.error(), result);
     return found ? std::optional(*std::move(found)) : std::nullopt;
   };
   if (cache.folder.empty()) return {};
-  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged));
-  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key));
+  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged, max_entry_bytes(plant)));
+  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key, max_entry_bytes(plant)));
   return entry;
 }
 
 /// Nothing where the server lacks it or is of no use.
 Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, BatchResult& result) {
-  // A bake would take twice as much memory as this.
-  const std::uint64_t max_bytes = std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
-  auto entry = cache.server->get(key, max_bytes);
+  auto entry = cache.server->get(key, max_entry_bytes(plant));
   if (!entry && entry.error().status == Status::out_of_memory) return entry.error();
   if (!entry) {
     warn_of_damage(entry.error(), result);
@@ -105,7 +109,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
-  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::is_removed, result);
+  std::optional<CachedBake> entry = find_entry(plant, cache, result.key, DamagedEntry::is_removed, result);
   result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
   if (!entry) {
     if (cache.known != nullptr) result.because = why_baked(parts, *cache.known);
@@ -118,7 +122,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
 Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
-  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  std::optional<CachedBake> entry = find_entry(plant, cache, result.key, DamagedEntry::stays, result);
   if (!entry && cache.server != nullptr) {
     COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
   }

@@ -359,6 +359,16 @@ TEST(CacheEntry, LinksAreNeitherReadNorWrittenThrough) {
   EXPECT_EQ(status_of(load_cached(folder.path(), key)), Status::ok);
 }
 
+TEST(CacheEntry, OneThatIsTooLargeIsNotReadWhole) {
+  const test::TemporaryFolder folder;
+  const CachedBake entry = entry_of("oak.glb");
+  const std::string key = store(folder.path(), entry);
+  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size())), Status::ok);
+  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size() - 2)), Status::bad_file);
+  fs::resize_file(cached_file(folder.path(), key), std::uintmax_t{1} << 43);  // 8 TB that are not there
+  EXPECT_EQ(status_of(load_cached(folder.path(), key, DamagedEntry::is_removed, 5000)), Status::bad_file);
+}
+
 /// A server could fill the memory of whoever parses what it sends.
 TEST(CacheEntry, ARecordThatIsTooLongIsNotParsed) {
   const CachedBake entry = entry_of("a");

@@ -10,7 +10,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
@@ -81,16 +80,16 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
   return folder / (key + ".record");
 }
 
-Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes) {
   COPPICE_TRY(record, read_kept_file(record_file(folder, key), FileOwner::anybody, kMaxRecordBytes + 1));
-  COPPICE_TRY(bytes, read_kept_file(cached_file(folder, key), FileOwner::anybody));
+  COPPICE_TRY(bytes, read_kept_file(cached_file(folder, key), FileOwner::anybody, max_bytes));
   Result<CachedBake> entry = read_entry(record, std::move(bytes), key);
   if (entry) return entry;
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged) {
-  Result<CachedBake> entry = peek_cached(folder, key);
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged, std::uint64_t max_bytes) {
+  Result<CachedBake> entry = peek_cached(folder, key, max_bytes);
   const std::filesystem::path record = record_file(folder, key);
   std::error_code ignored;
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.

@@ -33,6 +33,11 @@ Result<fs::path> resolved(const fs::path& path) {
   return error ? path.lexically_normal() : found;
 }
 
+/// A plant as errors about its output name it.
+std::string told(const BatchPlant& plant) {
+  return plant.place.empty() ? plant.input.string() : plant.place + ".output, of " + plant.input.string();
+}
+
 /// "name value kB" in a file like /proc/meminfo; 0 where there is none.
 std::uint64_t free_memory_bytes() {
   std::ifstream file("/proc/meminfo");
@@ -251,22 +256,25 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
   return expanded;
 }
 
-Result<void> check_batch(const std::vector<BatchPlant>& plants) {
-  std::map<fs::path, fs::path> input_of;
+Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<fs::path>& other_inputs) {
+  const auto refused = [](const char* what, const std::string& whose, const BatchPlant& plant) {
+    return Error{Status::invalid_argument, what, Error::kNoOffset, whose + told(plant) + ": " + plant.output.string()};
+  };
+  std::map<fs::path, const BatchPlant*> plant_of;
   std::set<fs::path> inputs;
-  for (const BatchPlant& plant : plants) {
-    COPPICE_TRY(input, resolved(plant.input));
+  std::vector<fs::path> all_inputs = other_inputs;
+  for (const BatchPlant& plant : plants) all_inputs.push_back(plant.input);
+  for (const fs::path& path : all_inputs) {
+    COPPICE_TRY(input, resolved(path));
     inputs.insert(input);
   }
   for (const BatchPlant& plant : plants) {
     COPPICE_TRY(output, resolved(plant.output));
-    const auto [other, is_new] = input_of.try_emplace(output, plant.input);
-    if (!is_new)
-      return Error{Status::invalid_argument, "two plants have the same output", Error::kNoOffset,
-                   other->second.string() + " and " + plant.input.string() + ": " + plant.output.string()};
-    if (inputs.contains(output))
-      return Error{Status::invalid_argument, "would be overwritten: an output is one of the inputs", Error::kNoOffset,
-                   plant.output.string()};
+    const auto [other, is_new] = plant_of.try_emplace(output, &plant);
+    if (!is_new) return refused("two plants have the same output", told(*other->second) + " and ", plant);
+    if (inputs.contains(output)) return refused("would be overwritten: an output is one of the inputs", "", plant);
+    if (std::ranges::any_of(output, [](const fs::path& name) { return name.native().starts_with(".coppice-"); }))
+      return refused("an output among the files that coppice keeps for itself", "", plant);
   }
   return {};
 }

@@ -22,6 +22,7 @@ struct BatchPlant {
   std::filesystem::path output;  ///< folders that are missing are made; empty: for bake_cached, in the cache alone
   BakeOptions options;
   bool all_variants = false;  ///< a plant for each of the input's variants: expand_variants
+  std::string place = {};     ///< its entry of a list, "[2]", for errors; empty: in none
   std::string failure = {};   ///< why its variants are not known: it is not baked, and fails with that
   PlantCost cost = {};        ///< estimate_costs; 0: not known
 };
@@ -44,9 +45,11 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
 void estimate_costs(std::vector<BatchPlant>& plants);
 std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants);
 
-/// Refuses two plants with one output, and an output that is the input of any.
-/// errors  invalid_argument: names both
-Result<void> check_batch(const std::vector<BatchPlant>& plants);
+/// Refuses two plants with one output, and an output that is an input of any, or has a name that begins as what coppice keeps for itself,
+/// ".coppice-". Paths count as they are with all links followed.
+/// other_inputs  the list of the plants
+/// errors  invalid_argument: names the plant, or both
+Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<std::filesystem::path>& other_inputs = {});
 
 enum class BatchOutcome { baked, cached, failed };
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bake.h"
@@ -25,6 +26,9 @@ inline constexpr std::uint32_t kBakeVersion = 29;
 /// errors  io: the input, or a file it refers to, is there and unreadable; those of resolve_reference for a file outside the folder; with
 ///         Areas::vulkan those of open_area_device
 Result<std::vector<KeyPart>> bake_key_parts(const std::filesystem::path& input, const BakeOptions& options);
+
+/// Whether the key is of these bytes of a file, as a ReadObserver hears of them.
+bool is_part_of(std::span<const KeyPart> parts, std::string_view uri, std::span<const std::uint8_t> bytes);
 
 /// key_of them. errors  as bake_key_parts
 Result<std::string> bake_key(const std::filesystem::path& input, const BakeOptions& options);

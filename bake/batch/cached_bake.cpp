@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -54,15 +56,21 @@ void warn_of_damage(const Error& error, BatchResult& result) {
   if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
 }
 
+/// The most that an entry may have: a bake would take twice as much memory. Others may put anything in its place.
+std::uint64_t max_entry_bytes(const BatchPlant& plant) {
+  return plant.cost.memory_bytes == 0 ? kWholeFile : std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
+}
+
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
-std::optional<CachedBake> find_entry(const JobCache& cache, const std::string& key, DamagedEntry damaged, BatchResult& result) {
+std::optional<CachedBake> find_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, DamagedEntry damaged,
+                                     BatchResult& result) {
   const auto usable = [&](Result<CachedBake> found) {
     if (!found && damaged == DamagedEntry::is_removed) warn_of_damage(found.error(), result);
     return found ? std::optional(*std::move(found)) : std::nullopt;
   };
   if (cache.folder.empty()) return {};
-  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged));
-  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key));
+  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged, max_entry_bytes(plant)));
+  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key, max_entry_bytes(plant)));
   return entry;
 }
 
@@ -109,9 +117,13 @@ Result<std::optional<CachedBake>> fetch_entry(const BatchPlant& plant, const Job
 Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, const std::vector<KeyPart>& parts,
                              const StageProgress& progress, BatchResult& result) {
   BakeReport report;
-  COPPICE_TRY(bytes, bake(plant.input, plant.options, progress, report));
-  COPPICE_TRY(key_after, bake_key(plant.input, plant.options));
-  if (key_after != result.key) return Error{Status::io, "the plant was changed while it was baked"};
+  BakeOptions options = plant.options;
+  bool has_changed = false;
+  options.import.on_read = [&](std::string_view uri, std::span<const std::uint8_t> file) {
+    has_changed = has_changed || !is_part_of(parts, uri, file);
+  };
+  COPPICE_TRY(bytes, bake(plant.input, options, progress, report));
+  if (has_changed) return Error{Status::io, "the plant was changed while it was baked"};
   CachedBake entry{std::move(bytes), report.source_leaves, report.sizes.foliage_bytes, std::move(report.warnings), parts};
   COPPICE_CHECK(keep(cache, result.key, entry, result));
   send(plant, cache, entry, result);
@@ -121,7 +133,7 @@ Result<CachedBake> bake_into(const BatchPlant& plant, const JobCache& cache, con
 /// The output is then the entry's file: written only if it is anything else.
 Result<void> take_entry(const BatchPlant& plant, const CachedBake& entry, BatchResult& result) {
   if (!plant.output.empty()) {
-    const auto there = read_file(plant.output);
+    const auto there = read_file(plant.output, entry.bytes.size() + 1);
     if (!there || *there != entry.bytes) {
       COPPICE_CHECK(write_file_atomically(plant.output, entry.bytes));
     }
@@ -140,7 +152,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
   }
   COPPICE_TRY(parts, bake_key_parts(plant.input, plant.options));
   result.key = key_of(parts);
-  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::is_removed, result);
+  std::optional<CachedBake> entry = find_entry(plant, cache, result.key, DamagedEntry::is_removed, result);
   result.outcome = entry ? BatchOutcome::cached : BatchOutcome::baked;
   if (!entry) {
     if (cache.known != nullptr) result.because = why_baked(parts, *cache.known);
@@ -153,7 +165,7 @@ Result<void> bake_or_load(const BatchPlant& plant, const JobCache& cache, const 
 Result<void> load(const BatchPlant& plant, const JobCache& cache, BatchResult& result) {
   COPPICE_TRY(key, bake_key(plant.input, plant.options));
   result.key = std::move(key);
-  std::optional<CachedBake> entry = find_entry(cache, result.key, DamagedEntry::stays, result);
+  std::optional<CachedBake> entry = find_entry(plant, cache, result.key, DamagedEntry::stays, result);
   if (!entry && cache.server != nullptr) {
     COPPICE_CHECK(move_into(entry, fetch_entry(plant, cache, result.key, result)));
   }
@@ -179,13 +191,6 @@ BatchResult result_of(const BatchPlant& plant, const std::function<Result<void>(
   return result;
 }
 
-Result<void> make_cache(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return system_error("cannot make the cache", folder, error.value());
-  return {};
-}
-
 }  // namespace
 
 BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const StageProgress& progress) {
@@ -193,7 +198,7 @@ BatchResult bake_one(const BatchPlant& plant, const JobCache& cache, const Stage
 }
 
 BatchResult bake_cached(const BatchPlant& plant, const fs::path& cache, const StageProgress& progress) {
-  const auto made = make_cache(cache);
+  const auto made = make_folder(cache);
   if (made) return bake_one(plant, {.folder = cache}, progress);
   BatchResult result;
   result.error = made.error().message();
@@ -209,7 +214,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   const bool is_read = options.shared.mode == CacheMode::read;
   report_.where = shared.empty() ? options.cache.string() : shared.string();
   if (!shared.empty() && !is_read) {
-    Result<void> usable = make_cache(shared);
+    Result<void> usable = make_folder(shared);
     if (usable) usable = try_writing(shared / "entry");
     if (usable) jobs_.folder = shared;
     if (usable) return {};
@@ -218,7 +223,7 @@ Result<void> BatchCaches::open_folder(const BatchOptions& options) {
   if (!shared.empty() && is_read) jobs_.read_only = shared;
   std::error_code error;
   if (!jobs_.read_only.empty() && !fs::is_directory(shared, error)) report_.trouble = "there is no such folder";
-  COPPICE_CHECK(make_cache(options.cache));
+  COPPICE_CHECK(make_folder(options.cache));
   jobs_.folder = options.cache;
   const LockKind kind = options.other_batches ? LockKind::shared : LockKind::alone;
   COPPICE_TRY(lock, lock_file(options.cache / "lock", kind, "another bake-all is writing to this folder"));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <system_error>
 #include <utility>
 
 #include "atomic_file.h"
@@ -13,22 +12,25 @@ namespace coppice::bake {
 
 namespace fs = std::filesystem;
 
+static fs::path picture_path(const fs::path& folder, const std::string& key) {
+  return folder / (key + ".webp");
+}
+
 fs::path picture_folder(const fs::path& output_folder) {
   return output_folder / ".coppice-pictures";
 }
 
-fs::path picture_path(const fs::path& folder, const std::string& key) {
-  return folder / (key + ".webp");
+Result<std::vector<std::uint8_t>> read_picture(const fs::path& folder, const std::string& key) {
+  return read_kept_file(picture_path(folder, key), FileOwner::user);
 }
 
 Result<void> draw_picture(const fs::path& output, const std::string& key, const fs::path& folder) try {
   const fs::path path = picture_path(folder, key);
-  std::error_code error;
-  if (fs::exists(path, error)) return {};
+  if (read_picture(folder, key)) return {};
   COPPICE_TRY(bytes, read_file(output));
   COPPICE_TRY(picture, baked_picture(bytes));
   COPPICE_CHECK(make_folder_of(path));
-  return write_file_atomically(path, picture);
+  return write_file_atomically(path, picture, LastLink::stays);
 } catch (const std::bad_alloc&) {
   return Error{Status::out_of_memory, "out of memory"};
 }
@@ -37,9 +39,8 @@ std::vector<std::string> draw_missing_pictures(const std::vector<BatchPlant>& pl
                                                const fs::path& folder, std::size_t at_a_time) {
   std::vector<std::string> failures(plants.size());
   std::vector<std::size_t> jobs;
-  std::error_code error;
   for (std::size_t i = 0; i < plants.size(); ++i)
-    if (results[i].outcome != BatchOutcome::failed && !fs::exists(picture_path(folder, results[i].key), error)) jobs.push_back(i);
+    if (results[i].outcome != BatchOutcome::failed && !read_picture(folder, results[i].key)) jobs.push_back(i);
   JobCallbacks callbacks;
   callbacks.run = [&](std::size_t job, const JobProgress&) {
     const std::size_t plant = jobs[job];

@@ -1,6 +1,7 @@
 #include "plant_record.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -42,8 +43,13 @@ std::optional<JournalEntry> journal_entry(std::string_view line) try {
 }
 
 Result<Journal> Journal::open(const std::filesystem::path& path) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (file.number() < 0) return system_error("cannot write", path, errno);
+  COPPICE_TRY(place, find_place(path));
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  Descriptor file(::openat(place.folder.number(), place.name.c_str(), kFlags, 0666));
+  struct stat status {};
+  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return system_error("cannot write", path, errno);
+  // What is added to a file of another name, or of another user, does harm there.
+  if (!S_ISREG(status.st_mode) || status.st_nlink != 1 || status.st_uid != ::geteuid()) return system_error("cannot write", path, EPERM);
   return Journal(path, std::move(file));
 }
 

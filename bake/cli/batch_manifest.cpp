@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "printable.h"
 
 namespace coppice::bake {
 namespace {
@@ -49,6 +50,7 @@ Result<BakeRequest> entry_request(const Json& entry, const std::string& place, c
       return wrong(Status::invalid_argument, "no such key in a manifest", here, "there are " + known_keys());
     const auto text = value_text(value);
     if (!text) return wrong(Status::invalid_argument, "neither a text, a number, true nor false", here);
+    if (key == "classes" && !text->starts_with('{') && has_control_character(*text)) return wrong(Status::bad_file, "not a path", here);
     if (const auto set = option->set(request, *text); !set)
       return wrong(Status::invalid_argument, set.error().what, here, set.error().detail);
   }
@@ -58,8 +60,9 @@ Result<BakeRequest> entry_request(const Json& entry, const std::string& place, c
 Result<std::string> text_member(const Json& entry, const char* key, const std::string& place) {
   const auto found = entry.find(key);
   if (found == entry.end()) return wrong(Status::bad_file, "a plant without this key", place + "." + key);
-  if (!found->is_string() || found->get_ref<const std::string&>().empty()) return wrong(Status::bad_file, "not a path", place + "." + key);
-  return found->get<std::string>();
+  const std::string text = found->is_string() ? found->get<std::string>() : "";
+  if (text.empty() || has_control_character(text)) return wrong(Status::bad_file, "not a path", place + "." + key);
+  return text;
 }
 
 bool stays_below(const std::filesystem::path& path) {
@@ -82,7 +85,7 @@ Result<BatchPlant> plant_of(const Json& entry, const std::string& place, const s
   // A path in a manifest is beside it, one on the command line where the user is.
   if (entry.contains("classes") && !request.classes.starts_with('{')) request.classes = input_folder / request.classes;
   COPPICE_TRY(options, bake_options(request));
-  return BatchPlant{input_folder / input, output_folder / output, std::move(options), request.all_variants};
+  return BatchPlant{input_folder / input, output_folder / output, std::move(options), request.all_variants, place};
 }
 
 }  // namespace
@@ -108,8 +111,10 @@ Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& 
 }
 
 Result<std::string> manifest_entry(const BatchPlant& plant, const std::filesystem::path& output_folder) {
-  Json entry = {{"input", std::filesystem::absolute(plant.input).lexically_normal().string()},
-                {"output", plant.output.lexically_relative(output_folder).string()}};
+  const std::string input = std::filesystem::absolute(plant.input).lexically_normal();
+  const std::string output = plant.output.lexically_relative(output_folder);
+  if (has_control_character(input + output)) return wrong(Status::invalid_argument, "a name that no list may have", plant.input.string());
+  Json entry = {{"input", input}, {"output", output}};
   for (const BakeOption& option : bake_option_table())
     if (const auto value = option.get(plant.options)) entry[list_key(option)] = *value;
   try {

@@ -15,14 +15,14 @@ namespace coppice::bake {
 /// text.
 /// defaults  for options that an entry does not give
 /// errors    `detail` names the place, as in "[2].metric". io; bad_file: not JSON, not such an array; invalid_argument: a key that is not
-///           known, a value that its option does not take, an output outside output_folder
+///           known, a value that its option does not take, an output outside output_folder. A path with control characters is a bad_file
 Result<std::vector<BatchPlant>> plants_of_manifest(const std::filesystem::path& manifest, const std::filesystem::path& output_folder,
                                                    const BakeRequest& defaults);
 
 /// The entry of a manifest, as JSON, that plants_of_manifest reads as the same plant whatever the defaults: every option is in it that has
 /// a value.
 /// output_folder  the plant's output is below it
-/// errors         invalid_argument: a name that is not UTF-8, which JSON cannot hold
+/// errors         invalid_argument: a name that is not UTF-8, which JSON cannot hold, or has control characters
 Result<std::string> manifest_entry(const BatchPlant& plant, const std::filesystem::path& output_folder);
 
 }  // namespace coppice::bake

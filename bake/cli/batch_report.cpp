@@ -103,7 +103,7 @@ std::string batch_html(const Batch& batch) {
   for (std::size_t i = 0; i < batch.plants.size(); ++i) {
     record["plants"][i]["name"] = plant_label(batch, i);
     if (batch.results[i].outcome == BatchOutcome::failed) continue;
-    if (const auto picture = read_file(picture_path(pictures, batch.results[i].key)))
+    if (const auto picture = read_picture(pictures, batch.results[i].key))
       record["plants"][i]["picture"] = data_url("image/webp", *picture);
   }
   const std::string data = json_for_script(json_line(record));

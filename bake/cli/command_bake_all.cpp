@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "atomic_file.h"
 #include "bake_arguments.h"
 #include "bake_batch.h"
 #include "batch_manifest.h"
@@ -59,7 +60,7 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
 Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
   std::vector<std::filesystem::path> files{arguments.input};
   for (const BatchPlant& plant : plants) files.insert(files.end(), {plant.input, plant.output});
-  return check_outputs({{arguments.report, Content::text}, {arguments.html, Content::text}}, files);
+  return check_outputs({{arguments.report, Content::text}, {arguments.html, Content::text}, {arguments.journal, Content::text}}, files);
 }
 
 Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) {
@@ -67,10 +68,8 @@ Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) 
   COPPICE_TRY(files, plants_of(arguments));
   std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
   estimate_costs(plants);
-  COPPICE_CHECK(check_batch(plants));
-  std::error_code error;
-  std::filesystem::create_directories(arguments.output, error);
-  if (error) return system_error("cannot make the folder", arguments.output, error.value());
+  COPPICE_CHECK(check_batch(plants, {arguments.input}));
+  COPPICE_CHECK(make_folder(arguments.output));
   COPPICE_CHECK(check_reports(arguments, plants));
   return plants;
 }

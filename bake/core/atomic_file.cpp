@@ -6,31 +6,37 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <string>
 #include <system_error>
+#include <utility>
 
 namespace coppice::bake {
 namespace {
 
-Error not_plain(const char* what, const std::filesystem::path& path) {
-  return Error{Status::io, what, Error::kNoOffset, path.string() + ": not a plain file"};
+Error not_plain(Status status, const char* what, const std::filesystem::path& path) {
+  return Error{status, what, Error::kNoOffset, path.string() + ": not a plain file"};
 }
 
-/// Finds the file to write: follows a symbolic link, and refuses what is not a plain file.
-Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
-  if (path.empty()) return Error{Status::io, "cannot write", Error::kNoOffset, "the output has no name"};
-  std::error_code error;
-  std::filesystem::path target = std::filesystem::is_symlink(path, error) ? std::filesystem::weakly_canonical(path, error) : path;
-  if (error == std::errc::not_enough_memory) return system_error("cannot write", path, error.value());
-  if (error) target = path;
+/// Whether a sticky folder keeps the user from replacing a file of another's.
+bool is_kept_by_folder(const struct stat& file, const Descriptor& folder) {
   struct stat status {};
-  if (::stat(target.c_str(), &status) != 0) {
+  const uid_t user = ::geteuid();
+  if (user == 0 || file.st_uid == user || ::fstat(folder.number(), &status) != 0) return false;
+  return (status.st_mode & S_ISVTX) != 0 && status.st_uid != user;
+}
+
+/// Finds the file to write and refuses what cannot be replaced by a plain file. A link that is still there is not followed.
+Result<FilePlace> find_target(const std::filesystem::path& path, LastLink last) {
+  COPPICE_TRY(place, find_place(path, last));
+  struct stat status {};
+  if (::fstatat(place.folder.number(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
     if (errno != ENOENT) return system_error("cannot write", path, errno);
-    if (!target.has_filename()) return system_error("cannot write", path, EISDIR);
-    return target;
+    return place;
   }
   if (S_ISDIR(status.st_mode)) return system_error("cannot write", path, EISDIR);
-  if (!S_ISREG(status.st_mode)) return not_plain("cannot write", path);
-  return target;
+  if (!S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) return not_plain(Status::io, "cannot write", path);
+  if (is_kept_by_folder(status, place.folder)) return system_error("cannot write", path, EPERM);
+  return place;
 }
 
 /// Fills `bytes` from the file's start.
@@ -45,22 +51,33 @@ Result<void> read_all(int descriptor, std::span<std::uint8_t> bytes, const std::
   return {};
 }
 
+Result<std::vector<std::uint8_t>> read_opened(const Descriptor& file, const struct stat& status, const std::filesystem::path& path,
+                                              std::uint64_t max_bytes) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), max_bytes)));
+  COPPICE_CHECK(read_all(file.number(), bytes, path));
+  return bytes;
+}
+
+// Without O_NONBLOCK a pipe would be waited for, and a serial line.
+constexpr int kReadFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+
 }  // namespace
 
-Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  COPPICE_TRY(target, resolve_target(path));
-  COPPICE_TRY(file, TemporaryFile::create_beside(target));
+Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, LastLink last) {
+  COPPICE_TRY(target, find_target(path, last));
+  COPPICE_TRY(file, TemporaryFile::create_beside(std::move(target)));
   COPPICE_CHECK(file.write(bytes));
   return file;
 }
 
-Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  COPPICE_TRY(file, stage_file(path, bytes));
+Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, LastLink last) {
+  COPPICE_TRY(file, stage_file(path, bytes, last));
   return file.publish();
 }
 
 Result<Descriptor> lock_file(const std::filesystem::path& path, LockKind kind, const char* busy) {
-  Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  COPPICE_TRY(place, find_place(path, LastLink::stays));
+  Descriptor file(::openat(place.folder.number(), place.name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
   if (file.number() < 0) return system_error("cannot use the folder", path, errno);
   struct flock whole {};
   whole.l_type = kind == LockKind::shared ? F_RDLCK : F_WRLCK;
@@ -71,17 +88,19 @@ Result<Descriptor> lock_file(const std::filesystem::path& path, LockKind kind, c
 }
 
 Result<void> make_folder_of(const std::filesystem::path& path) {
-  if (!path.has_parent_path() || !path.has_filename()) return {};  // without a name it is refused as a file
-  std::error_code error;
-  std::filesystem::create_directories(path.parent_path(), error);
-  if (error) return system_error("cannot make the folder of", path, error.value());
+  if (!path.has_filename()) return {};  // it is refused as a file
+  COPPICE_CHECK(find_place(path, LastLink::stays, MissingFolders::are_made));
   return {};
 }
 
+Result<void> make_folder(const std::filesystem::path& folder) {
+  return make_folder_of(folder / ".");
+}
+
 Result<void> try_writing(const std::filesystem::path& path) {
-  COPPICE_TRY(target, resolve_target(path));
-  remove_abandoned_temporaries(folder_of(target));
-  COPPICE_CHECK(TemporaryFile::create_beside(target));
+  COPPICE_TRY(target, find_target(path, LastLink::followed));
+  remove_abandoned_temporaries("/proc/self/fd/" + std::to_string(target.folder.number()));
+  COPPICE_CHECK(TemporaryFile::create_beside(std::move(target)));
   return {};
 }
 
@@ -92,16 +111,26 @@ std::uint64_t bytes_of_file(const std::filesystem::path& path) {
 }
 
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
-  // Without O_NONBLOCK a pipe would be waited for here, and a serial line.
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  const Descriptor file(::open(path.c_str(), kReadFlags));
   if (file.number() < 0) return system_error("cannot read", path, errno);
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return system_error("cannot read", path, errno);
   if (S_ISDIR(status.st_mode)) return system_error("cannot read", path, EISDIR);
-  if (!S_ISREG(status.st_mode)) return not_plain("cannot read", path);
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(static_cast<std::uint64_t>(status.st_size), max_bytes)));
-  COPPICE_CHECK(read_all(file.number(), bytes, path));
-  return bytes;
+  if (!S_ISREG(status.st_mode)) return not_plain(Status::io, "cannot read", path);
+  return read_opened(file, status, path, max_bytes);
+}
+
+Result<std::vector<std::uint8_t>> read_kept_file(const std::filesystem::path& path, FileOwner owner, std::uint64_t max_bytes) {
+  COPPICE_TRY(place, find_place(path, LastLink::stays));
+  const Descriptor file(::openat(place.folder.number(), place.name.c_str(), kReadFlags | O_NOFOLLOW));
+  if (file.number() < 0 && errno == ELOOP) return not_plain(Status::bad_file, "cannot read", path);
+  if (file.number() < 0) return system_error("cannot read", path, errno);
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0) return system_error("cannot read", path, errno);
+  if (!S_ISREG(status.st_mode)) return not_plain(Status::bad_file, "cannot read", path);
+  if (owner == FileOwner::user && status.st_uid != ::geteuid() && status.st_uid != 0)
+    return Error{Status::bad_file, "another user's file", Error::kNoOffset, path.string()};
+  return read_opened(file, status, path, max_bytes);
 }
 
 }  // namespace coppice::bake

@@ -11,15 +11,17 @@
 namespace coppice::bake {
 
 /// Writes a temporary file beside `path`, flushes it to disk and renames it over `path`: a reader, or a killed process, never meets half a
-/// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed, not replaced.
-/// errors  io: names the path and the operating system's reason; `path` is empty, a folder, a device or a pipe
-/// thread  any; two writers of one path each write a whole file, the last one stays
-Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+/// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed as find_place says, or
+/// replaced. errors  io: names the path and the operating system's reason; `path` is empty, a folder, a device or a pipe thread  any; two
+/// writers of one path each write a whole file, the last one stays
+Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                                   LastLink last = LastLink::followed);
 
 /// The first half of write_file_atomically: writes the temporary file beside `path` to disk. publish() is the second half. Files that
 /// belong together are all staged before the first is published.
 /// errors  those of write_file_atomically
-Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                                 LastLink last = LastLink::followed);
 
 enum class LockKind : std::uint8_t {
   alone,  ///< nobody else has the lock
@@ -32,8 +34,9 @@ enum class LockKind : std::uint8_t {
 /// errors  io
 Result<Descriptor> lock_file(const std::filesystem::path& path, LockKind kind, const char* busy);
 
-/// Creates the folder that will hold `path`, and its missing parents. errors  io
+/// Creates the folder that will hold `path`, or the folder itself, and its missing parents. errors  io, as find_place
 Result<void> make_folder_of(const std::filesystem::path& path);
+Result<void> make_folder(const std::filesystem::path& folder);
 
 /// Checks that write_file_atomically can write to `path`: makes the temporary file, removes it, and removes abandoned ones beside it
 /// (temporary_file.h). What is at `path` stays.
@@ -49,5 +52,12 @@ inline constexpr std::uint64_t kWholeFile = ~std::uint64_t{0};
 /// opening, so that no read waits or goes on without end.
 /// errors  io: names the path and the operating system's reason, or that it is not a plain file; out_of_memory
 Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, std::uint64_t max_bytes = kWholeFile);
+
+enum class FileOwner : std::uint8_t { anybody, user };
+
+/// Reads a file that this program wrote earlier, from a folder that others may write to: no symbolic link, and, where the contents do not
+/// prove themselves, of the user or of root.
+/// errors  as read_file; bad_file: another user's, or not a plain file
+Result<std::vector<std::uint8_t>> read_kept_file(const std::filesystem::path& path, FileOwner owner, std::uint64_t max_bytes = kWholeFile);
 
 }  // namespace coppice::bake

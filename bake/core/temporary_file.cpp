@@ -8,25 +8,22 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <climits>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <regex>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
-#include "io_result.h"
-
 namespace coppice::bake {
 namespace {
 
-/// Holds a path for the signal handler. A process has few temporary files at a time; one too many is not in the table.
+/// Holds a file for the signal handler. A process has few temporary files at a time; one too many is not in the table.
 struct Slot {
   std::atomic<pid_t> owner{0};  ///< 0: free; kFilling; else the process that made the file
-  std::array<char, PATH_MAX> path{};
+  int folder = -1;
+  std::array<char, 64> name{};
 };
 
 constexpr pid_t kFilling = -1;
@@ -37,12 +34,12 @@ constexpr std::size_t kNoSlot = ~std::size_t{0};
 constinit std::array<Slot, 16> slots{};
 static_assert(std::atomic<pid_t>::is_always_lock_free, "signal handlers read it");
 
-std::size_t take_slot(const std::string& path) {
-  if (path.size() >= PATH_MAX) return kNoSlot;
+std::size_t take_slot(int folder, const std::string& name) {
   for (std::size_t i = 0; i < slots.size(); ++i) {
     pid_t free = 0;
     if (!slots[i].owner.compare_exchange_strong(free, kFilling)) continue;
-    std::memcpy(slots[i].path.data(), path.c_str(), path.size() + 1);
+    slots[i].folder = folder;
+    slots[i].name.at(name.copy(slots[i].name.data(), slots[i].name.size() - 1)) = '\0';
     slots[i].owner.store(::getpid());
     return i;
   }
@@ -69,11 +66,11 @@ const std::string& machine_digits() {
 
 /// Returns ".coppice-PROCESS-NUMBER-MACHINE.tmp", unique among the files that this and other processes write now. O_EXCL catches what a
 /// killed process left. The target's name is not part of it: together they could be too long for a file's name.
-std::filesystem::path temporary_path(const std::filesystem::path& target) {
+std::string temporary_name() {
   static std::atomic<unsigned> counter{0};
   std::string name(".coppice-");
   name.append(std::to_string(::getpid())).append("-").append(std::to_string(counter++)).append("-").append(machine_digits()).append(".tmp");
-  return target.parent_path() / name;
+  return name;
 }
 
 /// Says who made a temporary file, by the file's name. Process 0: it is no temporary file.
@@ -108,16 +105,12 @@ bool is_abandoned(const std::filesystem::path& path) {
 }
 
 /// A rename survives a power cut only once the folder is on disk. Some file systems cannot sync folders; the file is whole either way.
-void sync_folder(const std::filesystem::path& folder) {
-  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+void sync_folder(const Descriptor& folder) {
+  const Descriptor opened(::openat(folder.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.number() >= 0) ::fsync(opened.number());
 }
 
 }  // namespace
-
-Error system_error(const char* what, const std::filesystem::path& path, int reason) {
-  return Error{status_of(reason), what, Error::kNoOffset, path.string() + ": " + std::strerror(reason)};
-}
 
 Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, const std::filesystem::path& name) {
   while (!bytes.empty()) {
@@ -129,66 +122,61 @@ Result<void> write_all(int descriptor, std::span<const std::uint8_t> bytes, cons
   return {};
 }
 
-Descriptor::~Descriptor() {
-  if (number_ >= 0) ::close(number_);
-}
-
-TemporaryFile::TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot)
-    : target_(std::move(target)), folder_(folder_of(target_)), path_(std::move(path)), slot_(slot) {}
+TemporaryFile::TemporaryFile(FilePlace target, std::string name, std::size_t slot)
+    : target_(std::move(target)), name_(std::move(name)), slot_(slot) {}
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
     : target_(std::move(other.target_)),
-      folder_(std::move(other.folder_)),
-      path_(std::move(other.path_)),
+      name_(std::exchange(other.name_, {})),
       slot_(std::exchange(other.slot_, kNoSlot)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {
-  other.path_.clear();
-}
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 TemporaryFile::~TemporaryFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!path_.empty()) ::unlink(path_.c_str());
+  if (!name_.empty()) ::unlinkat(target_.folder.number(), name_.c_str(), 0);
   free_slot(slot_);
 }
 
-Result<TemporaryFile> TemporaryFile::create_beside(const std::filesystem::path& target) {
+Result<TemporaryFile> TemporaryFile::create_beside(FilePlace target) {
   while (true) {
-    std::filesystem::path path = temporary_path(target);
-    const std::size_t slot = take_slot(path.native());  // comes before the file, as a signal may come between
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    std::string name = temporary_name();
+    const int folder = target.folder.number();
+    const std::size_t slot = take_slot(folder, name);  // comes before the file, as a signal may come between
+    const int descriptor = ::openat(folder, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
-      TemporaryFile file(target, std::move(path), slot);
+      TemporaryFile file(std::move(target), std::move(name), slot);
       file.descriptor_ = descriptor;
       ::flock(descriptor, LOCK_EX | LOCK_NB);  // is_abandoned tests this lock; without locks the process's number has to do
       return file;
     }
     const int reason = errno;
     free_slot(slot);
-    if (reason != EEXIST) return system_error("cannot write", target, reason);
+    if (reason != EEXIST) return system_error("cannot write", target.path, reason);
   }
 }
 
 Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
-  COPPICE_CHECK(write_all(descriptor_, bytes, target_));
-  if (::fsync(descriptor_) != 0) return system_error("cannot write", target_, errno);
+  COPPICE_CHECK(write_all(descriptor_, bytes, target_.path));
+  if (::fsync(descriptor_) != 0) return system_error("cannot write", target_.path, errno);
   // The second descriptor keeps the lock until the file has its name. Without it another machine would take the file for abandoned.
   const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   // Network file systems report a full disk only here.
-  if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_, errno);
+  if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_.path, errno);
   return {};
 }
 
 Result<void> TemporaryFile::publish() {
-  if (::rename(path_.c_str(), target_.c_str()) != 0) return system_error("cannot write", target_, errno);
-  path_.clear();
-  sync_folder(folder_);
+  const int folder = target_.folder.number();
+  if (::renameat(folder, name_.c_str(), folder, target_.name.c_str()) != 0) return system_error("cannot write", target_.path, errno);
+  name_.clear();
+  sync_folder(target_.folder);
   return {};
 }
 
 void remove_own_temporaries() noexcept {
   const pid_t self = ::getpid();
   for (const Slot& slot : slots)
-    if (slot.owner.load() == self) ::unlink(slot.path.data());
+    if (slot.owner.load() == self) ::unlinkat(slot.folder, slot.name.data(), 0);
 }
 
 void end_by_signal(int signal) noexcept {

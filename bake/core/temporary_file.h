@@ -3,24 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <utility>
+#include <string>
 
+#include "file_place.h"
 #include "result.h"
 
 namespace coppice::bake {
-
-/// An open file of the operating system, which is closed at the end. number  negative: there is none
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  ~Descriptor();
-  [[nodiscard]] int number() const { return number_; }
-
- private:
-  int number_;
-};
 
 /// An open file beside a target. publish() makes it the target; otherwise the destructor removes it. If the process may end without
 /// destructors, remove_own_temporaries() removes it; remove_abandoned_temporaries() removes what a killed process left.
@@ -29,26 +17,24 @@ class TemporaryFile {
   /// Creates the file.
   /// errors  io: names the target and the operating system's reason
   /// thread  any
-  static Result<TemporaryFile> create_beside(const std::filesystem::path& target);
+  static Result<TemporaryFile> create_beside(FilePlace target);
   TemporaryFile(TemporaryFile&& other) noexcept;
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile();
 
   /// Writes the file's whole contents and flushes them to disk. errors  io, as create_beside
   Result<void> write(std::span<const std::uint8_t> bytes);
-  /// Renames the file over the target. Allocates nothing unless that fails. errors  io, as create_beside
+  /// Renames the file over the target, also over a link. Allocates nothing unless that fails. errors  io, as create_beside
   Result<void> publish();
 
  private:
-  TemporaryFile(std::filesystem::path target, std::filesystem::path path, std::size_t slot);
+  TemporaryFile(FilePlace target, std::string name, std::size_t slot);
 
-  std::filesystem::path target_, folder_, path_;
+  FilePlace target_;
+  std::string name_;  ///< in the target's folder; empty: it is no more
   std::size_t slot_;  ///< index into the table that remove_own_temporaries reads
   int descriptor_ = -1;
 };
-
-/// Makes the error of a failed system call on `path`, with the operating system's reason. Its status is out_of_memory for ENOMEM, else io.
-Error system_error(const char* what, const std::filesystem::path& path, int reason);
 
 /// Writes all bytes to an open file. name  names the file in the error
 /// errors  io: the name and the operating system's reason

@@ -238,7 +238,7 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));
   apply_vertex_colors(soup, plant.materials, plant.warnings);
   // The images' colours and holes are evidence for leaves.
-  const ImageFolder image_folder{folder, options.outside_files, CostLimit{options.max_source_triangles}.triangles()};
+  const ImageFolder image_folder{folder, options.outside_files, CostLimit{options.max_source_triangles}.triangles(), options.on_read};
   COPPICE_CHECK(move_into(plant.images, take_images(model, used.sources, plant.materials, image_folder, plant.warnings)));
   const glm::dvec3 anchor = soup.anchor;
   COPPICE_CHECK(take_parts(std::move(soup), options, plant));
@@ -299,7 +299,8 @@ Result<glm::dmat4> scene_from_file(const ImportOptions& options) {
 }
 
 Result<Plant> import_gltf(const std::filesystem::path& path, const ImportOptions& options) {
-  return import_guarded(path, options, [&] { return load_gltf(path, options.outside_files, {options.max_source_triangles}); });
+  return import_guarded(path, options,
+                        [&] { return load_gltf(path, options.outside_files, {options.max_source_triangles}, options.on_read); });
 }
 
 Result<SourceContents> read_contents(const std::filesystem::path& path, const ImportOptions& options) {

@@ -11,6 +11,7 @@
 
 #include "asset_path.h"
 #include "class_rules.h"
+#include "gltf_references.h"
 #include "gltf_variants.h"
 #include "plant.h"
 #include "plant_origin.h"
@@ -40,6 +41,8 @@ struct ImportOptions {
   /// Whether buffers and images may be files outside the glTF's folder.
   OutsideFiles outside_files = OutsideFiles::refused;
   std::uint32_t max_source_triangles = 0;  ///< CostLimit::max_triangles (gltf_cost.h)
+  /// Called in the importing thread with the bytes of each file that is read; may be empty.
+  ReadObserver on_read = {};
 };
 
 /// The transform from the file's axes and unit to metres with +Y up. errors  invalid_argument: metres_per_unit is no length

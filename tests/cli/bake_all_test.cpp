@@ -1,8 +1,10 @@
 // coppice bake-all from outside: one command, and parts of a batch on several machines without Slurm: shards, journals, and tasks that
 // somebody else starts.
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -119,27 +121,77 @@ TEST_F(BakeAll, TheBytesAreThoseOfASingleBakeForAnyNumberOfJobs) {
   EXPECT_TRUE(outputs(folder_ / "one")["hedge/hazel.coppice"] == read_text(folder_ / "hazel.coppice"));
 }
 
+/// Killed at 200 moments of a batch, which are spread over the time that it takes.
 TEST_F(BakeAll, AKilledRunGoesOnWhereItWas) {
-  // The first of two plants that cost the same is baked first. The second takes seconds.
-  write_text(plants_ / "list.json", R"([{"input": "hazel.glb", "resolution": 256, "views": 20},
-                                        {"input": "hazel.glb", "output": "slow.coppice", "resolution": 256, "views": 20, "wind_stiffness": 2}])");
-  const fs::path list = plants_ / "list.json", hazel = out_ / "hazel.coppice";
-  ProcessOptions options;
-  options.kill_when_exists = hazel;
-  const ProcessResult killed = run_tool(bake_all(list, out_, {"--jobs", "1"}), options);
-  ASSERT_EQ(killed.signal, SIGKILL) << killed.out << killed.err;
-  EXPECT_FALSE(fs::exists(out_ / "slow.coppice")) << "it was not killed in the middle";
-  EXPECT_EQ(run_tool({"verify", hazel}).exit_code, 0);
-  // What a write that was cut short leaves.
-  const fs::path abandoned = out_ / ".coppice-999999999-0.tmp";
-  write_text(abandoned, "half");
+  write_text(plants_ / "list.json", R"([{"input": "small.glb"}, {"input": "small.glb", "output": "far/small.coppice", "wind_stiffness": 2},
+                                        {"input": "small.glb", "output": "still.coppice", "metric": "geometric"}])");
+  const fs::path list = plants_ / "list.json", cache = folder_ / "cache", report = folder_ / "report.json";
+  const auto batch = [&](const fs::path& out) { return bake_all(list, out, {"--jobs", "2", "--cache", cache, "--report", report}); };
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_tool(batch(folder_ / "whole")).exit_code, 0);
+  const auto time = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start);
+  const auto whole = outputs(folder_ / "whole");
+  constexpr int kMoments = 200;
+  std::size_t killed_between = 0;
+  for (int moment = 0; moment < kMoments; ++moment) {
+    for (const fs::path& folder : {cache, out_}) fs::remove_all(folder);
+    ProcessOptions options;
+    options.kill_after = std::chrono::duration_cast<std::chrono::milliseconds>(time * moment / kMoments);
+    const ProcessResult killed = run_tool(batch(out_), options);
+    for (const auto& [name, bytes] : fs::exists(out_) ? outputs(out_) : decltype(whole)())
+      EXPECT_TRUE(name.ends_with(".tmp") || (whole.contains(name) && bytes == whole.at(name))) << name << " at moment " << moment;
+    std::size_t kept = 0;
+    if (fs::exists(cache)) {
+      for (const auto& entry : fs::directory_iterator(cache)) kept += entry.path().extension() == ".record" ? 1u : 0u;
+      const ProcessResult verified = run_tool({"cache", "verify", cache});
+      EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
+    }
+    killed_between += killed.signal == SIGKILL && kept > 0 ? 1u : 0u;
+    const ProcessResult resumed = run_tool(batch(out_));
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+    const BatchCounts counts = counts_in(report);
+    EXPECT_EQ(counts.baked + counts.cached, 3u);
+    EXPECT_GE(counts.cached, kept) << "at moment " << moment;
+    EXPECT_TRUE(outputs(out_) == whole) << "at moment " << moment;
+  }
+  EXPECT_GT(killed_between, 0u) << "it was never killed in the middle";
+}
 
-  const fs::path report = folder_ / "report.json";
-  const ProcessResult resumed = run_tool(bake_all(list, out_, {"--jobs", "1", "--report", report}));
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_EQ(counts_in(report), (BatchCounts{1, 1, 0}));
-  EXPECT_EQ(run_tool({"verify", out_ / "slow.coppice"}).exit_code, 0);
-  EXPECT_FALSE(fs::exists(abandoned));
+/// Another file is read in place of one of the plant's, at any opening. What the cache then has is what the plant's own files bake to.
+TEST_F(BakeAll, AFileThatChangesWhileItIsReadIsNotBakedUnderTheKeyOfTheOther) {
+  const fs::path gltf = plants_ / "oak.gltf", buffer = plants_ / "oak.bin", image = plants_ / "oak.png", normals = plants_ / "bumps.png";
+  GltfBuilder builder = small_plant();
+  builder.set_texture(0, png(2, 2, {10, 200, 30, 255}));
+  builder.json["images"] = {{{"uri", "oak.png"}}, {{"uri", "bumps.png"}}};
+  builder.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+  builder.json["materials"][0]["normalTexture"] = {{"index", 1}};
+  std::map<fs::path, std::string> others;  // by the file that each is read for
+  const auto add = [&](const fs::path& path, const auto& now, const auto& other) {
+    others[path] = path.string() + ".other";
+    write_file(path, now);
+    write_file(others[path], other);
+  };
+  add(buffer, builder.bin, std::vector<std::uint8_t>(builder.bin.size(), 0));
+  add(image, png(2, 2, {10, 200, 30, 255}), png(2, 2, {200, 10, 30, 255}));
+  add(normals, png(2, 2, {128, 128, 255, 255}), std::vector<std::uint8_t>());
+  GltfBuilder larger = builder;
+  larger.json["nodes"][0]["scale"] = {3, 3, 3};
+  add(gltf, builder.gltf_beside("oak.bin"), larger.gltf_beside("oak.bin"));
+  ASSERT_EQ(run_tool(bake_all(gltf, folder_ / "right")).exit_code, 0);
+  const std::string right = read_text(folder_ / "right" / "oak.coppice");
+  for (const auto& [path, other] : others) {
+    std::size_t refused = 0;
+    for (int opening = 1; opening <= 5; ++opening) {
+      fs::remove_all(out_);
+      const Words environment{std::string("LD_PRELOAD=") + kFailMallocLibrary, "COPPICE_OPEN_OTHER=" + std::to_string(opening),
+                              "COPPICE_OPENED=" + path.string(), "COPPICE_OTHER=" + other};
+      refused += run_tool(bake_all(gltf, out_), {.environment = environment}).exit_code == 1 ? 1u : 0u;
+      const ProcessResult again = run_tool(bake_all(gltf, out_));
+      EXPECT_EQ(again.exit_code, 0) << again.err;
+      EXPECT_TRUE(read_text(out_ / "oak.coppice") == right) << path << " at opening " << opening;
+    }
+    EXPECT_GT(refused, 0u) << path;
+  }
 }
 
 TEST_F(BakeAll, AListGivesPlantsOptionsOfTheirOwn) {
@@ -167,6 +219,12 @@ TEST_F(BakeAll, AListThatIsWrongIsRefusedWithThePlace) {
       {R"([{"input": "hazel.glb", "output": "../hazel.coppice"}])", "[0].output"},
       {R"([{"input": "hazel.glb", "output": "a/.."}])", "[0].output"},
       {R"([{"input": "hazel.glb", "output": "/tmp/hazel.coppice"}])", "[0].output"},
+      {R"([{"input": "hazel.glb", "output": ".coppice-cache/lock"}])", "[0].output"},
+      {R"([{"input": "small.glb"}, {"input": "hazel.glb", "output": ".coppice-cluster/x/run.json"}])", "[1].output"},
+      {R"([{"input": "hazel.glb", "output": "a\u0000b"}])", "[0].output"},
+      {R"([{"input": "hazel.glb\u0000", "output": "a"}])", "[0].input"},
+      {R"([{"input": "hazel\u001b.glb"}])", "[0].input"},
+      {R"([{"input": "hazel.glb", "classes": "a\nb"}])", "[0].classes"},
       {R"([{"input": 7}])", "[0].input"},
       {R"([{"metric": "mi"}])", "[0].input"},
       {R"(["hazel.glb"])", "[0]"},

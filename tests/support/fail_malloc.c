@@ -1,4 +1,4 @@
-/* Preloaded into a program: makes one of its allocations fail, or sends it a signal while it writes.
+/* Preloaded into a program: makes one of its allocations fail, sends it a signal while it writes, or gives it another file to read.
  *
  *   COPPICE_FAIL_MALLOC=N     the N-th allocation of the process, from 1, returns null; a forked process goes on counting
  *   COPPICE_FAIL_MALLOC=N+    so do all after it
@@ -6,6 +6,7 @@
  *   COPPICE_FAIL_THREAD=N     the N-th thread and all after it cannot be started
  *   COPPICE_FAIL_REALPATH=N   the N-th path to be resolved finds no memory for that
  *   COPPICE_SIGNAL_IN_FSYNC=S the first fsync raises signal S
+ *   COPPICE_OPEN_OTHER=N      the N-th time that the file COPPICE_OPENED is opened, COPPICE_OTHER is opened instead
  *
  * Only glibc: its allocator has second names for its functions. */
 
@@ -15,6 +16,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,7 +31,7 @@ extern void* __libc_realloc(void* block, size_t bytes);
 extern void* __libc_memalign(size_t alignment, size_t bytes);
 // NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
-static atomic_ulong allocations, threads, paths;
+static atomic_ulong allocations, threads, paths, openings;
 
 /* 0 where the variable is not set. */
 static unsigned long number_in(const char* variable, int* and_after) {
@@ -98,6 +100,17 @@ char* realpath(const char* restrict path, char* restrict resolved) {
   Resolve resolve = NULL;
   *(void**)&resolve = dlsym(RTLD_NEXT, "realpath");
   return resolve(path, resolved);
+}
+
+int open(const char* path, int flags, ...) {
+  int and_after = 0;
+  const unsigned long at = number_in("COPPICE_OPEN_OTHER", &and_after);
+  if (at != 0 && strcmp(path, getenv("COPPICE_OPENED")) == 0 && atomic_fetch_add(&openings, 1) + 1 == at) path = getenv("COPPICE_OTHER");
+  va_list arguments;
+  va_start(arguments, flags);
+  const unsigned mode = (flags & O_CREAT) != 0 ? va_arg(arguments, unsigned) : 0;
+  va_end(arguments);
+  return (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
 }
 
 int fsync(int file) {

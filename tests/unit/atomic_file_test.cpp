@@ -14,6 +14,7 @@
 #include <cstring>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -71,6 +72,85 @@ TEST_F(AtomicFile, SymbolicLinkIsFollowed) {
   EXPECT_EQ(*read_file(folder_ / "target"), filled(5, 2));
 }
 
+/// A folder that everybody writes to, with a file and a folder of the user's, and links to both that another user made.
+class SharedFolder : public AtomicFile {
+ protected:
+  static constexpr uid_t kOther = 4711;
+
+  void SetUp() override {
+    if (::geteuid() != 0) GTEST_SKIP() << "only root can act for another user";
+    fs::create_directory(shared_);
+    fs::permissions(shared_, fs::perms::all);
+    fs::create_directory(folder_ / "mine");
+    ASSERT_TRUE(write_file_atomically(mine_, filled(3, 1)));
+    for (const auto& [name, target] : {std::pair{"link", mine_}, std::pair{"folder", folder_ / "mine"}}) {
+      fs::create_symlink(target, shared_ / name);
+      ASSERT_EQ(::lchown((shared_ / name).c_str(), kOther, kOther), 0);
+    }
+  }
+
+  fs::path shared_ = folder_ / "shared", mine_ = folder_ / "mine" / "file";
+};
+
+TEST_F(SharedFolder, NoLinkOfAnotherUserIsFollowed) {
+  const fs::path link = shared_ / "link", below = shared_ / "folder" / "file";
+  EXPECT_TRUE(try_writing(link));
+  ASSERT_TRUE(write_file_atomically(link, filled(5, 2)));
+  EXPECT_FALSE(fs::is_symlink(link)) << "it is replaced";
+  EXPECT_EQ(*read_file(link), filled(5, 2));
+  for (const auto& result : {write_file_atomically(below, filled(5, 2)), try_writing(below), make_folder_of(below)})
+    test::expect_error(result, Status::io, {below.string(), "folder"});
+  EXPECT_EQ(*read_file(mine_), filled(3, 1));
+  fs::permissions(shared_, fs::perms::owner_all);
+  EXPECT_TRUE(write_file_atomically(below, filled(7, 3))) << "nobody but the folder's owner can have put it there";
+  EXPECT_EQ(*read_file(mine_), filled(7, 3));
+}
+
+TEST_F(SharedFolder, AStickyFolderKeepsOthersFilesAndThatIsToldBeforeTheWork) {
+  fs::permissions(shared_, fs::perms::all | fs::perms::sticky_bit);
+  fs::permissions(folder_, fs::perms::all);
+  ASSERT_TRUE(write_file_atomically(shared_ / "roots", filled(3, 1)));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::setuid(kOther) != 0) ::_exit(9);
+    ::_exit(write_file_atomically(shared_ / "new", filled(1, 1)) && !try_writing(shared_ / "roots") ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+TEST_F(SharedFolder, WhatAnotherUserMadeProvesNothing) {
+  const fs::path theirs = shared_ / "theirs";
+  ASSERT_TRUE(write_file_atomically(theirs, filled(3, 1)));
+  EXPECT_TRUE(read_kept_file(theirs, FileOwner::user));
+  ASSERT_EQ(::chown(theirs.c_str(), kOther, kOther), 0);
+  EXPECT_TRUE(read_kept_file(theirs, FileOwner::anybody));
+  test::expect_error(read_kept_file(theirs, FileOwner::user), Status::bad_file, {theirs.string()});
+}
+
+TEST_F(AtomicFile, LinksAndPipesAreNotWhatWasKept) {
+  ASSERT_TRUE(write_file_atomically(folder_ / "kept", filled(3, 1)));
+  fs::create_symlink("kept", folder_ / "link");
+  fs::create_symlink("nothing", folder_ / "lock");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  EXPECT_EQ(*read_kept_file(folder_ / "kept", FileOwner::user, 2), filled(2, 1));
+  for (const char* name : {"link", "pipe"})
+    test::expect_error(read_kept_file(folder_ / name, FileOwner::anybody), Status::bad_file, {(folder_ / name).string()});
+  EXPECT_FALSE(lock_file(folder_ / "lock", LockKind::alone, ""));
+  EXPECT_FALSE(fs::exists(folder_ / "nothing"));
+}
+
+TEST_F(AtomicFile, LinksThatLeadInACircleOrNowhereAreErrors) {
+  fs::create_symlink("circle", folder_ / "circle");
+  fs::create_symlink("/", folder_ / "root");
+  for (const fs::path& path : {folder_ / "circle", folder_ / "circle" / "x", folder_ / "root"})
+    EXPECT_FALSE(write_file_atomically(path, {}));
+  fs::create_directory_symlink(folder_, folder_ / "self");
+  ASSERT_TRUE(write_file_atomically(folder_ / "self" / "self" / "x", filled(3, 1)));
+  EXPECT_TRUE(fs::is_regular_file(folder_ / "x"));
+}
+
 TEST_F(AtomicFile, ReadingAnythingButAFileFailsAtOnceWithTheReason) {
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   fs::create_symlink("/dev/zero", folder_ / "zero");
@@ -111,10 +191,10 @@ TEST_F(AtomicFile, TryingToWriteChangesNothingAndFindsWhatWouldFail) {
 }
 
 TEST_F(AtomicFile, ASignalRemovesTheTemporaryFileOfItsOwnProcess) {
-  auto of_parent = test::must(TemporaryFile::create_beside(folder_ / "parent"));
+  auto of_parent = test::must(TemporaryFile::create_beside(test::must(find_place(folder_ / "parent"))));
   const pid_t child = ::fork();
   if (child == 0) {
-    auto file = TemporaryFile::create_beside(folder_ / "child");
+    auto file = TemporaryFile::create_beside(test::must(find_place(folder_ / "child")));
     if (!file || std::signal(SIGTERM, end_by_signal) == SIG_ERR) ::_exit(9);
     static_cast<void>(std::raise(SIGTERM));
     ::_exit(8);

@@ -23,6 +23,7 @@
 #include "job_processes.h"
 #include "mentions.h"
 #include "plant_cost.h"
+#include "plant_pictures.h"
 #include "plant_record.h"
 #include "process.h"
 #include "slurm.h"
@@ -160,10 +161,45 @@ TEST(BatchPlants, AreFoundInEveryFolderAndSorted) {
                        {"a/c.GLTF", "out/a/c.coppice"}, {"a.b/d.gltf", "out/a.b/d.coppice"}, {"b.glb", "out/b.coppice"}}));
   EXPECT_TRUE(check_batch(*plants));
   EXPECT_FALSE(check_batch({{root / "b.glb", root / "a" / ".." / "b.glb", {}}})) << "an output over its input";
+  EXPECT_FALSE(check_batch({{root / "b.glb", "list.json", {}}}, {"list.json"})) << "an output over the list";
   test::write_text(others / "pine.OBJ", "any");
   const auto other = plants_of_folder(others, "out", {});
   ASSERT_FALSE(other);
   EXPECT_TRUE(test::mentions(other.error().message(), {"wm.obj_import", "pine.OBJ"}));
+}
+
+TEST(BatchPlants, OutputsAreToldApartByWhereTheyAreAndKeepOutOfWhatIsKept) {
+  const test::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  fs::create_directories(out / ".coppice-cluster");
+  fs::create_directory_symlink(out / ".coppice-cluster", out / "runs");
+  fs::create_directory_symlink(out, folder / "again");
+  for (const char* name :
+       {".coppice-cache/lock", ".coppice-cluster/x/run.json", "runs/x/run.json", "a/../.coppice-cache/x.coppice", ".coppice-1-0.tmp"}) {
+    const auto checked = check_batch({{folder / "a.glb", out / "a.coppice", {}}, {folder / "a.glb", out / name, {}, false, "[1]"}});
+    ASSERT_FALSE(checked) << name;
+    EXPECT_TRUE(test::mentions(checked.error().message(), {"[1].output", name}));
+  }
+  const auto same = check_batch(
+      {{folder / "a.glb", out / "x", {}, false, "[0]"}, {folder / "b.glb", folder / "again" / "b" / ".." / "x", {}, false, "[1]"}});
+  ASSERT_FALSE(same);
+  EXPECT_TRUE(test::mentions(same.error().message(), {"[0].output", "[1].output"}));
+}
+
+TEST(BatchPictures, WhatLinksElsewhereIsNoPictureAndIsDrawnAgain) {
+  const test::TemporaryFolder folder;
+  BatchPlant plant = plant_in(folder, "oak");
+  test::write_file(plant.input, test::small_plant().glb());
+  test::write_text(folder / "secret", "secret");
+  fs::create_directory(folder / "pictures");
+  fs::create_symlink(folder / "secret", folder / "pictures" / "KEY.webp");
+  ASSERT_EQ(bake_cached(plant, folder / "cache", [](const char*, double) {}).outcome, BatchOutcome::baked);
+  EXPECT_FALSE(read_picture(folder / "pictures", "KEY"));
+  EXPECT_TRUE(draw_picture(plant.output, "KEY", folder / "pictures"));
+  const auto drawn = read_picture(folder / "pictures", "KEY");
+  ASSERT_TRUE(drawn) << drawn.error().message();
+  EXPECT_GT(drawn->size(), 6u);
+  EXPECT_EQ(test::read_text(folder / "secret"), "secret");
 }
 
 class BakeCached : public testing::Test {
@@ -400,6 +436,8 @@ TEST(PlantRecord, AJournalsEntryComesBackAsItWas) {
   EXPECT_EQ(entry->result.file_bytes, baked.file_bytes);
   EXPECT_EQ(entry->result.warnings, baked.warnings);
   for (std::size_t end = 0; end < line.size(); ++end) EXPECT_FALSE(journal_entry(line.substr(0, end))) << end;
+  fs::create_hard_link(folder / "journal.jsonl", folder / "other name");
+  EXPECT_FALSE(Journal::open(folder / "other name")) << "it may be anybody's";
   EXPECT_TRUE(journal_entry(journal_line(plant, {.error = "ended by a signal: Killed", .lost = true}))->result.lost);
 }
 

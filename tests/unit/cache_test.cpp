@@ -343,6 +343,35 @@ TEST(CacheEntry, ComesBackAsItWasStoredAndEveryChangeIsNoticed) {
   EXPECT_EQ(status_of(load_cached(folder.path(), key)), Status::io);
 }
 
+TEST(CacheEntry, LinksAreNeitherReadNorWrittenThrough) {
+  const test::TemporaryFolder folder;
+  const CachedBake entry = entry_of("oak.glb");
+  const std::string key = store(folder.path(), entry);
+  for (const fs::path& file : {cached_file(folder.path(), key), record_file(folder.path(), key)}) {
+    const fs::path target = folder / "target";
+    fs::rename(file, target);
+    fs::create_symlink(target, file);
+    const Bytes before = *read_file(target);
+    EXPECT_EQ(status_of(peek_cached(folder.path(), key)), Status::bad_file) << file;
+    EXPECT_EQ(verify_cache(folder.path(), false, [](std::uint64_t, std::uint64_t) {})->damaged, Lines{key});
+    ASSERT_TRUE(store_cached(folder.path(), key, entry_of("oak.glb", 7)));
+    EXPECT_EQ(*read_file(target), before) << file;
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(file)));
+    store(folder.path(), entry);
+  }
+  EXPECT_EQ(status_of(load_cached(folder.path(), key)), Status::ok);
+}
+
+TEST(CacheEntry, OneThatIsTooLargeIsNotReadWhole) {
+  const test::TemporaryFolder folder;
+  const CachedBake entry = entry_of("oak.glb");
+  const std::string key = store(folder.path(), entry);
+  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size())), Status::ok);
+  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size() - 2)), Status::bad_file);
+  fs::resize_file(cached_file(folder.path(), key), std::uintmax_t{1} << 43);  // 8 TB that are not there
+  EXPECT_EQ(status_of(load_cached(folder.path(), key, DamagedEntry::is_removed, 5000)), Status::bad_file);
+}
+
 /// A server could fill the memory of whoever parses what it sends.
 TEST(CacheEntry, ARecordThatIsTooLongIsNotParsed) {
   const CachedBake entry = entry_of("a");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <numbers>
 
 #include "camera.h"
@@ -13,6 +14,7 @@
 #include "frame_pace.h"
 #include "mentions.h"
 #include "options.h"
+#include "output.h"
 #include "placement.h"
 #include "statistics.h"
 #include "terrain.h"
@@ -323,7 +325,6 @@ TEST(Camera, AWayThatWasRecordedIsPlayed) {
   };
   PathRecorder recorder = start_recording(file.path.string());
   for (int frame = 0; frame <= 120; ++frame) record_pose(recorder, frame / 60.0, pose_at(static_cast<float>(frame) / 60.0f), terrain);
-  recorder.stream.close();
   const CameraPath path = path_from_file(file.path.string(), terrain);
   EXPECT_NEAR(path.duration_s, 2, 0.3);
   for (const float t : {0.5f, 1.1f, 1.6f}) {
@@ -332,7 +333,25 @@ TEST(Camera, AWayThatWasRecordedIsPlayed) {
     EXPECT_LT(glm::distance(forward(expected), forward(played)), 0.01f);
     EXPECT_NEAR(expected.fov_y_rad, played.fov_y_rad, 1e-4);
   }
-  EXPECT_THROW(static_cast<void>(start_recording("/nowhere/camera.txt")), Failure);
+  EXPECT_THROW(static_cast<void>(start_recording(file.path.string() + "/camera.txt")), Failure);
+}
+
+TEST(Output, ALinkOfAnotherUserInASharedFolderIsRefused) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can act for another user";
+  constexpr uid_t kOther = 4711;
+  const KeyframeFile mine("mine");
+  const std::filesystem::path folder = mine.path.string() + ".shared", link = folder / "stats.json";
+  std::filesystem::create_directory(folder);
+  std::filesystem::create_symlink(mine.path, link);
+  write_output(link, "followed");
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  std::filesystem::permissions(folder, std::filesystem::perms::all | std::filesystem::perms::sticky_bit);
+  ASSERT_EQ(::lchown(link.c_str(), kOther, kOther), 0);
+  EXPECT_THROW(check_output("--stats", link), Failure);
+  EXPECT_THROW(write_output(link, "trapped"), Failure);
+  std::ifstream file(mine.path);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "followed");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Camera, ABadKeyframeFileNamesItsLine) {

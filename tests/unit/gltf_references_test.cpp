@@ -54,6 +54,14 @@ TEST(GltfReferences, InsideTheFolderAllNamesAreRead) {
     EXPECT_TRUE(folders.import_buffer(uri)) << uri << ": " << folders.import_buffer(uri).error().message();
 }
 
+TEST(GltfReferences, ControlCharactersAreInNoName) {
+  Folders folders;
+  for (const char* uri : {"a%00b.bin", "a%0ab.bin", "a\tb.bin", "a%7F.bin"})
+    test::expect_error(folders.import_buffer(uri), Status::bad_file, {"buffers[0].uri"});
+  folders.builder.json["images"] = {{{"uri", "leaf.png%00"}}};
+  test::expect_error(folders.import_buffer("leaf%20s.bin"), Status::bad_file, {"images[0].uri"});
+}
+
 TEST(GltfReferences, ImagesObeyTheSameRuleUsedOrNot) {
   Folders folders;
   fs::create_symlink("../secret.png", folders.plant / "leaf.png");

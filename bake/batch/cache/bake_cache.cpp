@@ -10,7 +10,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
@@ -82,29 +81,29 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
   return folder / (key + ".record");
 }
 
-Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key) {
-  COPPICE_TRY(record, read_file(record_file(folder, key), kMaxRecordBytes + 1));
-  COPPICE_TRY(bytes, read_file(cached_file(folder, key)));
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes) {
+  COPPICE_TRY(record, read_kept_file(record_file(folder, key), FileOwner::anybody, kMaxRecordBytes + 1));
+  COPPICE_TRY(bytes, read_kept_file(cached_file(folder, key), FileOwner::anybody, max_bytes));
   Result<CachedBake> entry = read_entry(record, std::move(bytes), key);
   if (entry) return entry;
   return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
 }
 
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged) {
-  Result<CachedBake> entry = peek_cached(folder, key);
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged, std::uint64_t max_bytes) {
+  Result<CachedBake> entry = peek_cached(folder, key, max_bytes);
   const std::filesystem::path record = record_file(folder, key);
   std::error_code ignored;
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
   const bool is_damaged = !entry && entry.error().status == Status::bad_file;
   if (is_damaged && damaged == DamagedEntry::is_removed) std::filesystem::remove(record, ignored);
   // What prune goes by. Whoever may not write there uses it all the same.
-  if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, 0));
+  if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, AT_SYMLINK_NOFOLLOW));
   return entry;
 }
 
 Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry) {
-  COPPICE_CHECK(write_file_atomically(cached_file(folder, key), entry.bytes));
-  Result<void> recorded = write_file_atomically(record_file(folder, key), bytes_of(record_text(entry)));
+  COPPICE_CHECK(write_file_atomically(cached_file(folder, key), entry.bytes, LastLink::stays));
+  Result<void> recorded = write_file_atomically(record_file(folder, key), bytes_of(record_text(entry)), LastLink::stays);
   std::error_code ignored;
   // Where there is no room for the record, the file is in the way of others.
   if (!recorded && !std::filesystem::exists(record_file(folder, key), ignored)) std::filesystem::remove(cached_file(folder, key), ignored);

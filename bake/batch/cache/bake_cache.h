@@ -3,7 +3,7 @@
 // Finished bakes by their key. An entry is two files: KEY.coppice, which can be used as it is, and KEY.record, which is written last. The
 // record says what the key is made of and holds the checksum of both files. Whoever deletes any of them, or the folder, loses time and
 // nothing else. Several processes and machines may use a folder at once: files are written whole or not at all, and equal keys mean equal
-// bytes, so that it does not matter who writes last.
+// bytes, so that it does not matter who writes last. Symbolic links are neither read nor written through.
 
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "atomic_file.h"
 #include "key_parts.h"
 #include "result.h"
 
@@ -36,12 +37,13 @@ enum class DamagedEntry : std::uint8_t { is_removed, stays };
 /// Reads an entry and marks it as used now, where that is allowed.
 /// key      a text that key_of made
 /// damaged  whether a damaged entry is removed: whoever bakes the plant next removes it, others leave it for them to notice
-/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, or one of another key
-Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key,
-                               DamagedEntry damaged = DamagedEntry::is_removed);
+/// max_bytes  a larger .coppice file counts as damaged, and is not read whole
+/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, one of another key, or not two plain files
+Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged = DamagedEntry::is_removed,
+                               std::uint64_t max_bytes = kWholeFile);
 
 /// As load_cached, without a trace in the folder.
-Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key);
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes = kWholeFile);
 
 /// Makes or replaces an entry. A process that is killed in here leaves none, or the old one, or the new one.
 /// errors  io

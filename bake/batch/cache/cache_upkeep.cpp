@@ -32,7 +32,7 @@ struct FolderContents {
 
 std::int64_t modified_s(const fs::path& path) {
   struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::int64_t>(status.st_mtime) : 0;
+  return ::lstat(path.c_str(), &status) == 0 ? static_cast<std::int64_t>(status.st_mtime) : 0;
 }
 
 Result<FolderContents> contents_of(const fs::path& folder) {
@@ -87,7 +87,7 @@ Result<CacheStats> cache_stats(const fs::path& folder) {
   stats.stray_files = contents.strays.size();
   for (const ListedEntry& entry : contents.entries) {
     count(stats, entry);
-    const auto record = read_file(record_file(folder, entry.key));
+    const auto record = read_kept_file(record_file(folder, entry.key), FileOwner::anybody, kMaxRecordBytes + 1);
     std::string version = "unknown";
     for (const KeyPart& part : record ? parts_of_record(*record) : std::vector<KeyPart>())
       if (part.kind == "baker") version = part.value;

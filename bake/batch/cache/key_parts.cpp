@@ -125,7 +125,7 @@ std::vector<KnownKey> known_keys(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     const std::string key = entry->path().stem().string();
     if (entry->path().extension() != ".record" || !is_key(key)) continue;
-    const auto record = read_file(entry->path());
+    const auto record = read_kept_file(entry->path(), FileOwner::anybody, kMaxRecordBytes + 1);
     std::vector<KeyPart> parts = record ? parts_of_record(*record) : std::vector<KeyPart>();
     if (parts.empty()) continue;
     std::error_code gone;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <fstream>
 #include <iomanip>
 #include <map>
 #include <numeric>
@@ -44,14 +43,16 @@ struct Submission {
   [[nodiscard]] fs::path file(std::size_t task, const char* extension) const { return folder / (std::to_string(task) + extension); }
 };
 
-Result<fs::path> make_folder(const ClusterBatch& batch) {
+Result<fs::path> make_run_folder(const ClusterBatch& batch) {
   const std::time_t now = std::time(nullptr);
   std::tm calendar{};
   static_cast<void>(::gmtime_r(&now, &calendar));
   std::ostringstream name;
   name << "coppice-" << std::put_time(&calendar, "%Y%m%d-%H%M%S-") << std::random_device()();
   fs::path folder = cluster_folder(batch) / name.str();
-  COPPICE_CHECK(make_folder_of(folder / "run.sh"));
+  COPPICE_CHECK(make_folder(folder));
+  std::error_code error;
+  fs::permissions(folder, fs::perms::group_write | fs::perms::others_write, fs::perm_options::remove, error);
   return folder;
 }
 
@@ -69,7 +70,7 @@ std::string script_text(const ClusterBatch& batch, const Submission& submission)
   if (!chooses_memory(batch.sbatch_options)) text << "#SBATCH --mem-per-cpu=" << submission.memory_bytes / 1'000'000 + 1 << "M\n";
   text << "# Bakes a list of plants. A scheduler runs it once for each number from 0 to " << submission.tasks.size() - 1
        << ". Slurm gives the number\n# itself; for others: sh THIS NUMBER\ntasks=" << shell_command({folder})
-       << "\nnumber=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task}}\n"
+       << "\nnumber=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task}}\n[ -O \"$tasks/$number.json\" ] || exit 1  # else somebody else's\n"
        << shell_command({batch.coppice.string(), "bake-all"}) << " \"$tasks/$number.json\" "
        << shell_command({"-o", batch.output_folder.string(), "--quiet"})
        << " --threads \"${SLURM_CPUS_PER_TASK:-1}\" --journal \"$tasks/$number.jsonl\" " << shell_command(batch.task_options) << "\n";
@@ -97,7 +98,7 @@ Result<Submission> plan_submission(const ClusterBatch& batch, const std::vector<
   const std::uint64_t memory_bytes = std::ranges::max(costs, {}, &PlantCost::memory_bytes).memory_bytes;
   submission.memory_bytes = doubled * std::max(kMinMemoryBytes, memory_bytes + memory_bytes / 2);
   submission.minutes = std::min(kMaxMinutes, doubled * (10 + 4 * (task_ms / 60'000)));
-  COPPICE_CHECK(move_into(submission.folder, make_folder(batch)));
+  COPPICE_CHECK(move_into(submission.folder, make_run_folder(batch)));
   // The lists first, then empty journals, so that a network file system knows of them when tasks have written there.
   for (std::size_t task = 0; task < submission.tasks.size(); ++task) {
     std::string list;
@@ -169,7 +170,7 @@ class ClusterRun {
 
   Result<void> submit(const Submission& submission, std::uint32_t attempt) {
     const std::string name = submission.folder.filename().string();
-    const auto job = submit_array(submission.folder / "run.sh", name, submission.tasks.size(), batch_.sbatch_options);
+    const auto job = submit_array(script_text(batch_, submission), name, submission.tasks.size(), batch_.sbatch_options);
     if (!job) {
       // The controller may have the tasks although sbatch did not hear it.
       const auto known = query_job(name);
@@ -226,7 +227,8 @@ class ClusterRun {
     std::error_code error;
     for (fs::directory_iterator file(folder, error), last; !error && file != last; file.increment(error)) {
       if (file->path().extension() != ".jsonl") continue;
-      std::ifstream lines(file->path());
+      const auto bytes = read_kept_file(file->path(), FileOwner::user);
+      std::istringstream lines(bytes ? std::string(as_text(*bytes)) : std::string());
       for (std::string line; std::getline(lines, line);) {
         auto entry = journal_entry(line);
         const auto plant = entry ? by_output_.find(entry->output) : by_output_.end();

@@ -18,14 +18,14 @@
 namespace coppice::bake {
 namespace {
 
-/// What a program prints, errors too.
+/// What a program prints, errors too. input: what it reads from its standard input
 /// errors  unsupported: it is missing; `refusal` and `what`, with all that it prints: it fails
-Result<std::string> output_of(const std::vector<std::string>& words, Status refusal, const char* what) {
+Result<std::string> output_of(const std::vector<std::string>& words, Status refusal, const char* what, const std::string& input = {}) {
   constexpr int kNoSuchProgram = 127;  // the shell's exit code
   // What a person likes squeue to show, as SQUEUE_PARTITION has it, is not what is asked here.
   const std::string command = R"(exec 2>&1; for name in $(env | sed -n 's/^\(SQUEUE_[^=]*\)=.*/\1/p'); do unset "$name"; done; )";
   // NOLINTNEXTLINE(cert-env33-c): shell_command() quotes every word
-  std::FILE* pipe = ::popen((command + shell_command(words)).c_str(), "re");
+  std::FILE* pipe = ::popen((command + shell_command({"printf", "%s", input}) + " | " + shell_command(words)).c_str(), "re");
   if (pipe == nullptr) return system_error("cannot start", "/bin/sh", errno);
   std::string output;
   std::array<char, 4096> block{};
@@ -71,13 +71,14 @@ std::uint32_t processors_of_task(const std::vector<std::string>& options) {
   return count;
 }
 
-Result<std::string> submit_array(const std::filesystem::path& script, const std::string& job_name, std::size_t task_count,
+Result<std::string> submit_array(const std::string& script, const std::string& job_name, std::size_t task_count,
                                  const std::vector<std::string>& options) {
   // Where an option is given twice, the last counts.
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), options.begin(), options.end());
-  words.insert(words.end(), {"--job-name=" + job_name, "--array=0-" + std::to_string(task_count - 1), script.string()});
-  COPPICE_TRY(output, output_of(words, Status::invalid_argument, "sbatch refuses the tasks"));
+  words.insert(words.end(), {"--job-name=" + job_name, "--array=0-" + std::to_string(task_count - 1)});
+  // Not by its path: others may write to the output folder.
+  COPPICE_TRY(output, output_of(words, Status::invalid_argument, "sbatch refuses the tasks", script));
   return output.substr(0, output.find_first_of(";\n"));
 }
 

@@ -3,7 +3,6 @@
 // The programs of Slurm that are used: sbatch, squeue and sinfo, by their machine-readable output. Slurm's accounting is not needed.
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
@@ -23,10 +22,10 @@ bool chooses_memory(const std::vector<std::string>& options);
 /// The processors of a task, of which the script asks for one: the value of the last --cpus-per-task; at least 1.
 std::uint32_t processors_of_task(const std::vector<std::string>& options);
 
-/// Submits a script as one array of tasks 0 .. task_count - 1 under a job's name.
+/// Submits a script, as text, as one array of tasks 0 .. task_count - 1 under a job's name.
 /// returns  the job's number
 /// errors   unsupported: there is no sbatch; invalid_argument: it refuses, with all that it says
-Result<std::string> submit_array(const std::filesystem::path& script, const std::string& job_name, std::size_t task_count,
+Result<std::string> submit_array(const std::string& script, const std::string& job_name, std::size_t task_count,
                                  const std::vector<std::string>& options);
 
 /// What Slurm knows of a job's tasks. It forgets those that ended some minutes ago.

@@ -82,11 +82,12 @@ Result<Parts> split(std::span<const std::uint8_t> file) {
   return parts;
 }
 
-/// What is loaded, and which files that may take.
+/// What is loaded, which files that may take, and who hears of them.
 struct Source {
   Parts parts;
   std::filesystem::path folder;
   OutsideFiles outside;
+  const ReadObserver& on_read;
 };
 
 /// The base64 text of a data URI; nothing for any other URI.
@@ -125,6 +126,7 @@ Result<std::vector<std::uint8_t>> load_buffer(const ScreenedBuffer& buffer, cons
     auto file = read_file(path, buffer.bytes);  // it may be longer
     if (!file) return cannot_load(file.error().message());
     bytes = *std::move(file);
+    if (source.on_read) source.on_read(*buffer.uri, bytes);
   }
   if (bytes.size() == buffer.bytes) return bytes;
   return cannot_load(std::to_string(bytes.size()) + " bytes instead of " + std::to_string(buffer.bytes));
@@ -208,22 +210,23 @@ void DeleteModel::operator()(tinygltf::Model* model) const {
 }
 
 Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside,
-                                     const CostLimit& limit) {
+                                     const CostLimit& limit, const ReadObserver& on_read) {
   COPPICE_TRY(parts, split(file));
   std::optional<std::uint64_t> bin_bytes;
   if (parts.bin) bin_bytes = parts.bin->size();
   COPPICE_TRY(screened, screen_gltf(parts.json, bin_bytes, limit));
-  return load_screened(screened, {parts, folder.empty() ? "." : folder, outside});
+  return load_screened(screened, {parts, folder.empty() ? "." : folder, outside, on_read});
 }
 
-Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit) {
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit, const ReadObserver& on_read) {
   std::error_code error;
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxGltfBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};
   COPPICE_TRY(file, read_file(path));
   if (const std::string how = conversion_advice(path); !how.empty())
     return Error{Status::unsupported, "not a glTF", Error::kNoOffset, path.string() + ": " + how};
-  return load_gltf_bytes(file, path.parent_path(), outside, limit);
+  if (on_read) on_read({}, file);
+  return load_gltf_bytes(file, path.parent_path(), outside, limit, on_read);
 }
 
 }  // namespace coppice::bake

@@ -31,12 +31,14 @@ std::string conversion_advice(const std::filesystem::path& path);
 /// (gltf_screen.h), nothing is compressed any more (gltf_compression.h), and skins and morphs are applied (gltf_pose.h). Images that are
 /// data URIs hold their bytes, not decoded; other images have a view or a file, which is in the folder unless `outside` allows others.
 /// A document over the limit is refused before any of its files is read.
+/// on_read  may be empty
 /// errors  io: the file, or a buffer's, cannot be read; bad_file, unsupported: `detail` names the place; invalid_argument: see
 ///         resolve_reference
-Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit);
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit,
+                               const ReadObserver& on_read = {});
 
 /// Does the same for bytes in memory. folder  holds the files that they refer to
 Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside,
-                                     const CostLimit& limit);
+                                     const CostLimit& limit, const ReadObserver& on_read = {});
 
 }  // namespace coppice::bake

@@ -94,11 +94,14 @@ TextureUvs uvs_of(const Info& info) {
 }
 
 Result<std::vector<std::uint8_t>> read_image_file(const std::string& uri, const std::string& place, const ImageFolder& folder) {
-  COPPICE_TRY(file, resolve_reference(folder.path, uri, place, folder.outside));
+  const auto file = resolve_reference(folder.path, uri, place, folder.outside);
   std::error_code error;
-  if (const auto bytes = std::filesystem::file_size(file, error); !error && bytes > kMaxImageFileBytes)
-    return Error{Status::unsupported, "image file over 1 GiB", Error::kNoOffset, place + ": " + uri.substr(0, 256)};
-  return read_file(file);
+  const bool is_too_large = file && std::filesystem::file_size(*file, error) > kMaxImageFileBytes && !error;
+  Result<std::vector<std::uint8_t>> bytes = std::vector<std::uint8_t>();
+  if (!is_too_large || folder.on_read) bytes = file ? read_file(*file, kMaxImageFileBytes) : file.error();
+  if (folder.on_read) folder.on_read(uri, bytes ? std::span<const std::uint8_t>(*bytes) : std::span<const std::uint8_t>());
+  if (is_too_large) return Error{Status::unsupported, "image file over 1 GiB", Error::kNoOffset, place + ": " + uri.substr(0, 256)};
+  return bytes;
 }
 
 /// What a material uses an image for.

@@ -80,8 +80,7 @@ Result<std::filesystem::path> resolve_reference(const std::filesystem::path& fol
   const std::string shown = place + ": " + printable(uri.substr(0, kShownChars));
   const std::string decoded = percent_decoded(uri);
   const std::string_view name = without_file_scheme(decoded);
-  if (name.empty() || name.find('\0') != std::string_view::npos)
-    return Error{Status::bad_file, "not the name of a file", Error::kNoOffset, shown};
+  if (name.empty() || has_control_character(name)) return Error{Status::bad_file, "not the name of a file", Error::kNoOffset, shown};
   const Error is_outside{Status::invalid_argument, "names a file outside the glTF's folder, which takes --allow-outside", Error::kNoOffset,
                          shown};
   const bool may_leave = outside == OutsideFiles::allowed;

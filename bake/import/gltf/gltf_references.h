@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ namespace coppice::bake {
 
 /// Maximum size of an image file. An image of as many pixels as are decoded takes less, in any form.
 inline constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 30;
+
+/// Hears of every file that an import reads. uri  as the document names it; empty: the document itself. bytes  none where it is missing
+using ReadObserver = std::function<void(std::string_view uri, std::span<const std::uint8_t> bytes)>;
 
 /// Turns "a%20b" into "a b".
 std::string percent_decoded(std::string_view uri);

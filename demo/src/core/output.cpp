@@ -1,6 +1,7 @@
 #include "output.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,6 +11,7 @@
 #include <memory>
 #include <new>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -19,18 +21,6 @@
 
 namespace forest {
 namespace {
-
-/// Descriptor of an open file; closed on every way out.
-struct Descriptor {
-  int number = -1;
-
-  explicit Descriptor(int n) : number(n) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
-  }
-};
 
 void make_folder(const std::string& file) {
   std::error_code ignored;  // a folder that cannot be made shows as a file that cannot be written
@@ -47,31 +37,68 @@ bool write_all(int number, std::string_view bytes) {
   return true;
 }
 
+Failure cannot_write(const std::string& file) {
+  return Failure("cannot write " + file + ": " + std::strerror(errno));
+}
+
+/// The file itself where `file` is a link. In a folder that others write to, one that another user made may be a trap.
+std::string target_of(const std::string& file) {
+  const std::filesystem::path path(file), folder = path.has_parent_path() ? path.parent_path() : ".";
+  struct stat link {};
+  struct stat around {};
+  if (::lstat(file.c_str(), &link) != 0 || !S_ISLNK(link.st_mode)) return file;
+  const bool is_ours = link.st_uid == ::geteuid() || link.st_uid == 0;
+  if (!is_ours && (::stat(folder.c_str(), &around) != 0 || (around.st_mode & (S_IWGRP | S_IWOTH)) != 0))
+    throw Failure("cannot write " + file + ": it is a link that another user made");
+  std::error_code error;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
+  return error ? file : target.string();
+}
+
+/// What becomes a file once it is written: a new one beside it. A device or pipe is written to itself.
+class Output {
+ public:
+  explicit Output(const std::string& file) : file_(file) {
+    make_folder(file);
+    target_ = target_of(file);
+    struct stat there {};
+    const bool is_new = ::lstat(target_.c_str(), &there) != 0 || S_ISREG(there.st_mode);
+    if (is_new) temporary_ = (std::filesystem::path(target_).parent_path() / (".coppice-forest-" + std::to_string(::getpid()))).string();
+    number_ = ::open(is_new ? temporary_.c_str() : target_.c_str(),
+                     O_WRONLY | O_CLOEXEC | O_NOFOLLOW | (is_new ? O_CREAT | O_EXCL : O_NONBLOCK), 0666);
+    if (number_ < 0) throw cannot_write(file);
+  }
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+  ~Output() {
+    if (number_ >= 0) ::close(number_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  }
+
+  /// errors  Failure
+  void write(std::string_view bytes) {
+    if (!write_all(number_, bytes) || ::close(std::exchange(number_, -1)) != 0) throw cannot_write(file_);
+    if (!temporary_.empty() && ::rename(temporary_.c_str(), target_.c_str()) != 0) throw cannot_write(file_);
+    temporary_.clear();
+  }
+
+ private:
+  std::string file_, target_, temporary_;
+  int number_;
+};
+
 }  // namespace
 
 void check_output(const char* option, const std::string& file) {
-  make_folder(file);
-  std::error_code absent;
-  const bool was_there = std::filesystem::exists(file, absent);
-  const Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666));
-  if (descriptor.number < 0) throw Failure(std::string(option) + ": cannot write " + file + ": " + std::strerror(errno));
-  if (!was_there) ::unlink(file.c_str());
+  try {
+    const Output tried(file);
+  } catch (const Failure& failure) {
+    throw Failure(std::string(option) + ": " + failure.what());
+  }
 }
 
 void write_output(const std::string& file, std::string_view bytes) {
-  make_folder(file);
-  Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  bool written = descriptor.number >= 0 && write_all(descriptor.number, bytes);
-  int reason = errno;
-  if (written) {
-    written = ::close(descriptor.number) == 0;
-    reason = errno;
-    descriptor.number = -1;
-  }
-  if (written) return;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);
-  throw Failure("cannot write " + file + ": " + std::strerror(reason));
+  Output(file).write(bytes);
 }
 
 void write_png(const std::string& file, std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba) {

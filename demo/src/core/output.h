@@ -12,7 +12,7 @@ namespace forest {
 /// errors  Failure with the system's reason
 void check_output(const char* option, const std::string& file);
 
-/// Writes the file whole, making its folder; a file that could not be finished is removed.
+/// Writes the file whole or not at all, making its folder. A link is followed, but for one that another user made in a shared folder.
 /// errors  Failure with the system's reason
 void write_output(const std::string& file, std::string_view bytes);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <sstream>
 #include <system_error>
@@ -13,6 +14,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "failure.h"
+#include "output.h"
 
 namespace forest {
 namespace {
@@ -219,9 +221,8 @@ CameraPath path_from_file(const std::string& file, const Terrain& terrain) {
 PathRecorder start_recording(const std::string& file) {
   PathRecorder recorder;
   recorder.file = file;
-  recorder.stream.open(file);
-  recorder.stream << "# time_s x_m height_m z_m yaw_deg pitch_deg fov_y_deg\n";
-  if (!recorder.stream) throw Failure("cannot write " + file);
+  recorder.text << "# time_s x_m height_m z_m yaw_deg pitch_deg fov_y_deg\n";
+  write_output(file, recorder.text.str());
   return recorder;
 }
 
@@ -232,9 +233,9 @@ void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const 
   const float yaw_deg = glm::degrees(pose.yaw_rad);
   recorder.yaw_deg = yaw_deg - 360 * std::round((yaw_deg - recorder.yaw_deg) / 360);
   const glm::vec3& at = pose.position;
-  recorder.stream << time_s << ' ' << at.x << ' ' << at.y - height_at(terrain, at.x, at.z) << ' ' << at.z << ' ' << recorder.yaw_deg << ' '
-                  << glm::degrees(pose.pitch_rad) << ' ' << glm::degrees(pose.fov_y_rad) << '\n';
-  if (!recorder.stream.flush()) throw Failure("cannot write " + recorder.file);
+  recorder.text << time_s << ' ' << at.x << ' ' << at.y - height_at(terrain, at.x, at.z) << ' ' << at.z << ' ' << recorder.yaw_deg << ' '
+                << glm::degrees(pose.pitch_rad) << ' ' << glm::degrees(pose.fov_y_rad) << '\n';
+  write_output(recorder.file, recorder.text.str());
 }
 
 glm::vec3 forward(const Pose& pose) {

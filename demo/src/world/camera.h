@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 
 #include <glm/glm.hpp>
@@ -50,7 +50,7 @@ CameraPath path_from_file(const std::string& file, const Terrain& terrain);
 /// A camera's way on its way to a file that path_from_file reads.
 struct PathRecorder {
   std::string file;
-  std::ofstream stream;
+  std::ostringstream text;
   double next_s = 0;  ///< earlier poses are left out
   float yaw_deg = 0;  ///< yaw of the latest keyframe: the next one turns the shorter way
 };

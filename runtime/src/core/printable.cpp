@@ -63,4 +63,8 @@ bool is_printable(std::string_view text) {
   return true;
 }
 
+bool has_control_character(std::string_view text) {
+  return std::ranges::any_of(as_bytes(text), [](std::uint8_t byte) { return byte < 0x20 || byte == 0x7f; });
+}
+
 }  // namespace coppice

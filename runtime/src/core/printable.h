@@ -13,4 +13,7 @@ std::string printable(std::string_view text);
 /// True if printable(text) is `text` itself.
 bool is_printable(std::string_view text);
 
+/// True if a byte is one of ASCII's control characters, NUL and DEL too: no path in a file may have one.
+bool has_control_character(std::string_view text);
+
 }  // namespace coppice

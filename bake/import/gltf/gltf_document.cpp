@@ -218,7 +218,8 @@ Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const s
   return load_screened(screened, {parts, folder.empty() ? "." : folder, outside, on_read});
 }
 
-Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit, const ReadObserver& on_read) {
+Result<ModelPointer> load_gltf(const std::filesystem::path& path, OutsideFiles outside, const CostLimit& limit,
+                               const ReadObserver& on_read) {
   std::error_code error;
   if (const auto bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxGltfBytes)
     return Error{Status::unsupported, "a glTF over 4 GiB", Error::kNoOffset, std::to_string(bytes) + " bytes"};

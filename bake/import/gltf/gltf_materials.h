@@ -45,7 +45,7 @@ struct ImageFolder {
   std::filesystem::path path;
   OutsideFiles outside = OutsideFiles::refused;
   std::uint64_t max_triangles = kMaxSourceTriangles;  ///< whose memory all images together may take (gltf_cost.h)
-  ReadObserver on_read = {};  ///< may be empty
+  ReadObserver on_read = {};                          ///< may be empty
 };
 
 /// Decodes the images that the materials use and renumbers them. A normal map becomes unit vectors, with its material's scale applied; one

@@ -122,7 +122,7 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 /// bake_cached for each, the slowest first by their costs. Results are in the order of the plants. A plant that fails, or whose process
 /// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
 /// A server is asked for all plants first, several at a time. A shared cache that is of no use (dead, slow, full, refusing, damaged) is
-/// asked no more after a few failures in a row, or once it has taken a tenth of the time of the bakes, and costs no plant.
+/// asked no more after a few failures in a row, or once it has taken 10 s and a tenth of the time of the bakes, and costs no plant.
 /// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
 /// thread  the process must have no other threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,

@@ -47,8 +47,10 @@ void send(const BatchPlant& plant, const JobCache& cache, const CachedBake& entr
   if (cache.server == nullptr || cache.server_mode == CacheMode::read) return;
   Stopwatch watch;
   const auto sent = cache.server->put(result.key, entry, limits_of(plant.cost));
-  result.lost_s = watch.lap();
   result.sent = static_cast<bool>(sent);
+  // What was sent at a usual rate is no time lost.
+  constexpr double kUsualBytesPerSecond = 1e6;
+  result.lost_s = std::max(0.0, watch.lap() - (sent ? static_cast<double>(entry.bytes.size()) / kUsualBytesPerSecond : 0.0));
   if (!sent) result.server_failure = sent.error().message();
 }
 

@@ -24,8 +24,9 @@ InputCounts count_input(const fs::path& input, const ImportOptions& options) {
   const auto bytes = read_gltf_text(input, kMostJsonBytes);
   if (!bytes) return counts;
   const std::string_view text = gltf_text(*bytes);
-  // The bytes of a .glb's other chunk are not there to be counted.
-  if (const auto screened = screen_gltf(text, kMaxGltfBytes, {options.max_source_triangles})) counts.triangles = screened->triangles;
+  // The bytes of a .glb's other chunk are not there to be counted. Another machine may bake it: this one's memory is no limit.
+  const std::uint64_t limit = options.max_source_triangles > 0 ? options.max_source_triangles : kMaxSourceTriangles;
+  if (const auto screened = screen_gltf(text, kMaxGltfBytes, {limit})) counts.triangles = screened->triangles;
   for (const GltfReference& reference : find_references(nlohmann::json::parse(text, nullptr, false))) {
     const auto file = resolve_reference(input.parent_path(), reference.uri, reference.place(), options.outside_files);
     if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);

@@ -36,7 +36,7 @@ void put_first(const std::filesystem::path& path, std::vector<std::string>& left
 bool leads_on(const struct stat& link, const Descriptor& folder) {
   if (link.st_uid == ::geteuid() || link.st_uid == 0) return true;
   struct stat status {};
-  return ::fstat(folder.number(), &status) == 0 && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  return ::fstat(folder.number(), &status) == 0 && (link.st_uid == status.st_uid || (status.st_mode & (S_IWGRP | S_IWOTH)) == 0);
 }
 
 /// Replaces the link `name` by what it says. errors  of the system, by number; 0: none
@@ -82,7 +82,9 @@ Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last, M
     } else if (is_link) {
       return Error{Status::io, kNoFolder, Error::kNoOffset, path.string() + ": " + name + " is a link that another user made"};
     } else if (!name.empty()) {
-      if (reason == ENOENT && missing == MissingFolders::are_made) static_cast<void>(::mkdirat(place.folder.number(), name.c_str(), 0777));
+      if (reason == ENOENT && missing == MissingFolders::are_made && ::mkdirat(place.folder.number(), name.c_str(), 0777) != 0 &&
+          errno != EEXIST)
+        return system_error("cannot make the folder of", path, errno);
       Descriptor next = open_folder(place.folder.number(), name.c_str());
       if (next.number() < 0) return system_error(kNoFolder, path, errno);
       place.folder = std::move(next);

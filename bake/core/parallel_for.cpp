@@ -15,9 +15,15 @@ namespace coppice::bake {
 namespace {
 
 #ifdef COPPICE_THREAD_SANITIZER
-constexpr auto release = __tsan_release, acquire = __tsan_acquire;
+void release(void* address) {
+  __tsan_release(address);
+}
+void acquire(void* address) {
+  __tsan_acquire(address);
+}
 #else
-constexpr auto release = [](void*) {}, acquire = release;
+void release(void*) {}
+void acquire(void*) {}
 #endif
 
 }  // namespace

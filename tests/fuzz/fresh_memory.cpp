@@ -26,7 +26,7 @@ namespace {
 
 std::uint8_t fill = 0;
 
-// Of the calling thread: what other threads take for it is not counted.
+// The calling thread's: what other threads take for it is not counted.
 thread_local std::ptrdiff_t live_bytes = 0, most_bytes = 0;
 
 // A large block of calloc is fresh from the system, and the sanitizer does not clear it after the hook: those are left alone.

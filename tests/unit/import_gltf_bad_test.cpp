@@ -181,7 +181,8 @@ TEST(SourceCost, IsASumOfProducts) {
       {R"([{"path": "/nodes/0/extensions", "value": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 3}}}}])", 6 * 2 + 1},
       {R"([{"path": "/meshes/1/primitives/-", "value": {"attributes": {}, "mode": 0}}])", 3 + 1},  // points count as one
       {R"([{"path": "/meshes/0/primitives/0/mode", "value": 5}])", 6 + 1},                         // a strip has a triangle an index
-      {R"([{"path": "/meshes/1/primitives/0/mode", "value": 1}])", 2 + 6 + 6},  // lines become two, and are made once more
+      {R"([{"path": "/meshes/1/primitives/0/mode", "value": 1}])",
+       2 + 3 + 3},  // separate lines have two corners and become two triangles, made once more
       {R"([{"path": "/meshes/1/primitives/0/attributes/POSITION", "value": 3}, {"path": "/meshes/1/primitives/0/indices", "value": 1}])",
        4},
       {R"([{"path": "/meshes/0/primitives", "value": []}])", 1 + 1},

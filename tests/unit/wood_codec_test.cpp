@@ -33,7 +33,7 @@ std::vector<std::array<Corner, 3>> surface(std::size_t corner_count, PositionAt&
   std::vector<std::array<Corner, 3>> triangles(corner_count / 3);
   for (std::size_t i = 0; i < corner_count; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) triangles[i / 3][i % 3][axis] = std::round(position_at(i, axis) / (8.0f * step));
-  for (auto& triangle : triangles) std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  for (auto& triangle : triangles) std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());
   std::ranges::sort(triangles);
   return triangles;
 }

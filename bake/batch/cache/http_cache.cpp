@@ -113,7 +113,10 @@ Result<HttpCache::Answer> HttpCache::request(const std::string& file, const std:
   Download download{easy, &answer.body, limits.bytes};
   std::span<const std::uint8_t> left = body != nullptr ? *body : std::span<const std::uint8_t>();
   set(easy, CURLOPT_URL, (url_ + "/" + file).c_str());
-  set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(1000.0 * limits.seconds));
+  // Large entries take longer.
+  constexpr double kBytesPerSecond = 4e6;
+  const double seconds = limits.seconds + static_cast<double>(body != nullptr ? body->size() : limits.bytes) / kBytesPerSecond;
+  set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(1000.0 * seconds));
   set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(limits.bytes));
   set(easy, CURLOPT_WRITEDATA, &download);
   set(easy, CURLOPT_READDATA, &left);

@@ -224,8 +224,10 @@ class Decoding {
     const std::string where = place + ".extensions." + kDracoExtension;
     COPPICE_TRY(view, decoded(extension->second.Get("bufferView").GetNumberAsInt(), where));
     const std::uint64_t faces = view->mesh->num_faces(), points = view->mesh->num_points();
-    // The screen has compared what the accessors say with the limit (gltf_cost.h).
-    if (std::max(faces, (points + 2) / 3) > static_cast<std::uint64_t>(extension->second.Get("triangles").GetNumberAsInt()))
+    // The screen has compared what the accessors say with the limit (gltf_cost.h). Without indices of its own a primitive says nothing of
+    // Draco's: a closed surface has two triangles for each vertex.
+    const auto said = static_cast<std::uint64_t>(extension->second.Get("triangles").GetNumberAsInt()) * (primitive.indices < 0 ? 6 : 1);
+    if (std::max(faces, (points + 2) / 3) > said)
       return failed(Status::bad_file, "Draco data holds more than the primitive's accessors",
                     where + formatted(": %ju triangles, %ju vertices", std::uintmax_t{faces}, std::uintmax_t{points}));
     if (view->indices < 0) COPPICE_CHECK(move_into(view->indices, add_indices(model_, *view->mesh, where)));

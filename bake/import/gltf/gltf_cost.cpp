@@ -37,9 +37,9 @@ std::uint64_t count_of(const Json& accessor, std::span<const std::uint64_t> coun
 }
 
 const Json& list_of(const Json& document, const char* name) {
-  static const Json kEmpty = Json::array();
+  static const Json empty = Json::array();
   const auto found = document.find(name);
-  return found == document.end() ? kEmpty : *found;
+  return found == document.end() ? empty : *found;
 }
 
 /// The nodes of the scene that is read, as scene_nodes (gltf_instances.h) finds them, in any order.
@@ -58,8 +58,8 @@ std::vector<std::size_t> scene_nodes(const Json& document) {
 }
 
 std::uint64_t instances_of(const Json& node, std::span<const std::uint64_t> counts) {
-  static const Json::json_pointer kAttributes("/extensions/EXT_mesh_gpu_instancing/attributes");
-  return node.contains(kAttributes) ? count_of(*node[kAttributes].begin(), counts) : 1;
+  static const Json::json_pointer attributes("/extensions/EXT_mesh_gpu_instancing/attributes");
+  return node.contains(attributes) ? count_of(*node[attributes].begin(), counts) : 1;
 }
 
 /// Vertices and displacements that are read to pose a node's mesh (gltf_pose.h).
@@ -100,8 +100,12 @@ std::uint64_t MeshCost::add(const Json& primitive, std::span<const std::uint64_t
   const std::uint64_t own = attributes.contains("POSITION") ? count_of(attributes["POSITION"], counts) : 0;
   const std::uint64_t corners = primitive.contains("indices") ? count_of(primitive["indices"], counts) : own;
   const auto mode = primitive.value("mode", kTriangles);
-  // A line becomes two triangles for each of its segments, a strip has one for each index but two.
-  const std::uint64_t drawn = mode == 0 ? 0 : mode < kTriangles ? product(2, corners) : mode == kTriangles ? corners / 3 : corners;
+  // A line becomes two triangles for each of its segments, and separate lines have a segment for two indices. A strip has a triangle for
+  // each index but two.
+  const std::uint64_t drawn = mode == 0                        ? 0
+                              : mode == kTriangles             ? corners / 3
+                              : mode == 1 || mode > kTriangles ? corners
+                                                               : product(2, corners);
   const std::uint64_t added = std::max({std::uint64_t{1}, drawn, mode == 0 ? 0 : thirds(own)});
   triangles = sum(triangles, added);
   if (mode > 0 && mode < kTriangles) lines = sum(lines, added);

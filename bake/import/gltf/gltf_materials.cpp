@@ -177,14 +177,14 @@ struct ImageTaker {
     if (const auto found = taken.find({index, use}); found != taken.end()) return found->second;
     bool ignored_mask = false;
     COPPICE_TRY(image, read_image(model, index, use, folder, ignored_mask));
+    if (use.kind == ImageUse::normals) image = normal_map_from(std::move(image), use.normal_scale);
     bytes += image.rgba.size();
     if (bytes / kBytesOfATriangle > folder.max_triangles)
       return Error{Status::unsupported, "more images than are read", Error::kNoOffset,
                    "images[" + std::to_string(index) + "]: " + std::to_string(bytes / kBytesOfATriangle) +
                        " triangles would take as much memory as the images, at most " + std::to_string(folder.max_triangles) +
                        " (--max-source-triangles)"};
-    const std::uint32_t number =
-        add(use.kind == ImageUse::normals ? normal_map_from(std::move(image), use.normal_scale) : std::move(image));
+    const std::uint32_t number = add(std::move(image));
     taken.emplace(std::pair{index, use}, number);
     if (ignored_mask && use.kind == ImageUse::color) ignored_masks.insert(index);
     return number;

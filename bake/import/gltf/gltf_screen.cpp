@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 // accessors use them.
 constexpr std::uint64_t kMaxUnbackedCount = 1u << 16;
 constexpr const char* kBasisu = "KHR_texture_basisu";
-constexpr std::size_t kMaxNameBytes = 1024;  // every node that shows a mesh gets a copy of its name
+constexpr std::size_t kMaxNameBytes = 1024;
 // tinygltf keeps whole numbers and sparse offsets in an int; Draco's ids are 32 bits.
 constexpr std::uint64_t kMaxInt = 0x7fffffff;
 // An element of a few bytes becomes up to 2 kB in tinygltf's model. These bounds keep that below 130 MB an array.
@@ -228,10 +228,7 @@ class Screen {
     find_fallback_buffers();
     parents_.assign(length("nodes"), length("nodes"));
     for (const Section& section : kSections)
-      COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) {
-        Result<void> named = check_name(object);
-        return named ? (this->*section.check)(object) : named;
-      }));
+      COPPICE_CHECK(root_.for_each(section.name, [&](const JsonObject& object) { return (this->*section.check)(object); }));
     COPPICE_CHECK(root_.check_index("scene", length("scenes")));
     COPPICE_CHECK(move_into(screened_.triangles, check_cost(root_.json(), meshes_, counts_, limit_)));
     return std::move(screened_);
@@ -434,6 +431,7 @@ class Screen {
   }
 
   Result<void> check_mesh(const JsonObject& mesh) {
+    COPPICE_CHECK(check_name(mesh));  // every node that shows it gets a copy
     COPPICE_CHECK(check_morph_weights(mesh));
     meshes_.emplace_back();
     return mesh.for_each("primitives", [this](const JsonObject& primitive) { return check_primitive(primitive); });

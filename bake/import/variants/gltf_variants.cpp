@@ -363,7 +363,7 @@ std::string variant_name(const GltfNodes& scene, const NodeGroup& group) {
     meshes.push_back(scene.nodes[scene.items[item].position].mesh_name);
   }
   for (const std::string& name : {group.name, common_front(nodes), common_front(meshes)})
-    if (const std::string stem = without_level(name); !stem.empty() && !is_part_name(stem)) return stem;
+    if (std::string stem = without_level(name); !stem.empty() && !is_part_name(stem)) return stem;
   return group.name;
 }
 

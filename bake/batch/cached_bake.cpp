@@ -35,10 +35,15 @@ double worth_s(const PlantCost& cost) {
   return std::min(120.0, 1e-4 * static_cast<double>(cost.milliseconds));
 }
 
-/// A bake would take twice as much memory as this, and a tenth of that time is little to it.
+/// The most that an entry may have: a bake would take twice as much memory. Others may put anything in its place.
+std::uint64_t max_entry_bytes(const PlantCost& cost) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  return cost.memory_bytes == 0 ? kMost : std::clamp(cost.memory_bytes / 2, std::uint64_t{64} << 20, kMost);
+}
+
 RequestLimits limits_of(const PlantCost& cost) {
   RequestLimits limits;
-  limits.bytes = std::clamp(cost.memory_bytes / 2, limits.bytes, std::uint64_t{1} << 30);
+  limits.bytes = max_entry_bytes(cost);
   limits.seconds += worth_s(cost);
   return limits;
 }
@@ -58,11 +63,6 @@ void warn_of_damage(const Error& error, BatchResult& result) {
   if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
 }
 
-/// The most that an entry may have: a bake would take twice as much memory. Others may put anything in its place.
-std::uint64_t max_entry_bytes(const BatchPlant& plant) {
-  return plant.cost.memory_bytes == 0 ? kWholeFile : std::max(std::uint64_t{64} << 20, plant.cost.memory_bytes / 2);
-}
-
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.
 std::optional<CachedBake> find_entry(const BatchPlant& plant, const JobCache& cache, const std::string& key, DamagedEntry damaged,
                                      BatchResult& result) {
@@ -71,8 +71,8 @@ std::optional<CachedBake> find_entry(const BatchPlant& plant, const JobCache& ca
     return found ? std::optional(*std::move(found)) : std::nullopt;
   };
   if (cache.folder.empty()) return {};
-  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged, max_entry_bytes(plant)));
-  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key, max_entry_bytes(plant)));
+  std::optional<CachedBake> entry = usable(load_cached(cache.folder, key, damaged, max_entry_bytes(plant.cost)));
+  if (!entry && !cache.read_only.empty()) entry = usable(peek_cached(cache.read_only, key, max_entry_bytes(plant.cost)));
   return entry;
 }
 

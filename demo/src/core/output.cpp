@@ -63,9 +63,12 @@ class Output {
     target_ = target_of(file);
     struct stat there {};
     const bool is_new = ::lstat(target_.c_str(), &there) != 0 || S_ISREG(there.st_mode);
-    if (is_new) temporary_ = (std::filesystem::path(target_).parent_path() / (".coppice-forest-" + std::to_string(::getpid()))).string();
-    number_ = ::open(is_new ? temporary_.c_str() : target_.c_str(),
-                     O_WRONLY | O_CLOEXEC | O_NOFOLLOW | (is_new ? O_CREAT | O_EXCL : O_NONBLOCK), 0666);
+    const std::string prefix = (std::filesystem::path(target_).parent_path() / (".coppice-forest-" + std::to_string(::getpid()))).string();
+    constexpr int kFlags = O_WRONLY | O_CLOEXEC | O_NOFOLLOW, kMaxAttempts = 100;
+    number_ = is_new ? -1 : ::open(target_.c_str(), kFlags | O_NONBLOCK);
+    // A killed process of the same number may have left some.
+    for (int i = 0; is_new && number_ < 0 && i < kMaxAttempts && (i == 0 || errno == EEXIST); ++i)
+      number_ = ::open((temporary_ = prefix + "-" + std::to_string(i)).c_str(), kFlags | O_CREAT | O_EXCL, 0666);
     if (number_ < 0) throw cannot_write(file);
   }
   Output(const Output&) = delete;

@@ -279,6 +279,8 @@ void record_frame(Session& session, VkCommandBuffer commands, std::span<const Fr
     check(session.forest, coppice_record_draw(context, commands, of, eye), "coppice_record_draw");
   };
   check(session.forest, coppice_record_upload(context, commands), "coppice_record_upload");
+  const std::size_t slot = session.ring.slot_index();
+  start_timer(session.renderer.timer.get(), commands, slot);
   std::array<coppice_shadow_map, Shadows::kCascades> shadows{};
   if (session.renderer.shadows) {
     record_shadows(*session.renderer.shadows, commands, maps, cull, [&](coppice_view of) { draw(of, 0); });
@@ -286,9 +288,9 @@ void record_frame(Session& session, VkCommandBuffer commands, std::span<const Fr
     light.shadow_maps = shadows.data();
     light.shadow_map_count = Shadows::kCascades;
   }
+  stamp_pass(session.renderer.timer.get(), commands, slot, ScenePass::shadows);
   for (std::size_t pane = 0; pane < views.size(); ++pane)
     if (const PaneView of = pane_view(session, pane); of.eye == 0) cull(of.view);
-  const std::size_t slot = session.ring.slot_index();
   record_scene(session.renderer, commands, slot, views, [&] {
     for (std::size_t pane = 0; pane < views.size(); ++pane) {
       const PaneView of = pane_view(session, pane);

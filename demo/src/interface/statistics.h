@@ -40,7 +40,7 @@ struct Statistics {
 };
 
 /// Names of Statistics::pass_ms.
-constexpr std::array kPassNames = {"upload", "cull",   "splats", "leaves", "tiles",    "draw",
+constexpr std::array kPassNames = {"upload", "cull",   "splats", "leaves", "tiles",    "shadows", "draw",
                                    "light",  "ground", "tufts",  "sky",    "tone_map", "temporal"};
 static_assert(kPassNames.size() == std::tuple_size_v<decltype(Statistics::pass_ms)>);
 

@@ -427,7 +427,7 @@ void record_scene(Renderer& renderer, VkCommandBuffer commands, std::size_t slot
   depth.from_access = VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;  // the last frame's, where nothing has sampled it since
   record_barrier(commands, depth);
 
-  start_timer(renderer.timer.get(), commands, slot);
+  start_plants(renderer.timer.get(), commands, slot);
   const auto stamp = [&](ScenePass pass) { stamp_pass(renderer.timer.get(), commands, slot, pass); };
   const auto for_each_pane = [&](const auto& record) {
     for (std::size_t i = 0; i < views.size(); ++i) {

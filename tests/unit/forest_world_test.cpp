@@ -269,6 +269,18 @@ TEST(Camera, OnePlantFillsThePictureAndIsAllInIt) {
     }
 }
 
+TEST(Camera, FramesAreSpreadOverThePathOrComeAsOftenAsAUsersDo) {
+  CameraPath path;
+  path.duration_s = 10;
+  EXPECT_EQ(frame_time_s(path, 0, 5, 0), 0);
+  EXPECT_EQ(frame_time_s(path, 4, 5, 0), 10);
+  EXPECT_EQ(frame_time_s(path, 0, 1, 0), 10);
+  EXPECT_DOUBLE_EQ(frame_time_s(path, 8, 9, 4), 2);
+  EXPECT_EQ(frame_time_s(path, 48, 49, 4), 10);
+  path.loops = true;
+  EXPECT_DOUBLE_EQ(frame_time_s(path, 48, 49, 4), 2);
+}
+
 TEST(Camera, TopLooksStraightDownWithTheFrontBelow) {
   const Terrain terrain = make_terrain(30, 1);
   const Box box{{-1, 0, -1}, {1, 2, 1}};

@@ -97,11 +97,10 @@ float first_picture_ms(Session& session, const Pose& pose, float time_s, Clock::
   return 0;
 }
 
-// The frames are spread evenly over the path; the last one is its end, whatever their number.
 void run_headless(Session& session, const Options& options, Clock::time_point started) {
   const CameraPath path = make_path(options, session);
   const std::uint32_t frames = options.frames.value_or(kHeadlessFrames);
-  const auto time_of = [&](std::uint32_t frame) { return frames > 1 ? path.duration_s * frame / (frames - 1) : path.duration_s; };
+  const auto time_of = [&](std::uint32_t frame) { return frame_time_s(path, frame, frames, options.frames_per_s); };
   session.first_measured = session.last_measured;
   const Pose start = path.pose(time_of(0));
   const auto start_s = static_cast<float>(time_of(0));
@@ -122,8 +121,8 @@ void run_headless(Session& session, const Options& options, Clock::time_point st
     session.statistics.frame_ms.push_back(frame_ms);
   }
   wait_for_frames(session.device, session.ring);
-  const auto end_s = static_cast<float>(path.duration_s);
-  const Pose end = path.pose(path.duration_s);
+  const auto end_s = static_cast<float>(time_of(frames - 1));
+  const Pose end = path.pose(time_of(frames - 1));
   settle(session, end, end_s);
   if (!options.screenshot.empty()) save_picture(session, {end, end_s}, options.screenshot);
 }

@@ -88,7 +88,13 @@ void declare_pictures(CLI::App& app, Options& options) {
   app.add_option("--frames", options.frames,
                  "Frames to render, spread evenly over the camera path when headless [120; in a window: endless]")
       ->check(CLI::Range(1u, 10000000u));
-  app.add_flag("--headless", options.headless, "No window");
+  CLI::Option* headless = app.add_flag("--headless", options.headless, "No window");
+  app.add_option(
+         "--frames-per-s", options.frames_per_s,
+         "Walk as a user does: so many frames in a second of the camera path, so that shadow maps are drawn as often as in a window "
+         "[spread evenly over the path]")
+      ->check(CLI::Range(1.0f, 1000.0f))
+      ->needs(headless);
   app.add_option("--screenshot", options.screenshot, "Write the last frame, once streaming has settled")->type_name("F.png");
   app.add_option("--camera", options.camera, kCamera)->type_name("turntable|front|top|walk|orbit|FILE");
   app.add_option("--camera-out", options.camera_out, "Where key C writes the camera's way, for --camera")

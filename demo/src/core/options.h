@@ -56,6 +56,7 @@ struct Options {
   std::uint32_t height_px = 720;
   std::optional<float> render_scale;    ///< drawn size relative to the picture, along each axis; absent: 1, or kSoftwareRenderScale
   std::optional<std::uint32_t> frames;  ///< absent: 120 headless, until closed in a window
+  float frames_per_s = 0;               ///< headless: of the camera path; 0: they are spread evenly over it
   bool headless = false;
   std::string screenshot;                 ///< empty: none
   std::string camera;                     ///< turntable, front, top, walk, orbit or a keyframe file

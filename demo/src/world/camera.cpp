@@ -135,6 +135,12 @@ CameraPath still_path(const Box& box, const Pose& direction, float aspect, const
 
 }  // namespace
 
+double frame_time_s(const CameraPath& path, std::uint32_t frame, std::uint32_t frames, float frames_per_s) {
+  if (frames_per_s == 0) return frames > 1 ? path.duration_s * frame / (frames - 1) : path.duration_s;
+  const double time_s = frame / double{frames_per_s};
+  return path.loops ? std::fmod(time_s, path.duration_s) : std::min(time_s, path.duration_s);
+}
+
 CameraPath walk_path(const Trail& trail, const Terrain& terrain) {
   CameraPath path;
   path.loops = true;

@@ -30,6 +30,9 @@ struct CameraPath {
   std::function<Pose(double)> pose;  ///< pose at a time in [0, duration_s]
 };
 
+/// Time in the path of a frame, s: so many frames a second, or, with 0, `frames` frames spread evenly so that the last one is its end.
+double frame_time_s(const CameraPath& path, std::uint32_t frame, std::uint32_t frames, float frames_per_s);
+
 /// Along the trail at eye height and walking pace, looking ahead and slowly to the sides.
 CameraPath walk_path(const Trail& trail, const Terrain& terrain);
 /// Round the planted square, above the crowns, looking down into it.

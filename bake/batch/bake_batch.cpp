@@ -273,8 +273,7 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vecto
     const auto [other, is_new] = plant_of.try_emplace(output, &plant);
     if (!is_new) return refused("two plants have the same output", told(*other->second) + " and ", plant);
     if (inputs.contains(output)) return refused("would be overwritten: an output is one of the inputs", "", plant);
-    if (output.filename().native().starts_with(".coppice-") ||
-        std::ranges::any_of(output, [](const fs::path& name) { return name == ".coppice-cache" || name == ".coppice-cluster"; }))
+    if (std::ranges::any_of(output, [](const fs::path& name) { return name.native().starts_with(".coppice-"); }))
       return refused("an output among the files that coppice keeps for itself", "", plant);
   }
   return {};

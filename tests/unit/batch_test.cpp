@@ -174,8 +174,8 @@ TEST(BatchPlants, OutputsAreToldApartByWhereTheyAreAndKeepOutOfWhatIsKept) {
   fs::create_directories(out / ".coppice-cluster");
   fs::create_directory_symlink(out / ".coppice-cluster", out / "runs");
   fs::create_directory_symlink(out, folder / "again");
-  for (const char* name :
-       {".coppice-cache/lock", ".coppice-cluster/x/run.json", "runs/x/run.json", "a/../.coppice-cache/x.coppice", ".coppice-1-0.tmp"}) {
+  for (const char* name : {".coppice-cache/lock", ".coppice-cluster/x/run.json", "runs/x/run.json", "a/../.coppice-cache/x.coppice",
+                           ".coppice-pictures/x.coppice", ".coppice-1-0.tmp"}) {
     const auto checked = check_batch({{folder / "a.glb", out / "a.coppice", {}}, {folder / "a.glb", out / name, {}, false, "[1]"}});
     ASSERT_FALSE(checked) << name;
     EXPECT_TRUE(test::mentions(checked.error().message(), {"[1].output", name}));

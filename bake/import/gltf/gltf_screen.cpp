@@ -488,10 +488,8 @@ class Screen {
     COPPICE_CHECK(node.check_index("skin", length("skins")));
     COPPICE_CHECK(check_morph_weights(node));
     COPPICE_CHECK(node.check_indices("children", length("nodes")));
-    COPPICE_CHECK(node.check_numbers("matrix", 16));
-    COPPICE_CHECK(node.check_numbers("translation", 3));
-    COPPICE_CHECK(node.check_numbers("rotation", 4));
-    COPPICE_CHECK(node.check_numbers("scale", 3));
+    constexpr std::pair<const char*, std::size_t> kNumbers[] = {{"matrix", 16}, {"translation", 3}, {"rotation", 4}, {"scale", 3}};
+    for (const auto& [name, count] : kNumbers) COPPICE_CHECK(node.check_numbers(name, count));
     COPPICE_CHECK(check_instancing(node, counts_));
     COPPICE_TRY(levels, node.extension(kLevelsExtension));
     if (levels) COPPICE_CHECK(levels->check_indices("ids", length("nodes")));

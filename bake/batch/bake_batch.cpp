@@ -12,6 +12,7 @@
 
 #include <tbb/info.h>
 
+#include "cache_location.h"
 #include "cached_bake.h"
 #include "gltf_document.h"
 #include "job_processes.h"
@@ -256,6 +257,11 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
   return expanded;
 }
 
+/// OUT itself may lie in any other folder whose name begins with ".coppice-".
+static bool is_own_folder(const fs::path& name) {
+  return name == kOwnCache || name == ".coppice-cluster" || name == picture_folder({});
+}
+
 Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<fs::path>& other_inputs) {
   const auto refused = [](const char* what, const std::string& whose, const BatchPlant& plant) {
     return Error{Status::invalid_argument, what, Error::kNoOffset, whose + told(plant) + ": " + plant.output.string()};
@@ -273,7 +279,7 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vecto
     const auto [other, is_new] = plant_of.try_emplace(output, &plant);
     if (!is_new) return refused("two plants have the same output", told(*other->second) + " and ", plant);
     if (inputs.contains(output)) return refused("would be overwritten: an output is one of the inputs", "", plant);
-    if (std::ranges::any_of(output, [](const fs::path& name) { return name.native().starts_with(".coppice-"); }))
+    if (output.filename().native().starts_with(".coppice-") || std::ranges::any_of(output, is_own_folder))
       return refused("an output among the files that coppice keeps for itself", "", plant);
   }
   return {};

@@ -45,8 +45,8 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
 void estimate_costs(std::vector<BatchPlant>& plants);
 std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants);
 
-/// Refuses two plants with one output, and an output that is an input of any, or that coppice keeps for itself: one with a name in its path
-/// that begins with ".coppice-". Paths count as they are with all links followed.
+/// Refuses two plants with one output, and an output that is an input of any, or that coppice keeps for itself: a file ".coppice-...", or
+/// one below ".coppice-cache", ".coppice-cluster" or ".coppice-pictures". Paths count as they are with all links followed.
 /// other_inputs  the list of the plants
 /// errors        invalid_argument: names the plant, or both
 Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<std::filesystem::path>& other_inputs = {});

@@ -180,6 +180,7 @@ TEST(BatchPlants, OutputsAreToldApartByWhereTheyAreAndKeepOutOfWhatIsKept) {
     ASSERT_FALSE(checked) << name;
     EXPECT_TRUE(test::mentions(checked.error().message(), {"[1].output", name}));
   }
+  EXPECT_TRUE(check_batch({{folder / "a.glb", folder / ".coppice-mine" / "a.coppice", {}}}));
   const auto same = check_batch(
       {{folder / "a.glb", out / "x", {}, false, "[0]"}, {folder / "b.glb", folder / "again" / "b" / ".." / "x", {}, false, "[1]"}});
   ASSERT_FALSE(same);

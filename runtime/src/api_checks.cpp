@@ -23,7 +23,6 @@ constexpr double kMaxTime_s = 1e9;
 constexpr double kMaxEye_m = 1e10;
 constexpr float kMinRadius_m = 1e-6f, kMaxRadius_m = 1e8f;
 constexpr float kMinScale = 1e-6f, kMaxScale = 1e6f;
-constexpr float kMaxTint = 65504.0f;  // the largest half
 constexpr float kMaxBias = 4.0f;
 constexpr float kMinFocal = 1e-6f, kMaxFocal = 1e6f;  // elements of clip_from_view
 constexpr float kMinError_px = std::numeric_limits<float>::min(), kMaxError_px = 1e6f;

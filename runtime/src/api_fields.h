@@ -10,6 +10,8 @@
 
 namespace coppice {
 
+/// The largest half.
+inline constexpr float kMaxTint = 65504.0f;
 /// For squared lengths and products of axes that should be 1 or 0.
 inline constexpr float kUnitTolerance = 0.01f;
 /// Larger elements of a matrix are a mistake, and would overflow later computations.

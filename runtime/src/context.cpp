@@ -436,6 +436,7 @@ void Context::note_residency(std::uint32_t slot) {
   plant.resident_leaf_count = state.resident_leaf_count;
   plant.resident_wood_mask = state.resident_wood_mask;
   plant.leaf_meshes_resident = state.leaf_meshes_resident;
+  plant.material_override = entry(slots_[slot].plant).material_override;
 }
 
 Result<void> Context::upload() {

@@ -72,6 +72,9 @@ class Context {
   /// plant: ready. source: none for the plant's own. errors  as coppice_plant_reload, logged already
   Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
+  void set_override(coppice_plant plant, const std::optional<gpu::MaterialOverride>& material_override) {
+    entry(plant).material_override = material_override;
+  }
 
   /// errors  as coppice_scene_open; logged already
   Result<coppice_scene> open_scene(const char* path, const gpu::Pose& pose);
@@ -175,7 +178,8 @@ class Context {
     Status failure = Status::ok;        ///< the reason of a failed state
     std::uint32_t slot = 0;             ///< no slot if it failed
     std::uint32_t next_slot = kNoSlot;  ///< the slot that it is being reloaded into
-    std::uint64_t swap_frame = 0;       ///< reloading: from this frame on the new file is shown, however much of it is resident
+    std::optional<gpu::MaterialOverride> material_override;
+    std::uint64_t swap_frame = 0;  ///< reloading: from this frame on the new file is shown, however much of it is resident
   };
   struct SceneEntry {
     std::unique_ptr<OpenScene> scene;  ///< null: not open

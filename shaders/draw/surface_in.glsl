@@ -62,8 +62,8 @@ vec3 textured_albedo() {
 
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
-  uint user = has_content(kContentUser) ? instance_texel(in_ids.x, 3).z : 0;
-  return SurfacePlace(in_world_sun.xyz, user, pixel, in_before, (in_ids.w & kHasCome) != 0);
+  uvec4 names = needs_names() ? instance_texel(in_ids.x, 3) : uvec4(0);
+  return SurfacePlace(in_world_sun.xyz, names.z, pixel, in_before, (in_ids.w & kHasCome) != 0, names.x, kLeaf == 0);
 }
 
 // The surface from the vertex shader.

@@ -1,6 +1,7 @@
 // Writes a surface to the view's attachments, as their contents require. After bindings.glsl and shading.glsl.
 
 #include "contents.glsl"
+#include "engine_surface.glsl"
 
 // Separate variables: those without an attachment are removed when the view's pipeline is built (shader_words.h).
 layout(location = 0) out vec4 out_color_0;
@@ -19,7 +20,27 @@ struct SurfacePlace {
   vec2 pixel;   // in the picture, not in the attachments
   vec3 before;  // the place in the frame before: clip x, y and w
   bool came;    // its instance came with this frame
+  uint plant;
+  bool is_wood;
 };
+
+// True if surfaces need their instance's plant or user_data.
+bool needs_names() { return has_content(kContentUser) || view.has_overrides != 0 || kHasEngineSurface; }
+
+// What the engine changes about a surface: the plant's override, then its own function.
+CoppiceSurface engine_surface(CoppiceSurface surface, SurfacePlace place) {
+  vec4 parameters = vec4(0.0);
+  if (view.has_overrides != 0) {
+    MaterialOverride changed = plants[place.plant].material_override;
+    float roughness = place.is_wood ? changed.wood_roughness : changed.leaf_roughness;
+    surface.albedo *= place.is_wood ? changed.wood_tint : changed.leaf_tint;
+    if (roughness >= 0.0) surface.roughness = roughness;
+    if (!place.is_wood && changed.translucency >= 0.0) surface.translucency = changed.translucency;
+    parameters = changed.parameters;
+  }
+  coppice_engine_surface(surface, CoppiceSurfacePlace(place.world, parameters, place.user_data, place.is_wood));
+  return surface;
+}
 
 vec4 lit_content(CoppiceSurface surface, vec3 world) {
   CoppiceLight light = CoppiceLight(view.sun_direction, view.sun_color, view.sky_color, view.ground_color);
@@ -57,7 +78,10 @@ vec4 content_of(uint content, CoppiceSurface surface, SurfacePlace place) {
   write(7)
 
 #define COPPICE_WRITE(i) out_color_##i = content_of(COPPICE_CONTENT(i), surface, place)
-void write_surface(CoppiceSurface surface, SurfacePlace place) { COPPICE_EACH(COPPICE_WRITE); }
+void write_surface(CoppiceSurface surface, SurfacePlace place) {
+  surface = engine_surface(surface, place);
+  COPPICE_EACH(COPPICE_WRITE);
+}
 
 // The outputs of a debug view: the colour replaces light, or the albedo. Motion is as ever; all else is 0.
 vec4 debug_content(uint content, vec3 color, SurfacePlace place) {

@@ -33,7 +33,7 @@ void resolve(uint name, float key, vec2 pixel) {
   bool wood = list >= kWoodLists && list < kMeshLists;
   // Loads only the parts of the instance that are needed: light needs two of its four texels.
   bool moves = has_content(kContentVelocity);
-  uvec4 names = moves || has_content(kContentUser) ? instance_texel(slot, 3) : uvec4(0);
+  uvec4 names = moves || needs_names() ? instance_texel(slot, 3) : uvec4(0);
   Instance instance = unpacked_instance(uvec4(0), instance_texel(slot, 1), instance_texel(slot, 2), names);
   Splat splat = SplatArray(splats_of_work(work)).at[leaf];
   vec4 key_place = view.eyes[push.eye].world_from_key * vec4(pixel / view.half_size_px - 1.0, key, 1.0);
@@ -56,7 +56,7 @@ void resolve(uint name, float key, vec2 pixel) {
     for (int i = 0; i < 3; ++i) before[i] = dot(motion_row(work_place, i), now);
     before = view.eyes[push.eye].clip_from_world_before * vec4(before.xyz, 1.0);
   }
-  SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame);
+  SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame, instance.plant, wood);
   if (view.debug_view != 0) write_color(debug_color(slot) * (wood && view.debug_view == kDebugPath ? 0.3 : 1.0), place);
   else write_surface(surface, place);
 }
@@ -71,7 +71,8 @@ void main() {
   if (name == 0) discard;
   float key = uintBitsToFloat(picture_word(word + 1));
 #ifndef COPPICE_DEPTH
-  if (view.debug_view == kDebugOverdraw) write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true));
+  if (view.debug_view == kDebugOverdraw)
+    write_color(ramp(log2(float(name)) / 5.0), SurfacePlace(vec3(0.0), 0, vec2(0.0), vec3(0.0), true, 0, false));
   else if (name != 0) resolve(name, key, vec2(at) + 0.5);  // some drivers let discarded invocations continue as helpers
 #endif
   gl_FragDepth = push.reversed != 0 ? key : 1.0 - key;

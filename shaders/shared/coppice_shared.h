@@ -224,6 +224,17 @@ struct LeafMeshVertex {
 };
 COPPICE_GPU_LAYOUT(LeafMeshVertex, 32);
 
+// What an engine changes about the surfaces of a plant.
+struct MaterialOverride {
+  vec3 leaf_tint;
+  float leaf_roughness;  // below 0, as the two below: it changes nothing
+  vec3 wood_tint;
+  float wood_roughness;
+  float translucency;
+  vec4 parameters;
+};
+COPPICE_GPU_LAYOUT(MaterialOverride, 52);
+
 struct Plant {
   vec3 sphere_center;  // object space, m; leaves and wood
   float sphere_radius;
@@ -254,8 +265,9 @@ struct Plant {
   uint leaf_mesh_list_base;  // in the wood list: instances that are drawn with leaf meshes
   uint mesh_list_count;      // number of lists from kMeshLists on; 0 unless all leaf meshes have theirs
   uint mesh_cluster_count;   // sum over all of them
+  MaterialOverride material_override;
 };
-COPPICE_GPU_LAYOUT(Plant, 188);
+COPPICE_GPU_LAYOUT(Plant, 240);
 
 // The wind of a frame. A gust is a sum of waves that travel with it; the wind repeats after kWindPeriod_s.
 const uint kWindWaves = 3;
@@ -325,10 +337,11 @@ struct View {
   vec3 toward_viewer;         // in a parallel view: unit; in a perspective 0
   uint temporal_frame;        // coppice_camera's
   vec2 half_size_px;          // half the sides of the picture
+  uint has_overrides;         // 0: no plant has a MaterialOverride, so none is read
   WindNow wind, wind_before;  // wind_before: of the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1308);
+COPPICE_GPU_LAYOUT(View, 1312);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {

@@ -64,6 +64,8 @@ void put_plant() {
   for (uint i = 0; i < kMaxWoodLods; ++i) put(plant.wood_index_counts[i]);
   put(plant.leaf_mesh_count); put(plant.leaf_mesh_triangles); put(plant.leaf_mesh_list_base);
   put(plant.mesh_list_count); put(plant.mesh_cluster_count);
+  put(plant.material_override.leaf_tint); put(plant.material_override.leaf_roughness); put(plant.material_override.wood_tint);
+  put(plant.material_override.wood_roughness); put(plant.material_override.translucency); put(plant.material_override.parameters);
 }
 
 void put_wind(WindNow wind) {
@@ -86,7 +88,7 @@ void put_view() {
   put(view.instances); put(view.moved); put(view.tables); put(view.wind_maps);
   put(view.is_shadow); put(view.shadow_map_count); put(view.depth_sign); put(view.is_mirrored);
   put(view.is_perspective); put(view.toward_viewer);
-  put(view.temporal_frame); put(view.half_size_px); put_wind(view.wind); put_wind(view.wind_before);
+  put(view.temporal_frame); put(view.half_size_px); put(view.has_overrides); put_wind(view.wind); put_wind(view.wind_before);
   for (uint i = 0; i < kMaxShadowMaps; ++i) put(view.map_clips[i]);
 }
 

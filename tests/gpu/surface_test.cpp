@@ -36,15 +36,6 @@ PassTarget target_of(const VulkanDevice& gpu, std::span<const Color> colors) {
   return PassTarget(gpu, kSidePx, formats_of(colors));
 }
 
-/// A colour image's bytes, `Texel` a pixel.
-template <class Texel>
-std::vector<Texel> read_texels(const VulkanDevice& gpu, const Image& image) {
-  const std::vector<std::uint8_t> bytes = read_bytes(gpu, image, sizeof(Texel));
-  std::vector<Texel> texels(kPixels);
-  std::memcpy(texels.data(), bytes.data(), bytes.size());
-  return texels;
-}
-
 /// The lighting pass of surface_host.comp.
 class HostLight {
  public:

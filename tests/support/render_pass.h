@@ -2,6 +2,7 @@
 
 // Attachments of tests, drawn to by dynamic rendering or inside a classic render pass.
 
+#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -53,6 +54,15 @@ struct PassTarget {
     begin_rendering(cmd, all);
   }
 };
+
+/// A colour image's bytes, `Texel` a pixel.
+template <class Texel>
+std::vector<Texel> read_texels(const VulkanDevice& gpu, const Image& image) {
+  const std::vector<std::uint8_t> bytes = read_bytes(gpu, image, sizeof(Texel));
+  std::vector<Texel> texels(bytes.size() / sizeof(Texel));
+  std::memcpy(texels.data(), bytes.data(), bytes.size());
+  return texels;
+}
 
 struct ClassicPassDesc {
   std::vector<VkFormat> colors;  ///< VK_FORMAT_UNDEFINED: a reference that is VK_ATTACHMENT_UNUSED

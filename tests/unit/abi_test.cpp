@@ -103,6 +103,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_STRUCT_GUSTS, coppice_gusts_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_OCCLUDER, coppice_occluder_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE, coppice_material_override_init);
 }
 
 TEST(StructInit, AKindOfALaterVersionIsZeros) {

@@ -48,6 +48,7 @@ typedef enum coppice_vulkan_struct {
   COPPICE_VULKAN_STRUCT_VIEW_DESC = 2,
   COPPICE_VULKAN_STRUCT_LIGHT = 3,
   COPPICE_VULKAN_STRUCT_OCCLUDER = 4,
+  COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE = 5,
   COPPICE_VULKAN_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_vulkan_struct;
 /* Does what coppice_struct_init does, for the structs of this header. */
@@ -242,6 +243,28 @@ static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc)
  * COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
                                                       const coppice_vulkan_view_desc* vulkan, coppice_view* view);
+
+/* ---- materials ------------------------------------------------------------------------------------------------------------------- */
+
+/* Changes all surfaces of a plant: a season, rain, snow, an artist's correction. An engine's own GLSL function can change them further: see
+ * COPPICE_ENGINE_SURFACE in runtime/README.md. */
+typedef struct coppice_material_override {
+  uint32_t struct_size;
+  /* They multiply the albedo, linear, 0 to 65504; default 1 1 1. The leaves' stands beside coppice_placement.tint. */
+  float leaf_tint[3], wood_tint[3];
+  float leaf_roughness, wood_roughness; /* 0 to 1; -1, the default: the material's own */
+  float translucency;                   /* of leaves: the share of the sun on the back that shines through, 0 to 1; -1, the default: 0.45 */
+  float parameters[4];                  /* for the engine's function, finite, magnitude at most 1e9; default 0 */
+} coppice_material_override;
+static inline void coppice_material_override_init(coppice_material_override* material_override) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE, material_override, sizeof *material_override);
+}
+
+/* Sets a plant's override, or removes it if material_override is null. It stays over reloads, until the plant is closed. Plants without one
+ * cost nothing; if any plant has one, a pixel reads 52 bytes more.
+ * after: it shows from the next coppice_record_upload on, in all views */
+COPPICE_API coppice_status coppice_set_material_override(coppice_context* context, coppice_plant plant,
+                                                         const coppice_material_override* material_override);
 
 /* ---- recording ------------------------------------------------------------------------------------------------------------------- */
 

@@ -6,9 +6,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "coppice_lod.h"
+#include "coppice_shared.h"
 #include "reader.h"
 
 namespace coppice {
@@ -82,9 +84,10 @@ struct InstanceSphere {
 /// A plant for selection.
 struct LodPlant {
   lod::CoppiceTable table{};
-  std::uint32_t resident_leaf_count = 1;  ///< cuts are clamped to it
-  std::uint32_t resident_wood_mask = 0;   ///< bit i: wood LoD i can be drawn
-  bool leaf_meshes_resident = false;      ///< true if all of them are
+  std::uint32_t resident_leaf_count = 1;                   ///< cuts are clamped to it
+  std::uint32_t resident_wood_mask = 0;                    ///< bit i: wood LoD i can be drawn
+  bool leaf_meshes_resident = false;                       ///< true if all of them are
+  std::optional<gpu::MaterialOverride> material_override;  ///< for our renderer
 };
 
 /// What to draw an instance with.

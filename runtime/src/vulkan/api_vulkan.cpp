@@ -62,6 +62,16 @@ coppice::gpu::AttachmentDesc attachments_of(coppice_output output, const coppice
   return attachments;
 }
 
+coppice::gpu::MaterialOverride gpu_override(const coppice_material_override& ours) {
+  const float* const p = ours.parameters;
+  return {.leaf_tint = coppice::vec3(ours.leaf_tint),
+          .leaf_roughness = ours.leaf_roughness,
+          .wood_tint = coppice::vec3(ours.wood_tint),
+          .wood_roughness = ours.wood_roughness,
+          .translucency = ours.translucency,
+          .parameters = {p[0], p[1], p[2], p[3]}};
+}
+
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
 
 /// A light and the data that it points to.
@@ -169,6 +179,22 @@ coppice_status coppice_vulkan_view_create(coppice_context* context, const coppic
   const auto created = create_view(*context->context, of_view, attachments_of(of_view.output, attachments));
   if (!created) return call.finish(created.error());
   *view = *created;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_set_material_override(coppice_context* context, coppice_plant plant,
+                                             const coppice_material_override* material_override) {
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(renderer_problem(*context));
+  COPPICE_REFUSE_IF(coppice::plant_problem(*context, plant));
+  if (material_override == nullptr) {
+    context->context->set_override(plant, std::nullopt);
+    return COPPICE_OK;
+  }
+  coppice_material_override ours;
+  COPPICE_REFUSE_IF(coppice::read_struct(material_override, "material_override", ours));
+  COPPICE_REFUSE_IF(in_struct("material_override", coppice::override_problem(ours)));
+  context->context->set_override(plant, gpu_override(ours));
   return COPPICE_OK;
 }
 

@@ -1,5 +1,6 @@
 #include "vulkan_abi.h"
 
+#include <algorithm>
 #include <iterator>
 
 namespace coppice {
@@ -32,13 +33,22 @@ coppice_light struct_defaults() {
   return light;
 }
 
+template <>
+coppice_material_override struct_defaults() {
+  auto material_override = zeroed_struct<coppice_material_override>();
+  std::ranges::fill(material_override.leaf_tint, 1.0f);
+  std::ranges::fill(material_override.wood_tint, 1.0f);
+  material_override.leaf_roughness = material_override.wood_roughness = material_override.translucency = -1.0f;
+  return material_override;
+}
+
 }  // namespace coppice
 
 void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
   using coppice::init_struct;
-  static constexpr coppice::StructInit kInits[] = {init_struct<coppice_vulkan_desc>, init_struct<coppice_device_memory>,
+  static constexpr coppice::StructInit kInits[] = {init_struct<coppice_vulkan_desc>,      init_struct<coppice_device_memory>,
                                                    init_struct<coppice_vulkan_view_desc>, init_struct<coppice_light>,
-                                                   init_struct<coppice_occluder>};
-  static_assert(std::size(kInits) == COPPICE_VULKAN_STRUCT_OCCLUDER + 1);
+                                                   init_struct<coppice_occluder>,         init_struct<coppice_material_override>};
+  static_assert(std::size(kInits) == COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE + 1);
   coppice::init_kind(kInits, static_cast<std::size_t>(kind), data, bytes);
 }

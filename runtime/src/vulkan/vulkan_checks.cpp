@@ -10,6 +10,7 @@ namespace {
 
 constexpr float kMaxRadiance = 1e9f;
 constexpr float kMaxFogDensity = 1e6f;
+constexpr float kMaxParameter = 1e9f;
 constexpr std::int32_t kMaxOccluderOffset_px = 65536;
 
 std::string map_problem(const coppice_shadow_map& map) {
@@ -105,6 +106,18 @@ std::string light_problem(const coppice_light& light) {
   if (light.occluder == nullptr) return {};
   const std::string problem = occluder_problem(*light.occluder);
   return problem.empty() ? problem : "occluder." + problem;
+}
+
+std::string override_problem(const coppice_material_override& material_override) {
+  const auto share_problem = [](const char* name, const float& share) {
+    return share == -1.0f ? std::string() : range_problem({name, {&share, 1}, 0.0f, 1.0f});
+  };
+  const Field fields[] = {{"leaf_tint", material_override.leaf_tint, 0.0f, kMaxTint},
+                          {"wood_tint", material_override.wood_tint, 0.0f, kMaxTint},
+                          {"parameters", material_override.parameters, -kMaxParameter, kMaxParameter}};
+  return first_of(range_problem(fields), share_problem("leaf_roughness", material_override.leaf_roughness),
+                  share_problem("wood_roughness", material_override.wood_roughness),
+                  share_problem("translucency", material_override.translucency));
 }
 
 }  // namespace coppice

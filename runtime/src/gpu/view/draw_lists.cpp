@@ -35,6 +35,13 @@ bool can_draw(const StoredPlant& plant, const DrawPipelines& pipelines) {
                              [&](const StoredMesh& mesh) { return std::ranges::all_of(mesh.textures.span(), drawable); });
 }
 
+const MaterialOverride kNoOverride{.leaf_tint = vec3(1.0f),
+                                   .leaf_roughness = -1.0f,
+                                   .wood_tint = vec3(1.0f),
+                                   .wood_roughness = -1.0f,
+                                   .translucency = -1.0f,
+                                   .parameters = {0, 0, 0, 0}};
+
 }  // namespace
 
 Result<void> DrawLists::reserve(std::uint32_t plant_count) {
@@ -76,6 +83,8 @@ void DrawLists::fill_record(std::uint32_t index, const DrawListInput& input) {
   Plant& record = records_[index];
   record = plant != nullptr ? plant->record : Plant{};
   if (plant == nullptr) return;
+  record.material_override = input.plants[index].material_override.value_or(kNoOverride);
+  has_overrides_ = has_overrides_ || input.plants[index].material_override.has_value();
   record.instance_count = input.instances.plant_count(index);
   if (record.instance_count == 0) return;  // true also for a closing plant, some of whose chunks are gone
   record.resident_leaf_count = plant->has_cuts ? std::clamp(input.plants[index].resident_leaf_count, 1u, kMaxDrawnLeaves) : 0;
@@ -146,6 +155,7 @@ bool DrawLists::grow(Device& device, DeferredDeletion& deletion, std::uint64_t n
 // All slots have commands for single clusters. Commands for clusters and parts are limited by their share of the budget and by free memory.
 bool DrawLists::fill(Device& device, DeferredDeletion& deletion, const DrawListInput& input, std::span<Buffer* const> commands) {
   count_ = input.store.count();
+  has_overrides_ = false;
   for (std::uint32_t i = 0; i < count_; ++i) fill_record(i, input);
   const Needed needed = add_up(device);
   const std::uint64_t most_bytes = std::min(input.memory_budget_bytes / kCommandShare, device.max_storage_bytes - needed.single_bytes);

@@ -36,6 +36,8 @@ class DrawLists {
 
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::span<const Plant> records() const { return records_.span().first(count_); }
+  /// True if a plant has a MaterialOverride.
+  [[nodiscard]] bool has_overrides() const { return has_overrides_; }
   [[nodiscard]] std::uint32_t instance_count(std::uint32_t plant) const { return records_[plant].instance_count; }
   /// kMeshCommands a plant, with no instances.
   [[nodiscard]] std::span<const DrawCommand> mesh_commands() const {
@@ -61,6 +63,7 @@ class DrawLists {
   HookArray<DrawCommand> mesh_commands_;
   HookArray<std::uint64_t> needed_;  ///< scratch
   std::uint32_t count_ = 0;          ///< number of plants
+  bool has_overrides_ = false;       ///< a plant has a MaterialOverride
 };
 
 }  // namespace coppice::gpu

@@ -325,6 +325,7 @@ void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light,
   View constants = gpu_view(*shown_, before_ && before_->eye_count == shown_->lod.eye_count ? *before_ : shown_->lod, light,
                             {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (!has_maps) constants.shadow_map_count = 0;
+  constants.has_overrides = shared_.lists.has_overrides() ? 1 : 0;
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);
   const SceneBuffers& scene = shared_.scene;
   constants.instances = gpu_address(scene.instances.address);

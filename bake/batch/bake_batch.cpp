@@ -20,6 +20,7 @@
 #include "plant_record.h"
 #include "temporary_file.h"
 #include "text_bytes.h"
+#include "usable_memory.h"
 
 namespace coppice::bake {
 namespace {
@@ -290,7 +291,7 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
   needs.reserve(plants.size());
   for (const BatchPlant& plant : plants) needs.push_back(plant.cost.memory_bytes);
   std::ranges::sort(needs, std::greater<>());
-  std::uint64_t left = free_memory_bytes() / 2;
+  std::uint64_t left = std::min(free_memory_bytes(), usable_memory_bytes()) / 2;
   std::uint32_t count = 0;
   while (count < needs.size() && count < processor_count() && needs[count] <= left) left -= needs[count++];
   return std::max(1u, count);

@@ -246,7 +246,8 @@ std::vector<BakeOption> units_group() {
   table.push_back(number<std::uint32_t>(
       "max-source-triangles", "N",
       "Refuse a file that asks for more triangles, in all places where it shows them, before any is read. Whatever else takes their memory "
-      "counts too. By default as many as this machine's memory holds at 1 kB each, at most " +
+      "counts too. By default as many as the memory that it may use (of the machine, its control group, ulimit -v) holds at 1 kB each, at "
+      "most " +
           std::to_string(kMaxSourceTriangles),
       1, kMaxSourceTriangles, [](auto& o) -> auto& { return o.import.max_source_triangles; }));
   table.back().get = [](const BakeOptions& o) {

@@ -1,6 +1,8 @@
 // Files that are wrong in one way each, made here or committed (tests/data/bad/gltf): one clear line that names the file, the field and the
 // place, and nothing worse.
 
+#include <sys/resource.h>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -20,7 +22,9 @@
 #include "import_gltf.h"
 #include "imported.h"
 #include "places.h"
+#include "process.h"
 #include "results.h"
+#include "usable_memory.h"
 
 namespace coppice::bake::import_gltf_bad_test {
 
@@ -163,6 +167,28 @@ std::uint64_t cost_of(const GltfBuilder& builder) {
 
 json instancing(int accessor) {
   return {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", accessor}}}}}}}};
+}
+
+TEST(SourceCost, TheLimitIsTheLeastThatBoundsTheProcess) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "a" / "b");
+  const auto limit = [&folder](const char* group) { return group_memory_bytes(folder.path(), group); };
+  EXPECT_EQ(limit("0::/a/b"), std::numeric_limits<std::uint64_t>::max());
+  for (const auto& [group, bytes] : {std::pair{"a/b", "max\n"}, std::pair{"a", "3000000\n"}, std::pair{".", "5000000\n"}})
+    test::write_text(folder / group / "memory.max", bytes);
+  EXPECT_EQ(limit("0::/a/b"), 3000000u) << "the group above";
+  EXPECT_EQ(limit("0::/"), 5000000u);
+  EXPECT_EQ(limit("0::/../c"), 5000000u) << "not among those that the process sees";
+  EXPECT_EQ(limit("4:memory:/a"), std::numeric_limits<std::uint64_t>::max()) << "version 1";
+  EXPECT_EQ(limit(""), std::numeric_limits<std::uint64_t>::max());
+
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  const rlimit less{(std::uint64_t{1} << 30) + 1024, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &less), 0);
+  const std::uint64_t triangles = CostLimit{}.triangles();
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &before), 0);
+  EXPECT_LE(triangles, (1u << 20) + 1);
 }
 
 TEST(SourceCost, IsASumOfProducts) {

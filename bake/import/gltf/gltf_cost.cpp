@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
+
+#include "usable_memory.h"
 
 namespace coppice::bake {
 namespace {
@@ -91,8 +91,7 @@ std::string at(const char* list, std::size_t index) {
 
 std::uint64_t CostLimit::triangles() const {
   if (max_triangles > 0) return max_triangles;
-  const auto bytes = product(static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)), static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)));
-  return std::clamp<std::uint64_t>(bytes / kBytesOfATriangle, 1, kMaxSourceTriangles);
+  return std::clamp<std::uint64_t>(usable_memory_bytes() / kBytesOfATriangle, 1, kMaxSourceTriangles);
 }
 
 std::uint64_t MeshCost::add(const Json& primitive, std::span<const std::uint64_t> counts) {

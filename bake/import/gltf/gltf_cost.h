@@ -18,7 +18,7 @@ inline constexpr std::uint64_t kBytesOfATriangle = 1024;
 inline constexpr std::uint32_t kMaxSourceTriangles = 1u << 25;
 
 struct CostLimit {
-  std::uint64_t max_triangles = 0;  ///< 0: as many as the machine's memory holds, at most kMaxSourceTriangles
+  std::uint64_t max_triangles = 0;  ///< 0: as many as usable_memory_bytes() holds, at most kMaxSourceTriangles
   bool places_only = false;         ///< meshes are not read, only where they stand: each instance counts as one triangle
 
   [[nodiscard]] std::uint64_t triangles() const;

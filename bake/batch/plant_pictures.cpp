@@ -16,6 +16,11 @@ static fs::path picture_path(const fs::path& folder, const std::string& key) {
   return folder / (key + ".webp");
 }
 
+/// Whether read_picture finds one, without reading it.
+static bool has_picture(const fs::path& folder, const std::string& key) {
+  return static_cast<bool>(read_kept_file(picture_path(folder, key), FileOwner::user, 0));
+}
+
 fs::path picture_folder(const fs::path& output_folder) {
   return output_folder / ".coppice-pictures";
 }
@@ -26,7 +31,7 @@ Result<std::vector<std::uint8_t>> read_picture(const fs::path& folder, const std
 
 Result<void> draw_picture(const fs::path& output, const std::string& key, const fs::path& folder) try {
   const fs::path path = picture_path(folder, key);
-  if (read_picture(folder, key)) return {};
+  if (has_picture(folder, key)) return {};
   COPPICE_TRY(bytes, read_file(output));
   COPPICE_TRY(picture, baked_picture(bytes));
   COPPICE_CHECK(make_folder_of(path));
@@ -40,7 +45,7 @@ std::vector<std::string> draw_missing_pictures(const std::vector<BatchPlant>& pl
   std::vector<std::string> failures(plants.size());
   std::vector<std::size_t> jobs;
   for (std::size_t i = 0; i < plants.size(); ++i)
-    if (results[i].outcome != BatchOutcome::failed && !read_picture(folder, results[i].key)) jobs.push_back(i);
+    if (results[i].outcome != BatchOutcome::failed && !has_picture(folder, results[i].key)) jobs.push_back(i);
   JobCallbacks callbacks;
   callbacks.run = [&](std::size_t job, const JobProgress&) {
     const std::size_t plant = jobs[job];

@@ -181,8 +181,12 @@ const char* outcome_name(BatchOutcome outcome) {
   return kNames.at(static_cast<std::size_t>(outcome));
 }
 
-void estimate_costs(std::vector<BatchPlant>& plants) {
-  for (BatchPlant& plant : plants) plant.cost = plant_cost(count_input(plant.input, plant.options.import), plant.options);
+void estimate_inputs(std::vector<BatchPlant>& plants) {
+  for (BatchPlant& plant : plants) {
+    InputCounts counts = count_input(plant.input, plant.options.import);
+    plant.cost = plant_cost(counts, plant.options);
+    plant.files = std::move(counts.files);
+  }
 }
 
 std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants) {
@@ -268,18 +272,21 @@ Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vecto
     return Error{Status::invalid_argument, what, Error::kNoOffset, whose + told(plant) + ": " + plant.output.string()};
   };
   std::map<fs::path, const BatchPlant*> plant_of;
-  std::set<fs::path> inputs;
-  std::vector<fs::path> all_inputs = other_inputs;
-  for (const BatchPlant& plant : plants) all_inputs.push_back(plant.input);
-  for (const fs::path& path : all_inputs) {
-    COPPICE_TRY(input, resolved(path));
-    inputs.insert(input);
+  std::map<fs::path, fs::path> input_of, inputs;  // what refers to a file, by how that is named and by where it is
+  for (const fs::path& path : other_inputs) input_of.try_emplace(path, path);
+  for (const BatchPlant& plant : plants) input_of.try_emplace(plant.input, plant.input);
+  for (const BatchPlant& plant : plants)
+    for (const fs::path& file : plant.files) input_of.try_emplace(file, plant.input);
+  for (const auto& [path, input] : input_of) {
+    COPPICE_TRY(place, resolved(path));
+    inputs.try_emplace(std::move(place), input);
   }
   for (const BatchPlant& plant : plants) {
     COPPICE_TRY(output, resolved(plant.output));
     const auto [other, is_new] = plant_of.try_emplace(output, &plant);
     if (!is_new) return refused("two plants have the same output", told(*other->second) + " and ", plant);
-    if (inputs.contains(output)) return refused("would be overwritten: an output is one of the inputs", "", plant);
+    if (const auto read = inputs.find(output); read != inputs.end())
+      return refused("would be overwritten: an output is an input, or a file that one refers to", read->second.string() + " and ", plant);
     if (output.filename().native().starts_with(".coppice-") || std::ranges::any_of(output, is_own_folder))
       return refused("an output among the files that coppice keeps for itself", "", plant);
   }
@@ -299,7 +306,6 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants) {
 
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress) {
-  COPPICE_CHECK(check_batch(plants));
   COPPICE_TRY(caches, BatchCaches::open(plants, options));
   remove_temporaries(plants, caches.folder());
   BatchRun run{plants, options, caches, progress};

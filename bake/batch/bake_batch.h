@@ -21,10 +21,11 @@ struct BatchPlant {
   std::filesystem::path input;
   std::filesystem::path output;  ///< folders that are missing are made; empty: for bake_cached, in the cache alone
   BakeOptions options;
-  bool all_variants = false;  ///< a plant for each of the input's variants: expand_variants
-  std::string place = {};     ///< its entry of a list, "[2]", for errors; empty: in none
-  std::string failure = {};   ///< why its variants are not known: it is not baked, and fails with that
-  PlantCost cost = {};        ///< estimate_costs; 0: not known
+  bool all_variants = false;                      ///< a plant for each of the input's variants: expand_variants
+  std::string place = {};                         ///< its entry of a list, "[2]", for errors; empty: in none
+  std::string failure = {};                       ///< why its variants are not known: it is not baked, and fails with that
+  PlantCost cost = {};                            ///< estimate_inputs; 0: not known
+  std::vector<std::filesystem::path> files = {};  ///< that the input refers to: estimate_inputs
 };
 
 /// Every .glb and .gltf below a folder, whatever the case of its extension, sorted by path. The output is as far below `output_folder`,
@@ -41,12 +42,12 @@ bool is_plant_file(const std::filesystem::path& path);
 /// memory or time. thread  the process must have no other threads (job_processes.h)
 std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, const JobLimits& limits);
 
-/// Sets their costs.
-void estimate_costs(std::vector<BatchPlant>& plants);
+/// Sets their costs and files, by what their JSON says.
+void estimate_inputs(std::vector<BatchPlant>& plants);
 std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants);
 
-/// Refuses two plants with one output, and an output that is an input of any, or that coppice keeps for itself: a file ".coppice-...", or
-/// one below ".coppice-cache", ".coppice-cluster" or ".coppice-pictures". Paths count as they are with all links followed.
+/// Refuses two plants with one output, and an output that is an input of any or a file of one, or that coppice keeps for itself: a file
+/// ".coppice-...", or one below ".coppice-cache", ".coppice-cluster" or ".coppice-pictures". Paths count as they are with all links followed.
 /// other_inputs  the list of the plants
 /// errors        invalid_argument: names the plant, or both
 Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<std::filesystem::path>& other_inputs = {});
@@ -123,7 +124,8 @@ std::uint32_t default_job_count(const std::vector<BatchPlant>& plants);
 /// crashes or is killed, keeps none of the others from being baked. Plants without a thread_count of their own share the processors.
 /// A server is asked for all plants first, several at a time. A shared cache that is of no use (dead, slow, full, refusing, damaged) is
 /// asked no more after a few failures in a row, or once it has taken 10 s and a tenth of the time of the bakes, and costs no plant.
-/// errors  invalid_argument: see check_batch; io: `cache` cannot be made, or another process is using it
+/// plants  check_batch takes them
+/// errors  io: `cache` cannot be made, or another process is using it
 /// thread  the process must have no other threads (job_processes.h)
 Result<std::vector<BatchResult>> bake_batch(const std::vector<BatchPlant>& plants, const BatchOptions& options,
                                             const std::function<void(const BatchStatus&)>& progress);

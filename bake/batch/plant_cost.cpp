@@ -3,31 +3,21 @@
 #include <algorithm>
 #include <numeric>
 
-#include <nlohmann/json.hpp>
-
 #include "atomic_file.h"
 #include "gltf_document.h"
-#include "gltf_screen.h"
 
 namespace coppice::bake {
-namespace {
 
 namespace fs = std::filesystem;
 
-// One process looks at all plants: what is hostile shall not fill its memory.
-constexpr std::uint64_t kMostJsonBytes = std::uint64_t{32} << 20;
-
-}  // namespace
-
 InputCounts count_input(const fs::path& input, const ImportOptions& options) {
-  InputCounts counts{0, bytes_of_file(input)};
-  const auto bytes = read_gltf_text(input, kMostJsonBytes);
-  if (!bytes) return counts;
-  const std::string_view text = gltf_text(*bytes);
-  // The bytes of a .glb's other chunk are not there to be counted. Another machine may bake it: this one's memory is no limit.
-  const std::uint64_t limit = options.max_source_triangles > 0 ? options.max_source_triangles : kMaxSourceTriangles;
-  if (const auto screened = screen_gltf(text, kMaxGltfBytes, {limit})) counts.triangles = screened->triangles;
-  for (const GltfReference& reference : find_references(nlohmann::json::parse(text, nullptr, false))) {
+  InputCounts counts{0, bytes_of_file(input), {}};
+  // Another machine may bake it: this one's memory is no limit.
+  const auto outline = outline_gltf(input, {options.max_source_triangles > 0 ? options.max_source_triangles : kMaxSourceTriangles});
+  if (!outline) return counts;
+  counts.triangles = outline->triangles;
+  for (const GltfReference& reference : outline->files) {
+    counts.files.push_back(named_file(input.parent_path(), reference.uri));
     const auto file = resolve_reference(input.parent_path(), reference.uri, reference.place(), options.outside_files);
     if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);
   }

@@ -19,13 +19,15 @@ struct PlantCost {
   friend bool operator==(const PlantCost&, const PlantCost&) = default;
 };
 
-/// Triangles of a document's scene in all places (check_cost), and the bytes of the input with those that it refers to.
+/// Triangles of a document's scene in all places (check_cost), the bytes of the input with those that it refers to, and what these files
+/// are.
 struct InputCounts {
   std::uint64_t triangles = 0, bytes = 0;
+  std::vector<std::filesystem::path> files = {};  ///< whether there or not
 };
 
-/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What cannot be read, is refused by screen_gltf, or is
-/// over 32 MiB of JSON counts 0: the bake will say what is wrong with it.
+/// Reads the JSON of the input and sizes of files, no geometry: about a millisecond. What outline_gltf refuses counts with its own bytes:
+/// the bake will say what is wrong with it.
 InputCounts count_input(const std::filesystem::path& input, const ImportOptions& options);
 
 /// An estimate by a fit to measured bakes, which tests/bench/results/cluster.md has. Cached plants cost as much as others.

@@ -8,6 +8,7 @@
 #include "bounds.h"
 #include "commands.h"
 #include "dry_run.h"
+#include "gltf_document.h"
 #include "output.h"
 #include "printable.h"
 #include "progress_bar.h"
@@ -71,9 +72,10 @@ nlohmann::ordered_json report_json(const BakeReport& report) {
   };
 }
 
-Result<void> check_all_outputs(const BakeCommand& arguments) {
+Result<void> check_all_outputs(const BakeCommand& arguments, std::vector<std::filesystem::path> inputs) {
+  inputs.push_back(arguments.bake.classes);
   return check_outputs({{arguments.output, Content::binary}, {arguments.report, Content::text}, {arguments.preview, Content::binary}},
-                       {arguments.input, arguments.bake.classes});
+                       inputs);
 }
 
 /// What the importer makes of the plant, as a table and a picture; nothing is baked.
@@ -144,8 +146,9 @@ int run(const BakeCommand& arguments) {
     if (!all) return report_failure(arguments.input, all.error());
     commands = *std::move(all);
   }
+  const std::vector<std::filesystem::path> inputs = files_of_gltf(arguments.input);
   for (const BakeCommand& command : commands)
-    if (const auto possible = check_all_outputs(command); !possible) return report_failure({}, possible.error());
+    if (const auto possible = check_all_outputs(command, inputs); !possible) return report_failure({}, possible.error());
   int exit_code = 0;
   for (const BakeCommand& command : commands) exit_code = std::max(exit_code, run_one(command));
   return exit_code;

@@ -59,7 +59,10 @@ Result<std::vector<BatchPlant>> plants_of(const BakeAllCommand& arguments) {
 
 Result<void> check_reports(const BakeAllCommand& arguments, const std::vector<BatchPlant>& plants) {
   std::vector<std::filesystem::path> files{arguments.input};
-  for (const BatchPlant& plant : plants) files.insert(files.end(), {plant.input, plant.output});
+  for (const BatchPlant& plant : plants) {
+    files.insert(files.end(), {plant.input, plant.output});
+    files.insert(files.end(), plant.files.begin(), plant.files.end());
+  }
   return check_outputs({{arguments.report, Content::text}, {arguments.html, Content::text}, {arguments.journal, Content::text}}, files);
 }
 
@@ -67,7 +70,7 @@ Result<std::vector<BatchPlant>> checked_plants(const BakeAllCommand& arguments) 
   COPPICE_CHECK(refuse_standard_output(arguments.output, "the output is a folder"));
   COPPICE_TRY(files, plants_of(arguments));
   std::vector<BatchPlant> plants = expand_variants(files, job_limits(arguments.limits));
-  estimate_costs(plants);
+  estimate_inputs(plants);
   COPPICE_CHECK(check_batch(plants, {arguments.input}));
   COPPICE_CHECK(make_folder(arguments.output));
   COPPICE_CHECK(check_reports(arguments, plants));

@@ -7,6 +7,7 @@
 #include "atomic_file.h"
 #include "bake_arguments.h"
 #include "commands.h"
+#include "gltf_document.h"
 #include "io_result.h"
 #include "level_import.h"
 #include "output.h"
@@ -205,7 +206,7 @@ struct MadeScene {
 Result<MadeScene> make_scene(const SceneArguments& arguments, std::vector<Species>& species, std::filesystem::path& at_fault) {
   at_fault = arguments.output;
   COPPICE_CHECK(refuse_standard_output(arguments.output, "a scene names its plants by paths from its own folder"));
-  std::vector<std::filesystem::path> inputs{arguments.input};
+  std::vector<std::filesystem::path> inputs = files_of_gltf(arguments.input);
   inputs.insert(inputs.end(), arguments.plants.begin(), arguments.plants.end());
   for (const std::string& density : arguments.densities) inputs.emplace_back(density.substr(density.find('=') + 1));
   COPPICE_CHECK(check_output(arguments.output, inputs));

@@ -9,6 +9,7 @@
 #include "evaluate.h"
 #include "evaluate_command.h"
 #include "generate_plant.h"
+#include "gltf_document.h"
 #include "gltf_write.h"
 #include "import_gltf.h"
 #include "material_split.h"
@@ -60,7 +61,9 @@ Result<void> check_all_outputs(const EvaluateArguments& arguments) {
   std::vector<std::pair<std::filesystem::path, Content>> outputs;
   for (const std::filesystem::path& output : output_paths(arguments))
     outputs.emplace_back(output, output == arguments.source ? Content::binary : Content::text);
-  return check_outputs(outputs, {arguments.input, arguments.bake.classes});
+  std::vector<std::filesystem::path> inputs = files_of_gltf(arguments.input);
+  inputs.push_back(arguments.bake.classes);
+  return check_outputs(outputs, inputs);
 }
 
 Result<std::vector<Method>> methods_of(const EvaluateArguments& arguments) {

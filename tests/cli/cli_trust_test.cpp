@@ -172,10 +172,17 @@ TEST_F(CommandTrust, VerifyTakesScenesByWhatIsInThem) {
 
 TEST_F(CommandTrust, NoFileOfACommandIsOverwritten) {
   const fs::path rules = out_ / "rules.json", map = out_ / "map.png", baked = out_ / "x.coppice";
+  const GltfBuilder builder = small_plant();
+  const fs::path named = write_file(out_ / "named.gltf", builder.gltf_beside("a%20b.bin")),
+                 buffer = write_file(out_ / "a b.bin", builder.bin);
   for (const fs::path& file : {rules, map}) write_file(file, std::vector<std::uint8_t>(9));
   for (const auto& [input, arguments] :
        {std::pair{rules, Words{"bake", small_, "-o", rules, "--classes", rules}}, std::pair{small_, Words{"bake", small_, "-o", small_}},
-        std::pair{small_, Words{"bake", small_, "-o", baked, "--report", small_}},
+        std::pair{small_, Words{"bake", small_, "-o", baked, "--report", small_}}, std::pair{buffer, Words{"bake", named, "-o", buffer}},
+        std::pair{buffer, Words{"bake", named, "--dry-run", "--preview", buffer}},
+        std::pair{buffer, Words{"bake-all", named, "-o", out_ / "all", "--report", buffer}},
+        std::pair{buffer, Words{"evaluate", named, "--json", buffer}},
+        std::pair{buffer, Words{"scene", named, "-o", buffer, "--allow-outside", "--plants", oak_}},
         std::pair{oak_, Words{"export", oak_, "--leaves", "9", "-o", oak_}},
         std::pair{rules, Words{"evaluate", small_, "--json", rules, "--classes", rules}},
         std::pair{oak_, Words{"scene", "-o", oak_, "--allow-outside", "--plants", oak_}},

@@ -187,6 +187,19 @@ TEST(BatchPlants, OutputsAreToldApartByWhereTheyAreAndKeepOutOfWhatIsKept) {
   EXPECT_TRUE(test::mentions(same.error().message(), {"[0].output", "[1].output"}));
 }
 
+TEST(BatchPlants, NoOutputIsAFileThatAnInputRefersTo) {
+  const test::TemporaryFolder folder;
+  test::GltfBuilder builder = test::small_plant();
+  builder.json["images"] = {{{"uri", "bark%20of%20oak.png"}}, {{"uri", "data:image/png;base64,AA=="}}};
+  std::vector<BatchPlant> plants{{test::write_file(folder / "oak.glb", builder.glb()), folder / "oak.coppice", {}},
+                                 {folder / "ash.glb", folder / "a" / ".." / "bark of oak.png", {}, false, "[1]"}};
+  EXPECT_TRUE(check_batch(plants));
+  estimate_inputs(plants);
+  const auto checked = check_batch(plants);
+  ASSERT_FALSE(checked);
+  EXPECT_TRUE(test::mentions(checked.error().message(), {"overwritten", "oak.glb and [1].output", "bark of oak.png"}));
+}
+
 TEST(BatchPictures, WhatLinksElsewhereIsNoPictureAndIsDrawnAgain) {
   const test::TemporaryFolder folder;
   BatchPlant plant = plant_in(folder, "oak");

@@ -25,6 +25,8 @@
 namespace coppice::bake {
 namespace {
 
+// One process looks at all plants: what is hostile shall not fill its memory.
+constexpr std::uint64_t kMostOutlinedBytes = std::uint64_t{32} << 20;
 constexpr std::size_t kGlbHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
@@ -207,6 +209,26 @@ std::string conversion_advice(const std::filesystem::path& path) {
 
 void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
+}
+
+Result<GltfOutline> outline_gltf(const std::filesystem::path& path, const CostLimit& limit) {
+  COPPICE_TRY(bytes, read_gltf_text(path, kMostOutlinedBytes));
+  COPPICE_TRY(screened, screen_gltf(gltf_text(bytes), kMaxGltfBytes, limit));
+  GltfOutline outline{screened.triangles, {}};
+  const auto add = [&outline](bool is_buffer, std::size_t index, const std::string& uri, std::uint64_t used_bytes) {
+    if (!uri.empty() && !uri.starts_with("data:")) outline.files.push_back({is_buffer, index, uri, used_bytes});
+  };
+  for (std::size_t i = 0; i < screened.buffers.size(); ++i) add(true, i, screened.buffers[i].uri.value_or(""), screened.buffers[i].bytes);
+  for (std::size_t i = 0; i < screened.images.size(); ++i) add(false, i, screened.images[i].uri, kMaxImageFileBytes);
+  return outline;
+}
+
+std::vector<std::filesystem::path> files_of_gltf(const std::filesystem::path& path) {
+  std::vector<std::filesystem::path> files{path};
+  // Another machine may bake it: this one's memory is no limit.
+  if (const auto outline = outline_gltf(path, {kMaxSourceTriangles}))
+    for (const GltfReference& file : outline->files) files.push_back(named_file(path.parent_path(), file.uri));
+  return files;
 }
 
 Result<ModelPointer> load_gltf_bytes(std::span<const std::uint8_t> file, const std::filesystem::path& folder, OutsideFiles outside,

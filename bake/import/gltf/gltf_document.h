@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "gltf_cost.h"
 #include "gltf_references.h"
@@ -26,6 +27,20 @@ using ModelPointer = std::unique_ptr<tinygltf::Model, DeleteModel>;
 
 /// Says how to make a glTF of a file in another format, known by its name: Blender's command line. Empty if Blender does not read it.
 std::string conversion_advice(const std::filesystem::path& path);
+
+/// What the JSON of a file says of an import.
+struct GltfOutline {
+  std::uint64_t triangles = 0;       ///< ScreenedGltf::triangles
+  std::vector<GltfReference> files;  ///< buffers, then images
+};
+
+/// Reads the JSON of a .gltf or .glb and checks it. The bytes of a .glb's other chunk are not looked at.
+/// errors  those of read_file and screen_gltf; a document with over 32 MiB of JSON counts as damaged
+Result<GltfOutline> outline_gltf(const std::filesystem::path& path, const CostLimit& limit);
+
+/// A file with those that it refers to, whether these are there or not: what a command that reads it must not write to. The file alone
+/// where outline_gltf refuses it.
+std::vector<std::filesystem::path> files_of_gltf(const std::filesystem::path& path);
 
 /// Reads a .gltf with the files beside it, or a .glb. In the result every index is in range, every accessor lies within its buffer
 /// (gltf_screen.h), nothing is compressed any more (gltf_compression.h), and skins and morphs are applied (gltf_pose.h). Images that are

@@ -74,6 +74,11 @@ std::vector<GltfReference> find_references(const nlohmann::json& document) {
   return references;
 }
 
+std::filesystem::path named_file(const std::filesystem::path& folder, std::string_view uri) {
+  const std::string decoded = percent_decoded(uri);
+  return folder / without_file_scheme(decoded);
+}
+
 Result<std::filesystem::path> resolve_reference(const std::filesystem::path& folder, std::string_view uri, const std::string& place,
                                                 OutsideFiles outside) {
   constexpr std::size_t kShownChars = 256;

@@ -42,6 +42,9 @@ struct GltfReference {
 /// Lists buffers, then images, in their order. Leaves out members of the wrong type.
 std::vector<GltfReference> find_references(const nlohmann::json& document);
 
+/// The path that a URI means, whatever is there.
+std::filesystem::path named_file(const std::filesystem::path& folder, std::string_view uri);
+
 /// Finds the plain file that `uri` means in a glTF of `folder`; follows symbolic links.
 /// place   names the URI in messages: "buffers[0].uri"
 /// errors  `detail` is place and URI. invalid_argument: it is outside the folder, and that is refused; bad_file: no name of a file;

@@ -6,9 +6,18 @@
 
 #include <cerrno>
 
+#include "atomic_file.h"
 #include "text_bytes.h"
 
 namespace coppice::bake {
+
+/// Where a network file system gives all files to a user of its own, ours are those that belong to whom a new one belongs to.
+static bool is_ours(const struct stat& file, FilePlace place) {
+  if (file.st_uid == ::geteuid()) return true;
+  const auto beside = TemporaryFile::create_beside(std::move(place));
+  const auto owner = beside ? beside->owner() : beside.error();
+  return owner && *owner == file.st_uid;
+}
 
 double bytes_per_leaf(const BatchResult& result) {
   return result.source_leaves > 0 ? static_cast<double>(result.foliage_bytes) / result.source_leaves : 0.0;
@@ -48,8 +57,11 @@ Result<Journal> Journal::open(const std::filesystem::path& path) {
   Descriptor file(::openat(place.folder.number(), place.name.c_str(), kFlags, 0666));
   struct stat status {};
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return system_error("cannot write", path, errno);
+  if (!S_ISREG(status.st_mode) && !is_null_device(place)) return not_written(path);
   // What is added to a file of another name, or of another user, does harm there.
-  if (!S_ISREG(status.st_mode) || status.st_nlink != 1 || status.st_uid != ::geteuid()) return system_error("cannot write", path, EPERM);
+  if (S_ISREG(status.st_mode) && (status.st_nlink != 1 || !is_ours(status, std::move(place))))
+    return Error{Status::io, "cannot add to a file of another user, or of several names", Error::kNoOffset,
+                 path.string() + ": name another file, or remove this one"};
   return Journal(path, std::move(file));
 }
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,18 +26,21 @@ bool is_kept_by_folder(const struct stat& file, const Descriptor& folder) {
   return (status.st_mode & S_ISVTX) != 0 && status.st_uid != user;
 }
 
-/// Finds the file to write and refuses what cannot be replaced by a plain file. A link that is still there is not followed.
-Result<FilePlace> find_target(const std::filesystem::path& path, LastLink last) {
-  COPPICE_TRY(place, find_place(path, last));
+/// Refuses to write what cannot be replaced by a plain file.
+Result<void> check_target(const FilePlace& place) {
   struct stat status {};
-  if (::fstatat(place.folder.number(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
-    if (errno != ENOENT) return system_error("cannot write", path, errno);
-    return place;
-  }
-  if (S_ISDIR(status.st_mode)) return system_error("cannot write", path, EISDIR);
-  if (!S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) return not_plain(Status::io, "cannot write", path);
-  if (is_kept_by_folder(status, place.folder)) return system_error("cannot write", path, EPERM);
-  return place;
+  if (::fstatat(place.folder.number(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0)
+    return errno == ENOENT ? Result<void>() : system_error("cannot write", place.path, errno);
+  if (S_ISDIR(status.st_mode)) return system_error("cannot write", place.path, EISDIR);
+  if (!S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) return not_written(place.path);
+  return is_kept_by_folder(status, place.folder) ? system_error("cannot write", place.path, EPERM) : Result<void>();
+}
+
+Result<TemporaryFile> stage_at(FilePlace place, std::span<const std::uint8_t> bytes) {
+  COPPICE_CHECK(check_target(place));
+  COPPICE_TRY(file, TemporaryFile::create_beside(std::move(place)));
+  COPPICE_CHECK(file.write(bytes));
+  return file;
 }
 
 /// Fills `bytes` from the file's start.
@@ -63,15 +67,30 @@ constexpr int kReadFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
 
 }  // namespace
 
+bool is_null_device(const FilePlace& place) {
+  constexpr unsigned kMemoryDevices = 1, kNull = 3;
+  struct stat status {};
+  return ::fstatat(place.folder.number(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISCHR(status.st_mode) &&
+         status.st_rdev == ::makedev(kMemoryDevices, kNull);
+}
+
+Error not_written(const std::filesystem::path& path) {
+  return Error{Status::io, "cannot write", Error::kNoOffset, path.string() + ": not a plain file; name one, or /dev/null"};
+}
+
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, LastLink last) {
-  COPPICE_TRY(target, find_target(path, last));
-  COPPICE_TRY(file, TemporaryFile::create_beside(std::move(target)));
-  COPPICE_CHECK(file.write(bytes));
-  return file;
+  COPPICE_TRY(place, find_place(path, last));
+  return is_null_device(place) ? TemporaryFile::none(std::move(place)) : stage_at(std::move(place), bytes);
 }
 
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, LastLink last) {
   COPPICE_TRY(file, stage_file(path, bytes, last));
+  return file.publish();
+}
+
+Result<void> write_file_atomically(const FilePlace& place, std::span<const std::uint8_t> bytes) {
+  COPPICE_TRY(target, beside(place, place.name));
+  COPPICE_TRY(file, stage_at(std::move(target), bytes));
   return file.publish();
 }
 
@@ -98,7 +117,9 @@ Result<void> make_folder(const std::filesystem::path& folder) {
 }
 
 Result<void> try_writing(const std::filesystem::path& path) {
-  COPPICE_TRY(target, find_target(path, LastLink::followed));
+  COPPICE_TRY(target, find_place(path));
+  if (is_null_device(target)) return {};
+  COPPICE_CHECK(check_target(target));
   remove_abandoned_temporaries("/proc/self/fd/" + std::to_string(target.folder.number()));
   COPPICE_CHECK(TemporaryFile::create_beside(std::move(target)));
   return {};
@@ -122,6 +143,11 @@ Result<std::vector<std::uint8_t>> read_file(const std::filesystem::path& path, s
 
 Result<std::vector<std::uint8_t>> read_kept_file(const std::filesystem::path& path, FileOwner owner, std::uint64_t max_bytes) {
   COPPICE_TRY(place, find_place(path, LastLink::stays));
+  return read_kept_file(place, owner, max_bytes);
+}
+
+Result<std::vector<std::uint8_t>> read_kept_file(const FilePlace& place, FileOwner owner, std::uint64_t max_bytes) {
+  const std::filesystem::path& path = place.path;
   const Descriptor file(::openat(place.folder.number(), place.name.c_str(), kReadFlags | O_NOFOLLOW));
   if (file.number() < 0 && errno == ELOOP) return not_plain(Status::bad_file, "cannot read", path);
   if (file.number() < 0) return system_error("cannot read", path, errno);

@@ -12,16 +12,25 @@ namespace coppice::bake {
 
 /// Writes a temporary file beside `path`, flushes it to disk and renames it over `path`: a reader, or a killed process, never meets half a
 /// file. On failure the temporary file is removed and what was at `path` stays. A symbolic link is followed as find_place says, or
-/// replaced. errors  io: names the path and the operating system's reason; `path` is empty, a folder, a device or a pipe thread  any; two
-/// writers of one path each write a whole file, the last one stays
+/// replaced. What goes to /dev/null is gone.
+/// errors  io: names the path and the operating system's reason; `path` is empty, a folder, another device or a pipe
+/// thread  any; two writers of one path each write a whole file, the last one stays
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
                                    LastLink last = LastLink::followed);
+
+/// Does the same in a folder that is open.
+Result<void> write_file_atomically(const FilePlace& place, std::span<const std::uint8_t> bytes);
 
 /// The first half of write_file_atomically: writes the temporary file beside `path` to disk. publish() is the second half. Files that
 /// belong together are all staged before the first is published.
 /// errors  those of write_file_atomically
 Result<TemporaryFile> stage_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
                                  LastLink last = LastLink::followed);
+
+/// Whether a place is /dev/null, which takes any output and keeps none.
+bool is_null_device(const FilePlace& place);
+/// The error of an output that is neither a plain file nor /dev/null.
+Error not_written(const std::filesystem::path& path);
 
 enum class LockKind : std::uint8_t {
   alone,  ///< nobody else has the lock
@@ -59,5 +68,6 @@ enum class FileOwner : std::uint8_t { anybody, user };
 /// prove themselves, of the user or of root.
 /// errors  as read_file; bad_file: another user's, or not a plain file
 Result<std::vector<std::uint8_t>> read_kept_file(const std::filesystem::path& path, FileOwner owner, std::uint64_t max_bytes = kWholeFile);
+Result<std::vector<std::uint8_t>> read_kept_file(const FilePlace& place, FileOwner owner, std::uint64_t max_bytes = kWholeFile);
 
 }  // namespace coppice::bake

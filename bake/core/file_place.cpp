@@ -92,4 +92,11 @@ Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last, M
   }
 }
 
+Result<FilePlace> beside(const FilePlace& place, const std::string& name) {
+  Descriptor folder(::fcntl(place.folder.number(), F_DUPFD_CLOEXEC, 0));
+  std::filesystem::path path = place.path.parent_path() / name;
+  if (folder.number() < 0) return system_error(kNoFolder, path, errno);
+  return FilePlace{std::move(folder), name, std::move(path)};
+}
+
 }  // namespace coppice::bake

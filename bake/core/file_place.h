@@ -47,4 +47,7 @@ enum class MissingFolders : std::uint8_t { fail, are_made };
 Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last = LastLink::followed,
                              MissingFolders missing = MissingFolders::fail);
 
+/// Another name in the folder of a place, and the place itself once more. errors  io: too many files are open
+Result<FilePlace> beside(const FilePlace& place, const std::string& name);
+
 }  // namespace coppice::bake

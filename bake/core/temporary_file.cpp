@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -155,6 +156,10 @@ Result<TemporaryFile> TemporaryFile::create_beside(FilePlace target) {
   }
 }
 
+TemporaryFile TemporaryFile::none(FilePlace target) {
+  return TemporaryFile(std::move(target), {}, kNoSlot);
+}
+
 Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   COPPICE_CHECK(write_all(descriptor_, bytes, target_.path));
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_.path, errno);
@@ -165,7 +170,14 @@ Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   return {};
 }
 
+Result<std::uint32_t> TemporaryFile::owner() const {
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0) return system_error("cannot write", target_.path, errno);
+  return std::uint32_t{status.st_uid};
+}
+
 Result<void> TemporaryFile::publish() {
+  if (name_.empty()) return {};
   const int folder = target_.folder.number();
   if (::renameat(folder, name_.c_str(), folder, target_.name.c_str()) != 0) return system_error("cannot write", target_.path, errno);
   name_.clear();

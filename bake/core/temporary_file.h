@@ -18,6 +18,8 @@ class TemporaryFile {
   /// errors  io: names the target and the operating system's reason
   /// thread  any
   static Result<TemporaryFile> create_beside(FilePlace target);
+  /// No file: publish() does nothing.
+  static TemporaryFile none(FilePlace target);
   TemporaryFile(TemporaryFile&& other) noexcept;
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile();
@@ -26,6 +28,8 @@ class TemporaryFile {
   Result<void> write(std::span<const std::uint8_t> bytes);
   /// Renames the file over the target, also over a link. Allocates nothing unless that fails. errors  io, as create_beside
   Result<void> publish();
+  /// The user whose file it is: on a network file system perhaps another than the process's. errors  io
+  [[nodiscard]] Result<std::uint32_t> owner() const;
 
  private:
   TemporaryFile(FilePlace target, std::string name, std::size_t slot);

@@ -139,7 +139,7 @@ TEST_F(CommandTrust, AStandardOutputThatIsClosedTakesNothingAndSpoilsNothing) {
 
 TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   const fs::path missing = folder_ / "missing.glb";
-  const fs::path bad[] = {out_,          "/proc/none/x.out", out_ / std::string(256, 'n'), "/dev/null", "/proc/x.out",
+  const fs::path bad[] = {out_,          "/proc/none/x.out", out_ / std::string(256, 'n'), "/dev/full", "/proc/x.out",
                           out_ / "new/", oak_ / "x.out"};
   for (const fs::path& output : bad)
     for (Words arguments : writers(output)) {
@@ -152,6 +152,17 @@ TEST_F(CommandTrust, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
     }
   for (const Words& arguments : writers("")) EXPECT_EQ(tool(arguments).exit_code, 2) << line_of(arguments);
   EXPECT_TRUE(files_in(out_).empty());
+}
+
+TEST_F(CommandTrust, WhatGoesToTheNullDeviceIsGone) {
+  std::vector<Words> commands = writers("/dev/null");
+  commands.push_back(quick({"bake", small_, "-o", "/dev/null", "--report", "/dev/null"}));
+  commands.push_back(quick({"bake-all", plants_, "-o", out_, "--report", "/dev/null", "--journal", "/dev/null"}));
+  for (const Words& arguments : commands) {
+    const ProcessResult result = tool(arguments);
+    EXPECT_EQ(result.exit_code, 0) << line_of(arguments) << "\n" << result.err;
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  }
 }
 
 TEST_F(CommandTrust, VerifyTakesScenesByWhatIsInThem) {

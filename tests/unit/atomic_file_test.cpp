@@ -141,6 +141,20 @@ TEST_F(AtomicFile, LinksAndPipesAreNotWhatWasKept) {
   EXPECT_FALSE(fs::exists(folder_ / "nothing"));
 }
 
+TEST_F(AtomicFile, APlaceStaysInTheFolderThatWasFound) {
+  const fs::path cache = folder_ / "cache", moved = folder_ / "moved";
+  fs::create_directory(cache);
+  ASSERT_TRUE(write_file_atomically(cache / "b", filled(2, 1)));
+  const FilePlace a = test::must(find_place(cache / "a", LastLink::stays)), b = test::must(beside(a, "b"));
+  fs::rename(cache, moved);
+  fs::create_directory(cache);
+  ASSERT_TRUE(write_file_atomically(cache / "b", filled(2, 2)));
+  EXPECT_EQ(test::must(read_kept_file(b, FileOwner::user)), filled(2, 1));
+  ASSERT_TRUE(write_file_atomically(a, filled(2, 3)));
+  EXPECT_EQ(test::must(read_file(moved / "a")), filled(2, 3));
+  EXPECT_FALSE(fs::exists(cache / "a"));
+}
+
 TEST_F(AtomicFile, LinksThatLeadInACircleOrNowhereAreErrors) {
   fs::create_symlink("circle", folder_ / "circle");
   fs::create_symlink("/", folder_ / "root");
@@ -180,12 +194,15 @@ TEST_F(AtomicFile, TryingToWriteChangesNothingAndFindsWhatWouldFail) {
                                                     {folder_ / "none" / "x", std::strerror(ENOENT)},
                                                     {folder_ / "old.coppice" / "x", std::strerror(ENOTDIR)},
                                                     {folder_ / std::string(256, 'n'), std::strerror(ENAMETOOLONG)},
-                                                    {"/dev/null", "/dev/null"},
+                                                    {"/dev/full", "/dev/full"},
                                                     {"/proc/x", "/proc/x"}};
   for (const auto& [path, reason] : cases) {
     test::expect_error(try_writing(path), Status::io, {reason});
     EXPECT_FALSE(write_file_atomically(path, filled(3, 1))) << path;
   }
+  EXPECT_TRUE(try_writing("/dev/null"));
+  EXPECT_TRUE(write_file_atomically("/dev/null", filled(3, 1)));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
   EXPECT_TRUE(write_file_atomically(folder_ / std::string(255, 'n'), filled(3, 1))) << "as long as a name may be";
   EXPECT_EQ(file_count(), 2u);
 }

@@ -1,6 +1,7 @@
 // Batches: jobs in processes, plants of folders, the cache of an output folder; plans of tasks and shards, costs, journals, and the text
 // that Slurm gets and prints.
 
+#include <sys/fsuid.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +27,7 @@
 #include "plant_pictures.h"
 #include "plant_record.h"
 #include "process.h"
+#include "results.h"
 #include "slurm.h"
 
 namespace coppice::bake::batch_test {
@@ -454,8 +456,28 @@ TEST(PlantRecord, AJournalsEntryComesBackAsItWas) {
   EXPECT_EQ(entry->result.warnings, baked.warnings);
   for (std::size_t end = 0; end < line.size(); ++end) EXPECT_FALSE(journal_entry(line.substr(0, end))) << end;
   fs::create_hard_link(folder / "journal.jsonl", folder / "other name");
-  EXPECT_FALSE(Journal::open(folder / "other name")) << "it may be anybody's";
+  test::expect_error(Journal::open(folder / "other name"), Status::io, {"other name", "several names", "name another file"});
+  test::expect_error(Journal::open("/dev/full"), Status::io, {"/dev/full", "not a plain file"});
+  auto nowhere = Journal::open("/dev/null");
+  EXPECT_TRUE(nowhere && nowhere->add(plant, baked));
   EXPECT_TRUE(journal_entry(journal_line(plant, {.error = "ended by a signal: Killed", .lost = true}))->result.lost);
+}
+
+/// As network file systems do that give what everybody writes to a user of their own.
+TEST(PlantRecord, AJournalIsOursWhereNewFilesBelongToItsOwner) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can act for another user";
+  constexpr uid_t kOther = 4711;
+  const test::TemporaryFolder folder;
+  const fs::path path = folder / "journal.jsonl";
+  test::write_text(path, "");
+  fs::permissions(folder.path(), fs::perms::all);
+  ASSERT_EQ(::chown(path.c_str(), kOther, kOther), 0);
+  test::expect_error(Journal::open(path), Status::io, {"journal.jsonl", "another user", "name another file"});
+  ::setfsuid(kOther);
+  const auto journal = Journal::open(path);
+  ::setfsuid(::geteuid());
+  EXPECT_TRUE(journal) << journal.error().message();
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
 }
 
 }  // namespace coppice::bake::batch_test

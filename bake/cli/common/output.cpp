@@ -44,7 +44,8 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& names, std:
 
 Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others, Content content) {
   for (const std::filesystem::path& other : others) {
-    if (other.empty() || !is_same_file(output, other)) continue;
+    std::error_code absent;
+    if (other.empty() || !is_same_file(output, other) || std::filesystem::is_character_file(output, absent)) continue;
     if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
     return refused("would be overwritten: another file of this command has the same path", output);
   }

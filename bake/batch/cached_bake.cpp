@@ -37,8 +37,7 @@ double worth_s(const PlantCost& cost) {
 
 /// The most that an entry may have: a bake would take twice as much memory. Others may put anything in its place.
 std::uint64_t max_entry_bytes(const PlantCost& cost) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
-  return cost.memory_bytes == 0 ? kMost : std::clamp(cost.memory_bytes / 2, std::uint64_t{64} << 20, kMost);
+  return cost.memory_bytes == 0 ? kMaxEntryBytes : std::clamp(cost.memory_bytes / 2, std::uint64_t{64} << 20, kMaxEntryBytes);
 }
 
 RequestLimits limits_of(const PlantCost& cost) {
@@ -60,7 +59,8 @@ void send(const BatchPlant& plant, const JobCache& cache, const CachedBake& entr
 }
 
 void warn_of_damage(const Error& error, BatchResult& result) {
-  if (error.status == Status::bad_file) result.warnings.push_back(error.message() + "; it is not used");
+  if (error.status == Status::bad_file || error.status == Status::unsupported)
+    result.warnings.push_back(error.message() + "; it is not used");
 }
 
 /// Nothing where the folders lack it. Whoever bakes the plant removes a damaged entry and warns of it.

@@ -65,13 +65,11 @@ Result<Said> verify(const std::filesystem::path& folder, bool remove_damaged) {
               }));
   bar.clear();
   Said said;
-  said.json = {{"entries", found.entries},
-               {"bytes", found.bytes},
-               {"damaged", found.damaged},
-               {"unreadable", found.unreadable},
-               {"removed", found.removed}};
+  said.json = {{"entries", found.entries},       {"bytes", found.bytes},         {"damaged", found.damaged},
+               {"unreadable", found.unreadable}, {"too_large", found.too_large}, {"removed", found.removed}};
   for (const std::string& key : found.damaged) said.text += key + ": damaged" + (remove_damaged ? ", removed" : "") + "\n";
   for (const std::string& key : found.unreadable) said.text += key + ": cannot be read\n";
+  for (const std::string& key : found.too_large) said.text += key + ": not read, as bakes take no file over 1 GiB\n";
   said.text += entries_text(found.entries, found.bytes) + ": " + std::to_string(found.damaged.size()) + " damaged, " +
                std::to_string(found.unreadable.size()) + " unreadable\n";
   said.exit_code = found.damaged.size() > found.removed || !found.unreadable.empty() ? 1 : 0;

@@ -362,14 +362,20 @@ TEST(CacheEntry, LinksAreNeitherReadNorWrittenThrough) {
   EXPECT_EQ(status_of(load_cached(folder.path(), key)), Status::ok);
 }
 
-TEST(CacheEntry, OneThatIsTooLargeIsNotReadWhole) {
+TEST(CacheEntry, OneThatIsTooLargeIsNeitherReadNorCalledDamaged) {
   const test::TemporaryFolder folder;
   const CachedBake entry = entry_of("oak.glb");
   const std::string key = store(folder.path(), entry);
   EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size())), Status::ok);
-  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size() - 2)), Status::bad_file);
-  fs::resize_file(cached_file(folder.path(), key), std::uintmax_t{1} << 43);  // 8 TB that are not there
-  EXPECT_EQ(status_of(load_cached(folder.path(), key, DamagedEntry::is_removed, 5000)), Status::bad_file);
+  EXPECT_EQ(status_of(peek_cached(folder.path(), key, entry.bytes.size() - 2)), Status::unsupported);
+  const fs::path file = cached_file(folder.path(), key);
+  fs::resize_file(file, std::uintmax_t{1} << 43);  // 8 TB that are not there
+  EXPECT_EQ(status_of(load_cached(folder.path(), key, DamagedEntry::is_removed, 5000)), Status::unsupported);
+  const auto found = verify_cache(folder.path(), true, [](std::uint64_t, std::uint64_t) {});
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->too_large, Lines{key});
+  EXPECT_TRUE(found->damaged.empty() && found->unreadable.empty() && found->removed == 0);
+  EXPECT_TRUE(fs::exists(file) && fs::exists(record_file(folder.path(), key)));
 }
 
 /// A server could fill the memory of whoever parses what it sends.

@@ -2,11 +2,11 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 
@@ -71,6 +71,25 @@ bool read_record(std::span<const std::uint8_t> text, std::span<const std::uint8_
   return true;
 }
 
+/// The folder is opened once for all that is done to an entry.
+Result<FilePlace> record_place(const std::filesystem::path& folder, const std::string& key) {
+  return find_place(record_file(folder, key), LastLink::stays);
+}
+
+Result<CachedBake> read_at(const FilePlace& record, const std::string& key, std::uint64_t max_bytes) {
+  COPPICE_TRY(file, beside(record, cached_file({}, key)));
+  COPPICE_TRY(text, read_kept_file(record, FileOwner::anybody, kMaxRecordBytes + 1));
+  struct stat status {};
+  if (::fstatat(file.folder.number(), file.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(status.st_mode) &&
+      static_cast<std::uint64_t>(status.st_size) > max_bytes)
+    return Error{Status::unsupported, "an entry of the cache is larger than what is read", Error::kNoOffset,
+                 file.path.string() + ": " + std::to_string(status.st_size) + " bytes, at most " + std::to_string(max_bytes)};
+  COPPICE_TRY(bytes, read_kept_file(file, FileOwner::anybody, max_bytes));
+  Result<CachedBake> entry = read_entry(text, std::move(bytes), key);
+  if (entry) return entry;
+  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, file.path.string()};
+}
+
 }  // namespace
 
 std::filesystem::path cached_file(const std::filesystem::path& folder, const std::string& key) {
@@ -82,31 +101,30 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
 }
 
 Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes) {
-  COPPICE_TRY(record, read_kept_file(record_file(folder, key), FileOwner::anybody, kMaxRecordBytes + 1));
-  COPPICE_TRY(bytes, read_kept_file(cached_file(folder, key), FileOwner::anybody, max_bytes));
-  Result<CachedBake> entry = read_entry(record, std::move(bytes), key);
-  if (entry) return entry;
-  return Error{Status::bad_file, "a file of the cache is damaged", Error::kNoOffset, cached_file(folder, key).string()};
+  COPPICE_TRY(record, record_place(folder, key));
+  return read_at(record, key, max_bytes);
 }
 
 Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged, std::uint64_t max_bytes) {
-  Result<CachedBake> entry = peek_cached(folder, key, max_bytes);
-  const std::filesystem::path record = record_file(folder, key);
-  std::error_code ignored;
+  COPPICE_TRY(record, record_place(folder, key));
+  Result<CachedBake> entry = read_at(record, key, max_bytes);
   // Not an entry any more: a bake that then fails must not leave it for the next to stumble over.
   const bool is_damaged = !entry && entry.error().status == Status::bad_file;
-  if (is_damaged && damaged == DamagedEntry::is_removed) std::filesystem::remove(record, ignored);
+  if (is_damaged && damaged == DamagedEntry::is_removed) ::unlinkat(record.folder.number(), record.name.c_str(), 0);
   // What prune goes by. Whoever may not write there uses it all the same.
-  if (entry) static_cast<void>(::utimensat(AT_FDCWD, record.c_str(), nullptr, AT_SYMLINK_NOFOLLOW));
+  if (entry) static_cast<void>(::utimensat(record.folder.number(), record.name.c_str(), nullptr, AT_SYMLINK_NOFOLLOW));
   return entry;
 }
 
 Result<void> store_cached(const std::filesystem::path& folder, const std::string& key, const CachedBake& entry) {
-  COPPICE_CHECK(write_file_atomically(cached_file(folder, key), entry.bytes, LastLink::stays));
-  Result<void> recorded = write_file_atomically(record_file(folder, key), bytes_of(record_text(entry)), LastLink::stays);
-  std::error_code ignored;
+  COPPICE_TRY(record, record_place(folder, key));
+  COPPICE_TRY(file, beside(record, cached_file({}, key)));
+  COPPICE_CHECK(write_file_atomically(file, entry.bytes));
+  Result<void> recorded = write_file_atomically(record, bytes_of(record_text(entry)));
+  struct stat status {};
   // Where there is no room for the record, the file is in the way of others.
-  if (!recorded && !std::filesystem::exists(record_file(folder, key), ignored)) std::filesystem::remove(cached_file(folder, key), ignored);
+  if (!recorded && ::fstatat(record.folder.number(), record.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0)
+    ::unlinkat(file.folder.number(), file.name.c_str(), 0);
   return recorded;
 }
 

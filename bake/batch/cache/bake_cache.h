@@ -31,19 +31,22 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
 
 /// A record holds warnings and the parts of the key. A larger file is no record, and is not even parsed.
 inline constexpr std::uint64_t kMaxRecordBytes = std::uint64_t{4} << 20;
+/// No bake takes a larger .coppice file from a cache.
+inline constexpr std::uint64_t kMaxEntryBytes = std::uint64_t{1} << 30;
 
 enum class DamagedEntry : std::uint8_t { is_removed, stays };
 
 /// Reads an entry and marks it as used now, where that is allowed.
 /// key      a text that key_of made
 /// damaged  whether a damaged entry is removed: whoever bakes the plant next removes it, others leave it for them to notice
-/// max_bytes  a larger .coppice file counts as damaged, and is not read whole
-/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, one of another key, or not two plain files
+/// max_bytes  a larger .coppice file is not read
+/// errors  io: there is no such entry, or it cannot be read; bad_file: it is damaged, one of another key, or not two plain files;
+///         unsupported: it is larger than max_bytes
 Result<CachedBake> load_cached(const std::filesystem::path& folder, const std::string& key, DamagedEntry damaged = DamagedEntry::is_removed,
-                               std::uint64_t max_bytes = kWholeFile);
+                               std::uint64_t max_bytes = kMaxEntryBytes);
 
 /// As load_cached, without a trace in the folder.
-Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes = kWholeFile);
+Result<CachedBake> peek_cached(const std::filesystem::path& folder, const std::string& key, std::uint64_t max_bytes = kMaxEntryBytes);
 
 /// Makes or replaces an entry. A process that is killed in here leaves none, or the old one, or the new one.
 /// errors  io

@@ -111,6 +111,8 @@ Result<CacheVerification> verify_cache(const fs::path& folder, bool remove_damag
         COPPICE_CHECK(remove_entry(folder, listed.key));
         ++verification.removed;
       }
+    } else if (!entry && entry.error().status == Status::unsupported) {
+      verification.too_large.push_back(listed.key);
     } else if (!entry) {
       verification.unreadable.push_back(listed.key);
     }

@@ -28,10 +28,11 @@ struct CacheVerification {
   std::uint64_t entries = 0, bytes = 0;
   std::vector<std::string> damaged;     ///< keys
   std::vector<std::string> unreadable;  ///< keys whose files cannot be read, or are gone meanwhile
+  std::vector<std::string> too_large;   ///< keys of files over kMaxEntryBytes, which nobody reads
   std::uint64_t removed = 0;
 };
 
-/// Reads every entry and compares checksums.
+/// Reads every entry that a bake would and compares checksums.
 /// progress  called with the entries done and the number of entries
 /// errors    io: the folder cannot be read, or a damaged entry cannot be removed
 Result<CacheVerification> verify_cache(const std::filesystem::path& folder, bool remove_damaged,

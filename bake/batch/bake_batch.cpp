@@ -27,14 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The path by which two names of one file are told; by its letters alone where folders of it cannot be looked into.
-Result<fs::path> resolved(const fs::path& path) {
-  std::error_code error;
-  fs::path found = fs::weakly_canonical(path, error);
-  if (error == std::errc::not_enough_memory) return system_error("cannot resolve", path, error.value());
-  return error ? path.lexically_normal() : found;
-}
-
 /// A plant as errors about its output name it.
 std::string told(const BatchPlant& plant) {
   return plant.place.empty() ? plant.input.string() : plant.place + ".output, of " + plant.input.string();

@@ -7,6 +7,7 @@
 #include "bake_batch.h"
 #include "bake_cache.h"
 #include "commands.h"
+#include "gltf_document.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "sibling_program.h"
@@ -54,6 +55,8 @@ int run(const ViewArguments& arguments) {
   if (arguments.bake.all_variants)
     return report_failure(arguments.input,
                           Error{Status::invalid_argument, "one plant is shown at a time: --variant takes a number here, not all"});
+  const auto possible = check_outputs({{arguments.screenshot, Content::binary}}, files_of_gltf(arguments.input));
+  if (!possible) return report_failure({}, possible.error());
   const auto viewer = find_program(kViewer);
   if (!viewer) return report_failure(arguments.input, viewer.error());
   const auto plant = baked(arguments);

@@ -192,7 +192,7 @@ TEST_F(CommandTrust, NoFileOfACommandIsOverwritten) {
         std::pair{small_, Words{"bake", small_, "-o", baked, "--report", small_}}, std::pair{buffer, Words{"bake", named, "-o", buffer}},
         std::pair{buffer, Words{"bake", named, "--dry-run", "--preview", buffer}},
         std::pair{buffer, Words{"bake-all", named, "-o", out_ / "all", "--report", buffer}},
-        std::pair{buffer, Words{"evaluate", named, "--json", buffer}},
+        std::pair{buffer, Words{"evaluate", named, "--json", buffer}}, std::pair{buffer, Words{"view", named, "--screenshot", buffer}},
         std::pair{buffer, Words{"scene", named, "-o", buffer, "--allow-outside", "--plants", oak_}},
         std::pair{oak_, Words{"export", oak_, "--leaves", "9", "-o", oak_}},
         std::pair{rules, Words{"evaluate", small_, "--json", rules, "--classes", rules}},
@@ -202,7 +202,9 @@ TEST_F(CommandTrust, NoFileOfACommandIsOverwritten) {
     expect_refused(arguments, input.filename());
     EXPECT_EQ(read_text(input), before);
   }
-  EXPECT_EQ(expect_refused({"bake", small_, "-o", baked, "--report", baked}, baked.filename()).out, "");
+  fs::create_symlink("x.coppice", out_ / "link");
+  for (const fs::path& report : {baked, out_ / "link"})
+    EXPECT_EQ(expect_refused({"bake", small_, "-o", baked, "--report", report}, report.filename()).out, "");
   EXPECT_FALSE(fs::exists(baked));
 }
 

@@ -95,15 +95,27 @@ TEST(CoppiceForestErrors, OutputsThatCannotBeWrittenAreRefusedFirst) {
     EXPECT_TRUE(mentions(run.err, {option, "/dev/null/picture"}));
     EXPECT_EQ(run.err.find("nowhere"), std::string::npos) << "before anything is opened: " << run.err;
     EXPECT_EQ(count_of(run.err, "\n"), 1u) << run.err;
+    expect_failure(draw({"--plants", "/nowhere.coppice", option, "/dev/full"}), {"/dev/full", option});
   }
 }
 
-TEST(CoppiceForestErrors, OutputsThatFillTheDiskAndCamerasThatAreNoFilesFailTheRun) {
+TEST(CoppiceForestErrors, NoFileOfARunIsOverwritten) {
+  const TemporaryFolder folder;
+  const fs::path plant = folder / "plant.coppice", link = folder / "link", twice = folder / "twice";
+  write_text(plant, "a plant");
+  fs::create_symlink("plant.coppice", link);
+  for (const Words& arguments : {Words{plant, "--stats", link},
+                                 {folder.path(), "--screenshot", plant},
+                                 {"--scene", plant, "--trace", plant},
+                                 {plant, "--camera", link, "--compare", plant},
+                                 {plant, "--stats", twice, "--trace", twice}})
+    expect_failure(draw(arguments), {arguments.back(), "overwritten"});
+  EXPECT_EQ(read_text(plant), "a plant");
+}
+
+TEST(CoppiceForestErrors, AStandardOutputThatIsFullAndCamerasThatAreNoFilesFailTheRun) {
   const TemporaryFolder folder;
   const fs::path plant = bake_corylus(folder);
-  for (const char* option : {"--screenshot", "--stats", "--trace"}) {
-    expect_failure(draw({"--plants", plant, "--count", "5", option, "/dev/full"}), {"/dev/full", std::strerror(ENOSPC)});
-  }
   expect_failure(draw({"--plants", plant, "--count", "5"}, {.out = "/dev/full"}), {std::strerror(ENOSPC)});
   EXPECT_EQ(run_process(kForest, {"--help"}, {.out = "/dev/full"}).exit_code, 1);
 

@@ -187,6 +187,13 @@ TEST(BatchPlants, OutputsAreToldApartByWhereTheyAreAndKeepOutOfWhatIsKept) {
       {{folder / "a.glb", out / "x", {}, false, "[0]"}, {folder / "b.glb", folder / "again" / "b" / ".." / "x", {}, false, "[1]"}});
   ASSERT_FALSE(same);
   EXPECT_TRUE(test::mentions(same.error().message(), {"[0].output", "[1].output"}));
+  // Links to nowhere are written through.
+  fs::create_symlink("x", out / "to x");
+  fs::create_symlink("to x", folder / "to it");
+  EXPECT_FALSE(check_batch({{folder / "a.glb", out / "x", {}}, {folder / "b.glb", out / "to x", {}}}));
+  EXPECT_TRUE(check_batch({{folder / "a.glb", out / "x", {}}, {folder / "b.glb", folder / "to it", {}}})) << "that is beside it";
+  fs::create_directory_symlink(out / "new", folder / "to new");
+  EXPECT_FALSE(check_batch({{folder / "a.glb", out / "new" / "x", {}}, {folder / "b.glb", folder / "to new" / "x", {}}}));
 }
 
 TEST(BatchPlants, NoOutputIsAFileThatAnInputRefersTo) {

@@ -1,9 +1,12 @@
 // The demo's world: planting, ground, camera paths.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -336,7 +339,12 @@ TEST(Camera, AWayThatWasRecordedIsPlayed) {
     return pose;
   };
   PathRecorder recorder = start_recording(file.path.string());
+  struct stat started {
+  }, ended{};
+  ASSERT_EQ(::stat(file.path.c_str(), &started), 0);
   for (int frame = 0; frame <= 120; ++frame) record_pose(recorder, frame / 60.0, pose_at(static_cast<float>(frame) / 60.0f), terrain);
+  ASSERT_EQ(::stat(file.path.c_str(), &ended), 0);
+  EXPECT_EQ(ended.st_ino, started.st_ino) << "it grows, and is not written anew";
   const CameraPath path = path_from_file(file.path.string(), terrain);
   EXPECT_NEAR(path.duration_s, 2, 0.3);
   for (const float t : {0.5f, 1.1f, 1.6f}) {
@@ -348,19 +356,46 @@ TEST(Camera, AWayThatWasRecordedIsPlayed) {
   EXPECT_THROW(static_cast<void>(start_recording(file.path.string() + "/camera.txt")), Failure);
 }
 
-TEST(Output, ALinkOfAnotherUserInASharedFolderIsRefused) {
+TEST(Output, OfWhatDoesNotFitNothingIsWritten) {
+  const KeyframeFile file("old");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto ignored = ::signal(SIGXFSZ, SIG_IGN);
+  const rlimit less{200, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &less), 0);
+  EXPECT_THROW(write_output(file.path.string(), std::string(201, 'x')), Failure);
+  const GrowingOutput growing = start_output(file.path.string() + ".way", "start");
+  add(growing, " and more");
+  EXPECT_THROW(add(growing, std::string(201, 'x')), Failure);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  ::signal(SIGXFSZ, ignored);
+  std::ifstream old(file.path), way(growing.file);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), "old");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(way), {}).substr(0, 14), "start and more");
+  std::filesystem::remove(growing.file);
+  write_output("/dev/null", "gone");
+  add(start_output("/dev/null", "gone"), "gone");
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
+TEST(Output, NoLinkOfAnotherUserInASharedFolderIsFollowed) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can act for another user";
   constexpr uid_t kOther = 4711;
   const KeyframeFile mine("mine");
   const std::filesystem::path folder = mine.path.string() + ".shared", link = folder / "stats.json";
   std::filesystem::create_directory(folder);
   std::filesystem::create_symlink(mine.path, link);
+  std::filesystem::create_directory_symlink(mine.path.parent_path(), folder / "way");
+  const std::string beyond = folder / "way" / mine.path.filename();
+  write_output(beyond, "followed too");
   write_output(link, "followed");
   EXPECT_TRUE(std::filesystem::is_symlink(link));
   std::filesystem::permissions(folder, std::filesystem::perms::all | std::filesystem::perms::sticky_bit);
-  ASSERT_EQ(::lchown(link.c_str(), kOther, kOther), 0);
-  EXPECT_THROW(check_output("--stats", link), Failure);
-  EXPECT_THROW(write_output(link, "trapped"), Failure);
+  for (const std::filesystem::path& theirs : {link, folder / "way"}) ASSERT_EQ(::lchown(theirs.c_str(), kOther, kOther), 0);
+  EXPECT_THROW(check_output("--stats", beyond), Failure);
+  EXPECT_THROW(write_output(beyond, "trapped"), Failure);
+  write_output(link, "in its place");
+  EXPECT_FALSE(std::filesystem::is_symlink(link));
   std::ifstream file(mine.path);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "followed");
   std::filesystem::remove_all(folder);

@@ -1,5 +1,6 @@
 #include "output.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -7,7 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <system_error>
+#include <set>
 
 #include "atomic_file.h"
 #include "job_processes.h"
@@ -22,10 +23,22 @@ Error refused(const char* what, const std::filesystem::path& output) {
   return Error{Status::invalid_argument, what, Error::kNoOffset, output.string()};
 }
 
-bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-  std::error_code absent;
-  return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, absent);
-}
+/// The files of a command, told apart by where they are, and by what they are: two folders may be one.
+struct TakenPlaces {
+  std::set<std::filesystem::path> paths = {};
+  std::set<std::pair<dev_t, ino_t>> files = {};
+
+  /// Whether none that was added is the same. Nothing is the same as a device, or as no path.
+  Result<bool> add(const std::filesystem::path& path) {
+    struct stat status {};
+    const bool is_there = ::stat(path.c_str(), &status) == 0;
+    if (path.empty() || (is_there && S_ISCHR(status.st_mode))) return true;
+    if (is_standard_output(path)) return paths.insert(path).second;
+    COPPICE_TRY(place, resolved(path));
+    const bool is_new = paths.insert(std::move(place)).second;
+    return (!is_there || files.emplace(status.st_dev, status.st_ino).second) && is_new;
+  }
+};
 
 }  // namespace
 
@@ -43,29 +56,27 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& names, std:
 }
 
 Result<void> check_output(const std::filesystem::path& output, const std::vector<std::filesystem::path>& others, Content content) {
-  for (const std::filesystem::path& other : others) {
-    std::error_code absent;
-    if (other.empty() || !is_same_file(output, other) || std::filesystem::is_character_file(output, absent)) continue;
-    if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
-    return refused("would be overwritten: another file of this command has the same path", output);
-  }
-  if (!is_standard_output(output)) {
-    COPPICE_CHECK(make_folder_of(output));
-    return try_writing(output);
-  }
-  if (content == Content::binary && ::isatty(STDOUT_FILENO) == 1)
-    return refused("the standard output is a terminal: name a file, or send it to a program", output);
-  return {};
+  return check_outputs({{output, content}}, others);
 }
 
 Result<void> check_outputs(const std::vector<std::pair<std::filesystem::path, Content>>& outputs,
                            const std::vector<std::filesystem::path>& inputs) {
-  for (const auto& output : outputs) {
-    if (output.first.empty()) continue;
-    std::vector<std::filesystem::path> others = inputs;
-    for (const auto& other : outputs)
-      if (&other != &output) others.push_back(other.first);
-    COPPICE_CHECK(check_output(output.first, others, output.second));
+  TakenPlaces taken;
+  for (const std::filesystem::path& input : inputs) COPPICE_CHECK(taken.add(input));
+  for (const auto& [output, content] : outputs) {
+    COPPICE_TRY(is_free, taken.add(output));
+    if (is_free) continue;
+    if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
+    return refused("would be overwritten: another file of this command has the same path", output);
+  }
+  for (const auto& [output, content] : outputs) {
+    if (output.empty()) continue;
+    if (!is_standard_output(output)) {
+      COPPICE_CHECK(make_folder_of(output));
+      COPPICE_CHECK(try_writing(output));
+    } else if (content == Content::binary && ::isatty(STDOUT_FILENO) == 1) {
+      return refused("the standard output is a terminal: name a file, or send it to a program", output);
+    }
   }
   return {};
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -146,11 +147,11 @@ void obey_keys(Session& session, const Options& options, std::optional<Recording
   }
   if (!std::exchange(window.wants_recording, false)) return;
   if (recording) {
-    std::printf("camera               %s\n", recording->recorder.file.c_str());
-    show_message(*session.overlay, "the camera's way is in " + recording->recorder.file);
+    std::printf("camera               %s\n", recording->recorder.output.file.c_str());
+    show_message(*session.overlay, "the camera's way is in " + recording->recorder.output.file);
     recording.reset();
   } else {
-    recording = Recording{start_recording(options.camera_out), time_s};
+    recording.emplace(Recording{start_recording(options.camera_out), time_s});
     show_message(*session.overlay, "writing the camera's way to " + options.camera_out + " until C is pressed again");
   }
 }
@@ -205,11 +206,21 @@ void run_in_window(Session& session, const Options& options) {
 }
 
 void check_outputs(const Options& options) {
-  const std::pair<const char*, const std::string&> outputs[] = {
-      {"--screenshot", options.screenshot}, {"--stats", options.stats}, {"--compare", options.compare}, {"--trace", options.trace}};
-  for (const auto& [option, file] : outputs)
-    if (!file.empty()) check_output(option, file);
-  if (!options.record.empty()) check_output("--record", options.record + "/00000.png");
+  std::vector<std::string> read = options.plants;
+  read.insert(read.end(), {options.scene, options.camera});
+  std::set<std::filesystem::path> taken;
+  for (const std::string& file : read) taken.insert(place_of(file));
+  const std::pair<const char*, std::string> outputs[] = {{"--screenshot", options.screenshot},
+                                                         {"--stats", options.stats},
+                                                         {"--compare", options.compare},
+                                                         {"--trace", options.trace},
+                                                         {"--record", options.record.empty() ? "" : options.record + "/00000.png"}};
+  for (const auto& [option, file] : outputs) {
+    if (file.empty()) continue;
+    if (!taken.insert(place_of(file)).second && file != "/dev/null")
+      throw Failure(std::string(option) + ": " + file + " would be overwritten: it is read, or another output");
+    check_output(option, file);
+  }
 }
 
 /// A picture that lacks something is no success, unless the user says so.
@@ -224,6 +235,7 @@ int exit_code_of(Session& session, const Options& options) {
 
 int run(const Options& requested) {
   Options options = requested;
+  if (options.scene.empty()) options.plants = find_plants(options);
   check_outputs(options);
   std::unique_ptr<Window> window;
   if (!options.headless && options.compare.empty()) {

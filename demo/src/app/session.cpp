@@ -386,7 +386,7 @@ Session::Session(const Options& options, std::unique_ptr<Window> window_in)
       device(device_options(options, window.get())),
       screen(window ? std::make_unique<Screen>(device, *window) : nullptr),
       targets(plant_targets(options, window != nullptr)),
-      forest(options.scene.empty() ? open_forest(device, find_plants(options), options, targets) : open_scene(device, options, targets)),
+      forest(options.scene.empty() ? open_forest(device, options.plants, options, targets) : open_scene(device, options, targets)),
       world(make_world(forest, options)),
       renderer(device, world.terrain, world.ground_map, world.weather, targets, picture_extent(options, screen.get())),
       ring(create_frame_ring(device)),

@@ -225,11 +225,7 @@ CameraPath path_from_file(const std::string& file, const Terrain& terrain) {
 }
 
 PathRecorder start_recording(const std::string& file) {
-  PathRecorder recorder;
-  recorder.file = file;
-  recorder.text << "# time_s x_m height_m z_m yaw_deg pitch_deg fov_y_deg\n";
-  write_output(file, recorder.text.str());
-  return recorder;
+  return {start_output(file, "# time_s x_m height_m z_m yaw_deg pitch_deg fov_y_deg\n")};
 }
 
 void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const Terrain& terrain) {
@@ -239,9 +235,10 @@ void record_pose(PathRecorder& recorder, double time_s, const Pose& pose, const 
   const float yaw_deg = glm::degrees(pose.yaw_rad);
   recorder.yaw_deg = yaw_deg - 360 * std::round((yaw_deg - recorder.yaw_deg) / 360);
   const glm::vec3& at = pose.position;
-  recorder.text << time_s << ' ' << at.x << ' ' << at.y - height_at(terrain, at.x, at.z) << ' ' << at.z << ' ' << recorder.yaw_deg << ' '
-                << glm::degrees(pose.pitch_rad) << ' ' << glm::degrees(pose.fov_y_rad) << '\n';
-  write_output(recorder.file, recorder.text.str());
+  std::ostringstream line;
+  line << time_s << ' ' << at.x << ' ' << at.y - height_at(terrain, at.x, at.z) << ' ' << at.z << ' ' << recorder.yaw_deg << ' '
+       << glm::degrees(pose.pitch_rad) << ' ' << glm::degrees(pose.fov_y_rad) << '\n';
+  add(recorder.output, line.str());
 }
 
 glm::vec3 forward(const Pose& pose) {

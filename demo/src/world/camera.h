@@ -1,11 +1,11 @@
 #pragma once
 
 #include <functional>
-#include <sstream>
 #include <string>
 
 #include <glm/glm.hpp>
 
+#include "output.h"
 #include "terrain.h"
 #include "trail.h"
 
@@ -52,8 +52,7 @@ CameraPath path_from_file(const std::string& file, const Terrain& terrain);
 
 /// A camera's way on its way to a file that path_from_file reads.
 struct PathRecorder {
-  std::string file;
-  std::ostringstream text;
+  GrowingOutput output;
   double next_s = 0;  ///< earlier poses are left out
   float yaw_deg = 0;  ///< yaw of the latest keyframe: the next one turns the shorter way
 };

@@ -165,6 +165,7 @@ Result<void> TemporaryFile::write(std::span<const std::uint8_t> bytes) {
   if (::fsync(descriptor_) != 0) return system_error("cannot write", target_.path, errno);
   // The second descriptor keeps the lock until the file has its name. Without it another machine would take the file for abandoned.
   const int held = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+  if (held < 0) return system_error("cannot write", target_.path, errno);
   // Network file systems report a full disk only here.
   if (::close(std::exchange(descriptor_, held)) != 0) return system_error("cannot write", target_.path, errno);
   return {};

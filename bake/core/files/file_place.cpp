@@ -9,6 +9,7 @@
 #include <climits>
 #include <cstring>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "io_result.h"
@@ -16,6 +17,7 @@
 namespace coppice::bake {
 namespace {
 
+constexpr int kMostLinks = 40;
 constexpr const char* kNoFolder = "cannot open the folder of";
 
 Descriptor open_folder(int from, const char* name) {
@@ -66,7 +68,7 @@ Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last, M
   std::vector<std::string> left;
   put_first(path, left);
   FilePlace place{start_of(path), {}, path};
-  for (int links_left = 40;;) {
+  for (int links_left = kMostLinks;;) {
     const std::string name = std::exchange(left.back(), {});
     left.pop_back();
     const bool is_last = left.empty();
@@ -90,6 +92,26 @@ Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last, M
       place.folder = std::move(next);
     }
   }
+}
+
+Result<std::filesystem::path> resolved(const std::filesystem::path& path) {
+  std::filesystem::path left = path;
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code error;
+    const std::filesystem::path found = std::filesystem::weakly_canonical(std::filesystem::current_path(error) / left, error);
+    if (error == std::errc::not_enough_memory) return system_error("cannot resolve", path, error.value());
+    if (error) break;
+    // Here stands what is there; what follows may begin with a link to nowhere, and that is written through.
+    std::filesystem::path at, next;
+    for (const std::filesystem::path& name : found) {
+      at /= name;
+      const bool leads_on = next.empty() && std::filesystem::is_symlink(at, error);
+      next = leads_on ? at.parent_path() / std::filesystem::read_symlink(at, error) : next.empty() ? next : next / name;
+    }
+    if (next.empty()) return found;
+    left = next;
+  }
+  return path.lexically_normal();
 }
 
 Result<FilePlace> beside(const FilePlace& place, const std::string& name) {

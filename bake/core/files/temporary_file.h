@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "file_place.h"
 #include "result.h"
@@ -28,6 +29,8 @@ class TemporaryFile {
   Result<void> write(std::span<const std::uint8_t> bytes);
   /// Renames the file over the target, also over a link. Allocates nothing unless that fails. errors  io, as create_beside
   Result<void> publish();
+  /// The file itself, to add to after publish(). number  negative for none()
+  Descriptor take_open_file() { return Descriptor(std::exchange(descriptor_, -1)); }
   /// The user whose file it is: on a network file system perhaps another than the process's. errors  io
   [[nodiscard]] Result<std::uint32_t> owner() const;
 

@@ -47,6 +47,10 @@ enum class MissingFolders : std::uint8_t { fail, are_made };
 Result<FilePlace> find_place(const std::filesystem::path& path, LastLink last = LastLink::followed,
                              MissingFolders missing = MissingFolders::fail);
 
+/// Where a path leads, from the root, whatever of it is there; also by links to what is not. By its letters alone where folders of it
+/// cannot be looked into. errors  out_of_memory
+Result<std::filesystem::path> resolved(const std::filesystem::path& path);
+
 /// Another name in the folder of a place, and the place itself once more. errors  io: too many files are open
 Result<FilePlace> beside(const FilePlace& place, const std::string& name);
 

@@ -174,10 +174,16 @@ const char* outcome_name(BatchOutcome outcome) {
 }
 
 void estimate_inputs(std::vector<BatchPlant>& plants) {
+  InputCounts counts;
+  const fs::path* counted = nullptr;
   for (BatchPlant& plant : plants) {
-    InputCounts counts = count_input(plant.input, plant.options.import);
+    // All variants of an input say the same, and one of them is enough to name its files.
+    if (counted == nullptr || *counted != plant.input) {
+      counts = count_input(plant.input, plant.options.import);
+      plant.files = std::move(counts.files);
+    }
+    counted = &plant.input;
     plant.cost = plant_cost(counts, plant.options);
-    plant.files = std::move(counts.files);
   }
 }
 

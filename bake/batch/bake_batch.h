@@ -25,7 +25,7 @@ struct BatchPlant {
   std::string place = {};                         ///< its entry of a list, "[2]", for errors; empty: in none
   std::string failure = {};                       ///< why its variants are not known: it is not baked, and fails with that
   PlantCost cost = {};                            ///< estimate_inputs; 0: not known
-  std::vector<std::filesystem::path> files = {};  ///< that the input refers to: estimate_inputs
+  std::vector<std::filesystem::path> files = {};  ///< that the input refers to, unless it is the one before: estimate_inputs
 };
 
 /// Every .glb and .gltf below a folder, whatever the case of its extension, sorted by path. The output is as far below `output_folder`,
@@ -47,7 +47,7 @@ void estimate_inputs(std::vector<BatchPlant>& plants);
 std::vector<PlantCost> costs_of(const std::vector<BatchPlant>& plants);
 
 /// Refuses two plants with one output, and an output that is an input of any or a file of one, or that coppice keeps for itself: a file
-/// ".coppice-...", or one below ".coppice-cache", ".coppice-cluster" or ".coppice-pictures". Paths count as they are with all links followed.
+/// ".coppice-...", or one below ".coppice-cache", ".coppice-cluster" or ".coppice-pictures". Paths count as they are with links followed.
 /// other_inputs  the list of the plants
 /// errors        invalid_argument: names the plant, or both
 Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<std::filesystem::path>& other_inputs = {});

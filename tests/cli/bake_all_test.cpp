@@ -1,6 +1,8 @@
 // coppice bake-all from outside: one command, and parts of a batch on several machines without Slurm: shards, journals, and tasks that
 // somebody else starts.
 
+#include <unistd.h>
+
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -318,6 +320,24 @@ TEST_F(BakeParts, APrintedScriptCanBeRunByHand) {
   while (run_process("/bin/sh", {script, std::to_string(tasks)}).exit_code == 0) ASSERT_LE(++tasks, 7u);
   EXPECT_GE(tasks, 1u);
   EXPECT_TRUE(is_whole());
+}
+
+TEST_F(BakeParts, ATaskRunsOnlyInAFolderWhereNobodyElseWrites) {
+  const ProcessResult printed = run_tool(bake_all(plants_, out_, {"--slurm", "--print", "--quiet"}));
+  EXPECT_TRUE(mentions(printed.out, {"--output=/dev/null"})) << "Slurm itself would follow a link";
+  const fs::path run = fs::directory_iterator(out_ / ".coppice-cluster")->path(), script = folder_ / "script", mine = folder_ / "mine";
+  for (const fs::path& file : {script, mine}) write_text(file, file == mine ? "mine" : printed.out);
+  fs::create_symlink(mine, run / "0.log");
+  const auto refuses = [&] {
+    return run_process("/bin/sh", {script, "0"}).exit_code != 0 && read_text(mine) == "mine" && outputs(out_, ".coppice-").empty();
+  };
+  for (const fs::perms others : {fs::perms::group_write, fs::perms::others_write}) {
+    fs::permissions(run, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec | others);
+    EXPECT_TRUE(refuses());
+  }
+  fs::permissions(run, fs::perms::owner_all);
+  if (::geteuid() != 0 || ::chown(run.c_str(), 4711, 4711) != 0) GTEST_SKIP() << "only root can act for another user";
+  EXPECT_TRUE(refuses());
 }
 
 TEST_F(BakeParts, WhatDoesNotGoTogetherIsAUsageError) {

@@ -7,7 +7,6 @@
 #include <map>
 #include <numeric>
 #include <random>
-#include <regex>
 #include <sstream>
 #include <system_error>
 #include <thread>
@@ -50,27 +49,26 @@ Result<fs::path> make_run_folder(const ClusterBatch& batch) {
   std::ostringstream name;
   name << "coppice-" << std::put_time(&calendar, "%Y%m%d-%H%M%S-") << std::random_device()();
   fs::path folder = cluster_folder(batch) / name.str();
-  COPPICE_CHECK(make_folder(folder));
+  COPPICE_TRY(place, find_place(folder / ".", LastLink::stays, MissingFolders::are_made));
   std::error_code error;
-  fs::permissions(folder, fs::perms::group_write | fs::perms::others_write, fs::perm_options::remove, error);
+  fs::permissions("/proc/self/fd/" + std::to_string(place.folder.number()) + "/.", fs::perms::group_write | fs::perms::others_write,
+                  fs::perm_options::remove, error);
   return folder;
 }
 
-/// A path in double quotes, as sbatch reads it in a script: % is itself in `folder`, and begins a pattern in `name`.
-std::string sbatch_quoted(const std::string& folder, const char* name) {
-  const std::string escaped = std::regex_replace(folder, std::regex(R"(["\\])"), R"(\$&)");
-  return '"' + std::regex_replace(escaped, std::regex("%"), "%%") + name + '"';
-}
-
+/// Slurm would follow a link of anybody's to its log. So the script opens that itself, in a folder that nobody has put in the place of
+/// ours.
 std::string script_text(const ClusterBatch& batch, const Submission& submission) {
   const std::string folder = submission.folder.string();
   std::ostringstream text;
-  text << "#!/bin/sh\n#SBATCH --nodes=1 --ntasks=1 --cpus-per-task=1 --requeue --open-mode=append\n#SBATCH --time=" << submission.minutes
-       << "\n#SBATCH --output=" << sbatch_quoted(folder, "/%a.log") << "\n";
+  text << "#!/bin/sh\n#SBATCH --nodes=1 --ntasks=1 --cpus-per-task=1 --requeue --output=/dev/null\n#SBATCH --time=" << submission.minutes
+       << "\n";
   if (!chooses_memory(batch.sbatch_options)) text << "#SBATCH --mem-per-cpu=" << submission.memory_bytes / 1'000'000 + 1 << "M\n";
   text << "# Bakes a list of plants. A scheduler runs it once for each number from 0 to " << submission.tasks.size() - 1
        << ". Slurm gives the number\n# itself; for others: sh THIS NUMBER\ntasks=" << shell_command({folder})
-       << "\nnumber=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task}}\n[ -O \"$tasks/$number.json\" ] || exit 1  # else somebody else's\n"
+       << "\nnumber=${1:-${SLURM_ARRAY_TASK_ID:?the number of a task}}\n"
+       << "# Only in a folder that is ours, and where nobody else writes.\ncd \"$tasks\" && [ -O . ] && ls -ld . | grep -q '^d....-..-' "
+          "&& exec >>\"$number.log\" 2>&1 && cd \"$OLDPWD\" || exit 1\n"
        << shell_command({batch.coppice.string(), "bake-all"}) << " \"$tasks/$number.json\" "
        << shell_command({"-o", batch.output_folder.string(), "--quiet"})
        << " --threads \"${SLURM_CPUS_PER_TASK:-1}\" --journal \"$tasks/$number.jsonl\" " << shell_command(batch.task_options) << "\n";

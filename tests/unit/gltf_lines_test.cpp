@@ -135,6 +135,23 @@ TEST(GltfLines, ARingIsOneLeaf) {
   EXPECT_EQ(plant.leaves[0].triangle_count, 24u);
 }
 
+TEST(GltfLines, TheyFollowSkinsAndMorphWeights) {
+  GltfBuilder builder = with_lines(kLines, needles(40));
+  json& mesh = builder.json["meshes"].back();
+  mesh["weights"] = {0.5};
+  mesh["primitives"][0]["targets"] = {{{"POSITION", builder.add_positions(std::vector<glm::vec3>(80, {0, 2, 0}))}}};
+  const float morphed_y = test::corner(imported(builder).foliage, 0).y;
+  EXPECT_NEAR(morphed_y, 1.0f, 0.01f);
+  builder.json["skins"] = {{{"joints", {builder.add_node(-1, {{"scale", {2, 2, 2}}})}}}};
+  builder.json["nodes"][0]["skin"] = 0;
+  json& attributes = builder.json["meshes"].back()["primitives"][0]["attributes"];
+  attributes["JOINTS_0"] = builder.add_accessor(builder.add_view(std::vector<std::uint8_t>(320, 0)), test::kUnsignedByte, "VEC4", 80);
+  attributes["WEIGHTS_0"] = builder.add_accessor(builder.add_view(std::vector<float>(320, 0.25f)), test::kFloat, "VEC4", 80);
+  const Plant skinned = imported(builder);
+  EXPECT_NEAR(test::corner(skinned.foliage, 0).y, 2.0f, 0.02f);
+  EXPECT_NEAR(width_m(skinned, 0), 0.01f, 1e-5f);
+}
+
 TEST(GltfLines, ColoursOfTheEndsTint) {
   GltfBuilder builder = with_lines(kLines, needles(8));
   const int view = builder.add_view(std::vector<glm::vec4>(16, glm::vec4(0.5f, 0.25f, 0.125f, 1.0f)));

@@ -142,7 +142,10 @@ TEST(RestPose, AFewBytesDoNotAskForMuchWork) {
     builder.primitive()["targets"].push_back({{"POSITION", positions}});
     builder.json["meshes"][0]["weights"].push_back(1);
   }
-  expect_error(import_built(builder), Status::unsupported, {"nodes[0]", "196673536", "--max-source-triangles"});
+  for (const int mode : {4, 1}) {
+    builder.primitive()["mode"] = mode;
+    expect_error(import_built(builder), Status::unsupported, {"nodes[0]", "196673536", "--max-source-triangles"});
+  }
 }
 
 TEST(RestPose, AnimationIsSaidToBeLost) {

@@ -108,8 +108,8 @@ std::uint64_t MeshCost::add(const Json& primitive, std::span<const std::uint64_t
   const std::uint64_t added = std::max({std::uint64_t{1}, drawn, mode == 0 ? 0 : thirds(own)});
   triangles = sum(triangles, added);
   if (mode > 0 && mode < kTriangles) lines = sum(lines, added);
-  if (mode >= kTriangles) vertices = sum(vertices, own);
-  values = sum(values, mode < kTriangles ? 1 : product(own, attributes.size()));
+  if (mode > 0) vertices = sum(vertices, own);
+  values = sum(values, mode == 0 ? 1 : product(own, attributes.size()));
   return added;
 }
 

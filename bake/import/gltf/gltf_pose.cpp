@@ -109,8 +109,9 @@ bool has_joints(const tinygltf::Primitive& primitive) {
   return primitive.attributes.contains("JOINTS_0") && primitive.attributes.contains("WEIGHTS_0");
 }
 
+/// Lines too: they become strips once they are posed.
 bool is_shown(const tinygltf::Primitive& primitive) {
-  return primitive.mode >= TINYGLTF_MODE_TRIANGLES && primitive.attributes.contains("POSITION");
+  return primitive.mode != TINYGLTF_MODE_POINTS && primitive.attributes.contains("POSITION");
 }
 
 Result<void> move_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const NodePose& pose, Points& positions,

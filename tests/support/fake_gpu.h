@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <tuple>
@@ -41,8 +43,10 @@ class FakeGpu {
   std::uint64_t frames_behind = 0;  ///< how many frames the GPU has not finished beyond the usual
   bool uploads = true;
 
+  using Groups = std::array<std::optional<ViewGroup>, kMaxViewGroups>;
   /// One frame of the engine; demands by plant index.
-  void frame(const LodView& view, std::span<const PlantDemand> demands) {
+  void frame(const LodView& view, std::span<const PlantDemand> demands) { frame({ViewGroup{view, demands}}); }
+  void frame(const Groups& view_groups) {
     ++frame_number;
     const std::uint64_t completed = frame_number - 1 > frames_behind ? frame_number - 1 - frames_behind : 0;
     ledger_.begin_frame(frame_number);
@@ -51,7 +55,7 @@ class FakeGpu {
       closed.push_back(plant);
       plants.erase(plant);
     }
-    streamer_.begin_frame({.frame_number = frame_number, .view_groups = {ViewGroup{view, demands}}});
+    streamer_.begin_frame({.frame_number = frame_number, .view_groups = view_groups});
     for (const ChunkId& id : streamer_.take_evicted()) evict(id);
     if (!uploads) return;
     for (const DecodedChunk& chunk : streamer_.take_decoded(UINT64_MAX)) upload(chunk);

@@ -359,7 +359,7 @@ TEST(ChunkValue, NothingInViewWantsNothing) {
   const DemandedDetail demanded = demanded_detail(plant.valued, {}, {});
   EXPECT_EQ(demanded.page_count, 0u);
   EXPECT_EQ(demanded.finest_wood, 2u);
-  EXPECT_FALSE(demanded.textures);
+  EXPECT_EQ(demanded.max_texture_bytes, 0u);
   EXPECT_EQ(texture_value(demanded, {}, 100), 0.0f);
 }
 

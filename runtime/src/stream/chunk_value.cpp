@@ -75,16 +75,24 @@ DemandedDetail demanded_detail(const ValuedPlant& plant, const PlantDemand& dema
   const std::uint32_t leaves =
       view.full ? plant.leaf_count : std::min(demanded_leaf_count(plant, demand, threshold_px, demanded.leaf_meshes), plant.leaf_count);
   demanded.page_count = (leaves - 1 + COPPICE_PAGE_SPLITS - 1) / COPPICE_PAGE_SPLITS;
-  if (plant.table.wood_lod_count > 0)
-    demanded.finest_wood = view.full ? 0 : lod::coppice_wood_lod(plant.table, column_of(plant, demand.max_size_px), threshold_px);
-  demanded.textures = true;
+  demanded.finest_wood = demanded_wood(plant, demand, view);
+  demanded.max_texture_bytes = UINT64_MAX;
   return demanded;
+}
+
+std::uint32_t demanded_wood(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view) {
+  if (plant.table.wood_lod_count == 0 || view.full) return 0;
+  return lod::coppice_wood_lod(plant.table, column_of(plant, demand.max_size_px), min_threshold_px(view));
+}
+
+bool needs_textures(const PlantDemand& demand, const LodView& view) {
+  return kMissingTextureError * demand.max_size_px > view.error_px;
 }
 
 DemandedDetail merged(const DemandedDetail& a, const DemandedDetail& b) {
   return {.page_count = std::max(a.page_count, b.page_count),
           .finest_wood = std::min(a.finest_wood, b.finest_wood),
-          .textures = a.textures || b.textures,
+          .max_texture_bytes = std::max(a.max_texture_bytes, b.max_texture_bytes),
           .leaf_meshes = a.leaf_meshes || b.leaf_meshes};
 }
 
@@ -116,7 +124,7 @@ float wood_value(const ValuedPlant& plant, const DemandedDetail& demanded, const
 }
 
 float texture_value(const DemandedDetail& demanded, const PlantDemand& demand, std::uint64_t bytes) {
-  if (!demanded.textures) return 0.0f;
+  if (demanded.max_texture_bytes == 0) return 0.0f;
   const float gain = summed_gain_px(
       demand, 0.0f, [](float size_px) { return kMissingTextureError * size_px; }, [](float) { return 0.0f; });
   return gain / static_cast<float>(std::max<std::uint64_t>(bytes, 1));

@@ -19,14 +19,20 @@ struct ValuedPlant {
 
 /// The finest detail of a plant that a view demands.
 struct DemandedDetail {
-  std::uint32_t page_count = 0;   ///< pages [0, page_count)
-  std::uint32_t finest_wood = 0;  ///< wood LoDs [finest_wood, table.wood_lod_count)
-  bool textures = false;
-  bool leaf_meshes = false;  ///< and the textures that only they show
+  std::uint32_t page_count = 0;         ///< pages [0, page_count)
+  std::uint32_t finest_wood = 0;        ///< wood LoDs [finest_wood, table.wood_lod_count)
+  std::uint64_t max_texture_bytes = 0;  ///< textures that take no more; 0: none
+  bool leaf_meshes = false;             ///< and the textures that only they show
 };
 
 /// True if a view demands the plant's leaf meshes.
 bool demands_leaf_meshes(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+
+/// The finest wood LoD that a view demands.
+std::uint32_t demanded_wood(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view);
+
+/// True if a plant without its textures is wrong by more than the view's threshold.
+bool needs_textures(const PlantDemand& demand, const LodView& view);
 
 /// for_others  another view demands the leaf meshes, so they are resident for this view too
 DemandedDetail demanded_detail(const ValuedPlant& plant, const PlantDemand& demand, const LodView& view, bool for_others = false);

@@ -153,11 +153,6 @@ void gather_requests(Loading& loading, const PlantSet& plants, const CurrentFram
   });
 }
 
-/// Bytes that must fit before the chunk is requested. Some of the leaf meshes alone show nothing: they are requested once all of them fit.
-std::uint64_t needed_bytes(const PlantStream& plant, const Chunk& chunk) {
-  return in_leaf_mesh_set(plant, chunk) ? missing_leaf_mesh_bytes(plant) : chunk_bytes(plant, chunk).total();
-}
-
 /// Starts the read of a chunk that fits, in a free slot. False if the allocator hook has no memory, or if an eviction since the request was
 /// gathered has taken the page before it.
 bool start_request(Transfer& transfer, Budget& budget, const CurrentFrame& frame, PlantStream& plant, Chunk& chunk) {
@@ -246,7 +241,7 @@ void issue_requests(Loading& loading, Evictions& evictions, Budget& budget, cons
     std::ranges::pop_heap(loading.requests.span(), has_lower_priority);
     const auto [plant, chunk, value] = loading.requests.pop_back();
     if (frame.number < plant->retry_frame) continue;
-    const Room room = make_room(evictions, budget, plants, frame, needed_bytes(*plant, *chunk));
+    const Room room = make_room(evictions, budget, plants, frame, chunk_bytes(*plant, *chunk).total());
     // A request of lower value must not take the memory that is being freed.
     if (room == Room::soon) return;
     if (room == Room::none || !start_request(*slot, budget, frame, *plant, *chunk)) continue;

@@ -33,7 +33,7 @@ Result<void> reserve(PlantOpening& opening, Budget& budget, const PlantSet& plan
 
 /// Bytes of the plant's places in the lists of requests, which grow by half.
 std::uint64_t list_bytes(const PlantStream& plant) {
-  return max_requests(plant) * (sizeof(ValuedChunk) + sizeof(Indivisible)) * 3 / 2;
+  return max_requests(plant) * (sizeof(ValuedChunk) + sizeof(Lump)) * 3 / 2;
 }
 
 /// Bytes of the pinned chunks while they are decoded.

@@ -99,8 +99,14 @@ Result<void> measure_textures(PlantStream& plant) {
 void measure_leaf_meshes(PlantStream& plant) {
   plant.valued.leaf_mesh_bytes = 0;
   if (plant.file.plant.leaf_mesh_count == 0) return;
-  for (const Chunk& chunk : plant.chunks.span())
-    if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes += chunk_bytes(plant, chunk).gpu;
+  std::uint64_t passing = 0;
+  for (const Chunk& chunk : plant.chunks.span()) {
+    if (!in_leaf_mesh_set(plant, chunk)) continue;
+    const ChunkBytes bytes = chunk_bytes(plant, chunk);
+    plant.valued.leaf_mesh_bytes += bytes.gpu;
+    passing = std::max(passing, bytes.total() - bytes.gpu);
+  }
+  plant.leaf_mesh_load_bytes = plant.valued.leaf_mesh_bytes + passing;
 }
 
 WoodShape mesh_shape(const PlantFile& file, ChunkId id) {
@@ -238,16 +244,14 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   return bytes;
 }
 
+std::uint64_t lump_bytes(const PlantStream& plant, const Chunk& chunk) {
+  const ChunkBytes bytes = chunk_bytes(plant, chunk);
+  return chunk.id.kind == ChunkKind::texture ? bytes.gpu : bytes.total();
+}
+
 bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk) {
   return chunk.id.kind == ChunkKind::leaf_mesh ||
          (chunk.id.kind == ChunkKind::texture && plant.texture_uploads[chunk.id.index].leaf_mesh_only);
-}
-
-std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant) {
-  std::uint64_t bytes = 0;
-  for (const Chunk& chunk : plant.other_chunks())
-    if (chunk.residency == Residency::absent && in_leaf_mesh_set(plant, chunk)) bytes += chunk_bytes(plant, chunk).total();
-  return bytes;
 }
 
 bool leaf_meshes_resident(const PlantStream& plant) {
@@ -305,28 +309,61 @@ float max_size_px(const GroupDemand& demand, DemandSize size) {
   return size == DemandSize::now ? demand.now.max_size_px : demand.recent.px();
 }
 
-DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views) {
-  DemandedDetail demanded = no_demand(plant);
-  if (plant.closing) return demanded;
+namespace {
+
+/// True if a lump is small enough. One that is there is kept a little longer, so that small changes of the view do not swap it back and
+/// forth.
+bool within(const Chunk& chunk, std::uint64_t bytes, std::uint64_t limit_bytes) {
+  return (chunk.residency == Residency::absent ? bytes : bytes / 4 * 3) <= limit_bytes;
+}
+
+bool leaf_meshes_within(const PlantStream& plant, std::uint64_t limit_bytes) {
+  return plant.file.plant.leaf_mesh_count > 0 && within(plant.chunk(ChunkKind::leaf_mesh, 0), plant.leaf_mesh_load_bytes, limit_bytes);
+}
+
+/// The finest of a plant's wood LoDs, from `finest` on, that is small enough, as are all coarser ones.
+std::uint32_t finest_wood_within(const PlantStream& plant, std::uint32_t finest, std::uint64_t limit_bytes) {
+  const std::uint32_t count = plant.file.plant.wood_lod_count;
+  if (finest >= count) return count;
+  std::uint32_t lod = count - 1;  // which is pinned
+  for (; lod > finest; --lod) {
+    const Chunk& finer = plant.chunk(ChunkKind::wood, lod - 1);
+    if (!within(finer, lump_bytes(plant, finer), limit_bytes)) break;
+  }
+  return lod;
+}
+
+/// Calls ask(demand, view) for each view group that sees the plant.
+template <class Ask>
+void for_each_group(const PlantStream& plant, DemandSize size, const GroupViews& views, const Ask& ask) {
+  for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
+    const float size_px = max_size_px(plant.demands[group], size);
+    if (!views[group] || size_px == 0.0f) continue;
+    PlantDemand demand = plant.demands[group].now;
+    demand.max_size_px = size_px;
+    ask(demand, *views[group]);
+  }
+}
+
+}  // namespace
+
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const DemandViews& views) {
+  DemandedDetail pages = no_demand(plant), lumps = pages;
+  if (plant.closing) return pages;
   ValuedPlant valued = plant.valued;
-  if (!plant.leaf_meshes_affordable) valued.leaf_mesh_bytes = 0;
-  const auto for_each_group = [&](const auto& ask) {
-    for (std::size_t group = 0; group < kMaxViewGroups; ++group) {
-      const float size_px = max_size_px(plant.demands[group], size);
-      if (!views[group] || size_px == 0.0f) continue;
-      PlantDemand demand = plant.demands[group].now;
-      demand.max_size_px = size_px;
-      ask(demand, *views[group]);
-    }
-  };
-  bool leaf_meshes = false;
-  for_each_group(
-      [&](const PlantDemand& demand, const LodView& view) { leaf_meshes = leaf_meshes || demands_leaf_meshes(valued, demand, view); });
-  for_each_group([&](const PlantDemand& demand, const LodView& view) {
-    demanded = merged(demanded, demanded_detail(valued, demand, view, leaf_meshes));
+  const bool may_have_meshes = leaf_meshes_within(plant, views.limits.other_bytes);
+  for_each_group(plant, size, views.lumps, [&](const PlantDemand& demand, const LodView& view) {
+    lumps.leaf_meshes = lumps.leaf_meshes || (may_have_meshes && demands_leaf_meshes(valued, demand, view));
+    lumps.finest_wood = std::min(lumps.finest_wood, demanded_wood(valued, demand, view));
+    if (views.every_texture || needs_textures(demand, view)) lumps.max_texture_bytes = views.limits.texture_bytes;
   });
-  demanded.page_count = std::min(demanded.page_count, plant.loadable_page_count);
-  return demanded;
+  if (!lumps.leaf_meshes) valued.leaf_mesh_bytes = 0;
+  for_each_group(plant, size, views.pages, [&](const PlantDemand& demand, const LodView& view) {
+    pages = merged(pages, demanded_detail(valued, demand, view, lumps.leaf_meshes));
+  });
+  lumps.page_count = std::min(pages.page_count, plant.loadable_page_count);
+  lumps.finest_wood = finest_wood_within(plant, lumps.finest_wood, views.limits.other_bytes);
+  return lumps;
 }
 
 namespace {
@@ -338,7 +375,8 @@ bool demanded_by(const PlantStream& plant, const DemandedDetail& demanded, const
     case ChunkKind::wood:
       return chunk.id.index >= demanded.finest_wood;
     case ChunkKind::texture:
-      return in_leaf_mesh_set(plant, chunk) ? demanded.leaf_meshes : demanded.textures && chunk.affordable;
+      if (in_leaf_mesh_set(plant, chunk)) return demanded.leaf_meshes;
+      return within(chunk, lump_bytes(plant, chunk), demanded.max_texture_bytes);
     case ChunkKind::leaf_mesh:
       return demanded.leaf_meshes;
   }
@@ -354,19 +392,12 @@ PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& deman
     const ChunkBytes bytes = chunk_bytes(plant, plant.chunk(ChunkKind::page, plant.decoded_page_count));
     planned.passing = bytes.upload + bytes.work;
   }
-  std::uint64_t set_passing = 0;
   for (const Chunk& chunk : plant.other_chunks()) {
     if (chunk.pinned || chunk.residency == Residency::failed || !demanded_by(plant, demanded, chunk)) continue;
     const ChunkBytes bytes = chunk_bytes(plant, chunk);
     planned.settled += bytes.gpu + bytes.kept;
-    if (chunk.residency == Residency::resident) continue;
-    const std::uint64_t passing = bytes.upload + bytes.work;
-    if (in_leaf_mesh_set(plant, chunk))
-      set_passing += passing;  // they are requested together
-    else
-      planned.passing = std::max(planned.passing, passing);
+    if (chunk.residency != Residency::resident) planned.passing = std::max(planned.passing, bytes.upload + bytes.work);
   }
-  planned.passing = std::max(planned.passing, set_passing);
   return planned;
 }
 

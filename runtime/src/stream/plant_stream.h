@@ -116,9 +116,9 @@ struct PlantStream {
 
   std::array<GroupDemand, kMaxViewGroups> demands;
   FrameDemand demanded;
-  std::uint32_t loadable_page_count = 0;  ///< pages before the first that failed
-  bool leaf_meshes_affordable = true;     ///< false if the budget goes to chunks of higher value
-  std::uint64_t retry_frame = 0;          ///< no requests before this frame: the allocator hook or the device had no memory
+  std::uint32_t loadable_page_count = 0;   ///< pages before the first that failed
+  std::uint64_t leaf_mesh_load_bytes = 0;  ///< peak memory of loading all leaf meshes and the textures that only they show
+  std::uint64_t retry_frame = 0;           ///< no requests before this frame: the allocator hook or the device had no memory
   bool closing = false;
   std::uint64_t close_frame = 0;      ///< first begin_frame in which it is closing
   std::uint64_t last_used_frame = 0;  ///< closing: last frame that may refer to the plant
@@ -171,9 +171,6 @@ inline std::size_t max_requests(const PlantStream& plant) {
 /// True if the chunk is one of leaf meshes, or a texture that only they show. All of those are needed, or none.
 bool in_leaf_mesh_set(const PlantStream& plant, const Chunk& chunk);
 
-/// Bytes, as in ChunkBytes::total(), of chunks that the leaf meshes need and that are neither resident nor being loaded.
-std::uint64_t missing_leaf_mesh_bytes(const PlantStream& plant);
-
 /// Value of a chunk under plant.demands and plant.demanded.unlimited, over all view groups; infinite for pinned chunks. Computed once a
 /// frame.
 float chunk_value(const PlantStream& plant, Chunk& chunk, const CurrentFrame& frame);
@@ -183,8 +180,22 @@ void update_demand(GroupDemand& of, const PlantDemand& demand);
 /// Which size of a plant counts.
 enum class DemandSize : std::uint8_t { now, recent };
 float max_size_px(const GroupDemand& demand, DemandSize size);
+/// Bytes of a texture, or the peak of loading a wood LoD: what is compared with LumpLimits.
+std::uint64_t lump_bytes(const PlantStream& plant, const Chunk& chunk);
+
+/// Maximum bytes of a texture; of loading a wood LoD, or all leaf meshes. A resident one may take a third more.
+struct LumpLimits {
+  std::uint64_t texture_bytes = UINT64_MAX, other_bytes = UINT64_MAX;
+};
+/// The views at the thresholds of a plant.
+struct DemandViews {
+  const GroupViews& pages;
+  const GroupViews& lumps;
+  LumpLimits limits;
+  bool every_texture = true;  ///< else those without which the plant is wrong by more than the threshold
+};
 /// The demand of all view groups for the plant; none for one that is closing.
-DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const GroupViews& views);
+DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const DemandViews& views);
 /// Counts all chunks that are not pinned.
 PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
 /// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.

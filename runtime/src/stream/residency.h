@@ -31,7 +31,6 @@ struct ChunkId {
 struct Chunk {
   ChunkId id;
   Residency residency = Residency::absent;
-  bool affordable = true;                  ///< a texture: false if the budget goes to chunks of higher value
   bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
   std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
   std::uint64_t bytes = 0;                 ///< all memory that it takes now

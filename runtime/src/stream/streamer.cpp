@@ -127,7 +127,7 @@ Result<void> Streamer::State::make_list_room(const PlantStream& plant) {
   for (const auto& open : plants.used())
     if (open) count += max_requests(*open);
   COPPICE_CHECK(loading.requests.make_room(plant.hooks.allocator, count));
-  return threshold.indivisible.make_room(plant.hooks.allocator, count);
+  return threshold.large_lumps.make_room(plant.hooks.allocator, count);
 }
 
 Result<bool> Streamer::State::continue_opening(PlantOpening& opening) {
@@ -512,14 +512,15 @@ bool Streamer::is_settled(std::uint32_t plant) const {
 bool Streamer::is_group_settled(std::size_t group) const {
   if (state_->threshold.falls) return false;
   GroupViews alone;
-  alone[group] = raised_views(state_->threshold, state_->frame)[group];
+  alone[group] = state_->frame.views[group];
+  const Ladder ladder = current_ladder(state_->threshold, alone);
   return std::ranges::all_of(state_->plants.used(), [&](const auto& plant) {
-    return !plant || plant->closing || is_there(*plant, demanded_at(*plant, DemandSize::now, alone));
+    return !plant || plant->closing || is_there(*plant, demanded_at(*plant, DemandSize::now, ladder.of(plant->index)));
   });
 }
 
 float Streamer::threshold_px(std::size_t group) const {
-  const std::optional<LodView> view = raised_views(state_->threshold, state_->frame)[group];
+  const std::optional<LodView> view = threshold_views(state_->threshold, state_->frame.views)[group];
   return view && !view->full ? view->error_px : 0.0f;
 }
 

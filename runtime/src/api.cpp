@@ -45,6 +45,18 @@ std::string instance_problem(const coppice_context& context, coppice_instance in
   return name + " " + (problem.empty() ? "has been removed" : problem);
 }
 
+/// The first of the handles that is not live. rest: what has not been done then
+std::string instances_problem(const coppice_context& context, std::span<const coppice_instance> instances, const char* rest) {
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (!context.context->instances().is_live(instances[i]))
+      return instance_problem(context, instances[i], "instances[" + std::to_string(i) + "]") + rest;
+  return {};
+}
+
+std::string null_problem(const coppice_instance* instances, uint32_t count) {
+  return instances == nullptr && count > 0 ? "instances is null" : "";
+}
+
 coppice::ViewLimits view_limits(const coppice_context& context) {
   const coppice::BackendLimits& limits = context.context->limits();
   return {limits.max_view_width_px, limits.max_view_height_px};
@@ -97,13 +109,16 @@ std::string coppice::view_problem(const coppice_context& context, coppice_view v
   return name + " " + (problem.empty() ? "has been destroyed" : problem);
 }
 
-std::string coppice::placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest) {
+std::string coppice::placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest,
+                                        const coppice_instance* movers) {
   if (records.count == 0) return {};
   if (records.first == nullptr) return "placements is null";
   if (records.stride < sizeof(coppice_placement::position)) return "stride is " + std::to_string(records.stride) + ": less than a position";
-  for (std::size_t i = 0; i < records.count; ++i)
+  for (std::size_t i = 0; i < records.count; ++i) {
+    if (movers != nullptr && !context.context->instances().is_live(movers[i])) continue;
     if (const std::string problem = placement_problem(records[i], context.context->origin()); !problem.empty())
       return "placements[" + std::to_string(i) + "]." + problem + rest;
+  }
   return {};
 }
 
@@ -218,10 +233,8 @@ coppice_status coppice_instances_add(coppice_context* context, coppice_plant pla
 coppice_status coppice_instances_move(coppice_context* context, const coppice_instance* instances, const coppice_placement* placements,
                                       size_t stride, uint32_t count) {
   COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(instances == nullptr && count > 0 ? "instances is null" : "");
-  for (uint32_t i = 0; i < count; ++i)
-    if (!context->context->instances().is_live(instances[i]))
-      return call.refuse(instance_problem(*context, instances[i], "instances[" + std::to_string(i) + "]") + "; none was moved");
+  COPPICE_REFUSE_IF(null_problem(instances, count));
+  COPPICE_REFUSE_IF(instances_problem(*context, {instances, count}, "; none was moved"));
   const PlacementRecords records{placements, stride, count};
   COPPICE_REFUSE_IF(placements_problem(*context, records, "; none was moved"));
   for (uint32_t i = 0; i < count; ++i) context->context->instances().move(instances[i], records[i]);
@@ -230,13 +243,53 @@ coppice_status coppice_instances_move(coppice_context* context, const coppice_in
 
 coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count) {
   COPPICE_BEGIN_CALL(exclusive);
-  COPPICE_REFUSE_IF(instances == nullptr && count > 0 ? "instances is null" : "");
+  COPPICE_REFUSE_IF(null_problem(instances, count));
   // A handle given twice is removed once. Dead handles are refused before anything is removed.
-  for (uint32_t i = 0; i < count; ++i)
-    if (!context->context->instances().is_live(instances[i]))
-      return call.refuse(instance_problem(*context, instances[i], "instances[" + std::to_string(i) + "]") + "; none was removed");
+  COPPICE_REFUSE_IF(instances_problem(*context, {instances, count}, "; none was removed"));
   for (uint32_t i = 0; i < count; ++i)
     if (context->context->instances().is_live(instances[i])) context->context->instances().remove(instances[i]);
+  return COPPICE_OK;
+}
+
+coppice_status coppice_instance_is_live(const coppice_context* context, coppice_instance instance, uint32_t* live) {
+  if (live != nullptr) *live = COPPICE_FALSE;
+  COPPICE_BEGIN_CALL(shared);
+  if (live == nullptr) return call.refuse("live is null");
+  *live = context->context->instances().is_live(instance) ? COPPICE_TRUE : COPPICE_FALSE;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_instances_move_live(coppice_context* context, const coppice_instance* instances, const coppice_placement* placements,
+                                           size_t stride, uint32_t count, uint32_t* skipped) {
+  if (skipped != nullptr) *skipped = 0;
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(null_problem(instances, count));
+  const PlacementRecords records{placements, stride, count};
+  COPPICE_REFUSE_IF(placements_problem(*context, records, "; none was moved", instances));
+  uint32_t dead = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (context->context->instances().is_live(instances[i]))
+      context->context->instances().move(instances[i], records[i]);
+    else
+      ++dead;
+  }
+  if (skipped != nullptr) *skipped = dead;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_instances_remove_live(coppice_context* context, const coppice_instance* instances, uint32_t count,
+                                             uint32_t* skipped) {
+  if (skipped != nullptr) *skipped = 0;
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(null_problem(instances, count));
+  uint32_t dead = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (context->context->instances().is_live(instances[i]))
+      context->context->instances().remove(instances[i]);
+    else
+      ++dead;
+  }
+  if (skipped != nullptr) *skipped = dead;
   return COPPICE_OK;
 }
 

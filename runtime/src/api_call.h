@@ -100,8 +100,10 @@ class Call {
 std::string plant_problem(const coppice_context& context, coppice_plant plant);
 /// Why the plant cannot be used: it is closed, or it failed to open.
 std::string failed_plant_problem(const coppice_context& context, coppice_plant plant);
-/// rest: what happens to the other records, for the message
-std::string placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest);
+/// rest: what happens to the other records, for the message. movers: null, or the instances that the records are of, whose records do not
+/// matter if they are gone
+std::string placements_problem(const coppice_context& context, const gpu::PlacementRecords& records, const char* rest,
+                               const coppice_instance* movers = nullptr);
 /// name: of the argument
 std::string view_problem(const coppice_context& context, coppice_view view, const std::string& name = "view");
 

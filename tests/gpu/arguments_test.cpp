@@ -534,6 +534,10 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_instances_add(context_, plant, nullptr, sizeof(coppice_placement), 1, nullptr), "placements");
   expect_refused(coppice_instances_move(context_, &instance, nullptr, sizeof(coppice_placement), 1), "placements");
   expect_refused(coppice_instances_remove(context_, nullptr, 1), "instances");
+  expect_refused(coppice_instance_is_live(context_, instance, nullptr), "live");
+  expect_refused(coppice_instances_move_live(context_, nullptr, &kHere, sizeof(coppice_placement), 1, nullptr), "instances");
+  expect_refused(coppice_instances_move_live(context_, &instance, nullptr, sizeof(coppice_placement), 1, nullptr), "placements");
+  expect_refused(coppice_instances_remove_live(context_, nullptr, 1, nullptr), "instances");
   expect_refused(coppice_scene_open(context_, nullptr, nullptr, &scene), "path");
   expect_refused(coppice_scene_open(context_, "x", nullptr, nullptr), "scene");
   expect_refused(coppice_vulkan_view_create(context_, nullptr, &good_view_descs.vulkan, &made), "desc");
@@ -573,6 +577,9 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_instances_add(nullptr, plant, &kHere, sizeof(coppice_placement), 1, nullptr),
                                       coppice_instances_move(nullptr, &instance, &kHere, sizeof(coppice_placement), 1),
                                       coppice_instances_remove(nullptr, &instance, 1),
+                                      coppice_instance_is_live(nullptr, instance, &settled),
+                                      coppice_instances_move_live(nullptr, &instance, &kHere, sizeof(coppice_placement), 1, nullptr),
+                                      coppice_instances_remove_live(nullptr, &instance, 1, nullptr),
                                       coppice_scene_open(nullptr, "x", nullptr, &scene),
                                       coppice_scene_move(nullptr, 1, &scene_placement),
                                       coppice_scene_close(nullptr, 1),

@@ -464,6 +464,19 @@ COPPICE_API coppice_status coppice_instances_move(coppice_context* context, cons
 /* Removes instances. instances: [count]; all or none are removed. after: not drawn from the next coppice_record_upload on */
 COPPICE_API coppice_status coppice_instances_remove(coppice_context* context, const coppice_instance* instances, uint32_t count);
 
+/* Tells whether an instance exists. instance: any value. live: out; COPPICE_FALSE if the instance has been removed or its plant has been
+ * closed or has failed, if it is no handle of an instance of this context, and on errors. thread: as coppice_scene_get_info */
+COPPICE_API coppice_status coppice_instance_is_live(const coppice_context* context, coppice_instance instance, uint32_t* live);
+/* As coppice_instances_move and coppice_instances_remove, but handles that coppice_instance_is_live denies are skipped, and so are their
+ * placements; the other instances are all moved or removed, or none of them. A handle that is given to the second function twice is skipped
+ * once.
+ * skipped: out, may be null; the number of handles that were skipped, 0 on errors */
+COPPICE_API coppice_status coppice_instances_move_live(coppice_context* context, const coppice_instance* instances,
+                                                       const coppice_placement* placements, size_t stride, uint32_t count,
+                                                       uint32_t* skipped);
+COPPICE_API coppice_status coppice_instances_remove_live(coppice_context* context, const coppice_instance* instances, uint32_t count,
+                                                         uint32_t* skipped);
+
 /* Moves the origin, for engines that move the origin of their coordinates along with the camera. From this call on, positions that are
  * passed (placements, cameras, shadow maps, maps of wind, boxes, rays) and returned (draws, hits, placements of trees) count from `origin`.
  * `origin` itself always counts from the origin that the context was created with: a position p means what p + origin meant then. The

@@ -95,7 +95,7 @@ TEST(CoppiceForestErrors, OutputsThatCannotBeWrittenAreRefusedFirst) {
     EXPECT_TRUE(mentions(run.err, {option, "/dev/null/picture"}));
     EXPECT_EQ(run.err.find("nowhere"), std::string::npos) << "before anything is opened: " << run.err;
     EXPECT_EQ(count_of(run.err, "\n"), 1u) << run.err;
-    expect_failure(draw({"--plants", "/nowhere.coppice", option, "/dev/full"}), {"/dev/full", option});
+    expect_failure(run_process(kForest, {"--headless", "--plants", "/nowhere.coppice", option, "/dev/full"}), {"/dev/full", option});
   }
 }
 
@@ -109,7 +109,7 @@ TEST(CoppiceForestErrors, NoFileOfARunIsOverwritten) {
                                  {"--scene", plant, "--trace", plant},
                                  {plant, "--camera", link, "--compare", plant},
                                  {plant, "--stats", twice, "--trace", twice}})
-    expect_failure(draw(arguments), {arguments.back(), "overwritten"});
+    expect_failure(run_process(kForest, joined({"--headless"}, arguments)), {arguments.back(), "overwritten"});
   EXPECT_EQ(read_text(plant), "a plant");
 }
 

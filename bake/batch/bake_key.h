@@ -18,7 +18,7 @@ namespace coppice::bake {
 
 /// To be raised with every change after which some input and options give other bytes: files baked before are then baked again. A test
 /// compares a bake with what it was at this version.
-inline constexpr std::uint32_t kBakeVersion = 29;
+inline constexpr std::uint32_t kBakeVersion = 31;
 
 /// All that a bake's bytes depend on: the input's name (which the file keeps), its bytes, the names and bytes of the files it refers to,
 /// option_parts(), kBakeVersion, the file format's version, and with Areas::vulkan device and driver, which are opened for it. Of bytes

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
 #include "commands.h"
@@ -8,9 +9,11 @@
 #include "inspect.h"
 #include "leaf_mesh_parts.h"
 #include "output.h"
+#include "text_bytes.h"
 #include "text_number.h"
 #include "tree_order.h"
 #include "unpack.h"
+#include "wood_capsules.h"
 
 namespace coppice::bake {
 namespace {
@@ -21,6 +24,7 @@ struct ExportArguments {
   std::uint32_t leaf_count = 0;  ///< 0 for "full"
   std::string part = "all";
   bool solid = false;
+  std::uint32_t capsules = 0;  ///< 0: the cut is written
 };
 
 /// A .coppice file keeps no material names. These tell leaves from wood, so that an exported cut can be baked again.
@@ -39,6 +43,24 @@ Mesh leaf_mesh(const BakedPlant& plant, const ExportArguments& arguments) {
   return foliage_mesh(arguments.solid ? solid_foliage(std::move(cut)) : cut);
 }
 
+std::string capsules_json(const std::vector<Capsule>& capsules) {
+  auto list = nlohmann::ordered_json::array();
+  const auto place = [](const glm::dvec3& at) {
+    return nlohmann::ordered_json{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+  };
+  for (const Capsule& capsule : capsules)
+    list.push_back({{"from", place(capsule.from)}, {"to", place(capsule.to)}, {"radius", static_cast<float>(capsule.radius_m)}});
+  return nlohmann::ordered_json{{"capsules", std::move(list)}}.dump(1) + "\n";
+}
+
+int run_capsules(const ExportArguments& arguments, const BakedPlant& plant) {
+  if (plant.wood.lods.empty()) return report_failure(arguments.input, Error{Status::invalid_argument, "the plant has no wood to export"});
+  const std::vector<Capsule> capsules = wood_capsules(plant.wood.lods.front(), arguments.capsules);
+  const std::string text = capsules_json(capsules);
+  return write_outputs({{arguments.output, bytes_of(text)}},
+                       formatted("%s: %zu capsules\n", shown(arguments.output).c_str(), capsules.size()));
+}
+
 int run(const ExportArguments& arguments) {
   if (const auto possible = check_output(arguments.output, {arguments.input}); !possible)
     return report_failure(arguments.output, possible.error());
@@ -46,6 +68,7 @@ int run(const ExportArguments& arguments) {
   if (!bytes) return report_failure(arguments.input, bytes.error());
   auto plant = unpack(*bytes);
   if (!plant) return report_failure(arguments.input, plant.error());
+  if (arguments.capsules > 0) return run_capsules(arguments, *plant);
   const auto summary = inspect(*bytes);
   if (!summary) return report_failure(arguments.input, summary.error());
   const bool has_leaves = summary->leaf_count > 0;
@@ -101,11 +124,20 @@ void add_export_command(CLI::App& app, int* exit_code) {
   command->add_flag("--solid", arguments->solid,
                     "Leaves without opacity, for engines that draw none: each shrinks to the area that its opacity is of. Otherwise "
                     "opacity is the alpha of COLOR_0, and leaves that have it are blended");
-  add_output_option(*command, "-o,--output", arguments->output, "The .glb to write; - for the standard output")
+  command
+      ->add_option("--capsules", arguments->capsules,
+                   "In place of a cut, at most this many capsules of stem and boughs as JSON, for colliders and navigation meshes: the "
+                   "ends' middles and the radius, metres, the most wood first")
+      ->check(CLI::Range(1u, 1024u))
+      ->type_name("N")
+      ->excludes("--leaves")
+      ->excludes("--part")
+      ->excludes("--solid");
+  add_output_option(*command, "-o,--output", arguments->output, "The .glb or .json to write; - for the standard output")
       ->required()
-      ->type_name("OUT.glb");
+      ->type_name("OUT");
   command->callback([arguments, exit_code] {
-    if (arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");
+    if (arguments->capsules == 0 && arguments->part != "wood" && arguments->leaves.empty()) throw CLI::RequiredError("--leaves");
     if (!arguments->leaves.empty() && arguments->leaves != "full")
       arguments->leaf_count = static_cast<std::uint32_t>(std::stoul(arguments->leaves, nullptr, 0));
     *exit_code = run(*arguments);

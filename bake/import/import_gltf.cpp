@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <new>
+#include <set>
 #include <utility>
 
 #include <tiny_gltf.h>
@@ -49,7 +50,11 @@ Result<UsedMaterials> used_materials(const tinygltf::Model& model, const std::ve
       if (used.number_of.try_emplace(material_index(primitive), static_cast<std::uint32_t>(used.sources.size())).second)
         used.sources.push_back(material_index(primitive));
     }
-  if (used.sources.empty()) return Error{Status::bad_file, "no triangles and no lines in the scene"};
+  if (used.sources.empty()) {
+    const std::size_t others = model.scenes.size() - std::min<std::size_t>(model.scenes.size(), 1);
+    return Error{Status::bad_file, "no triangles and no lines in the scene", Error::kNoOffset,
+                 others > 0 ? "of its " + std::to_string(others + 1) + " scenes only the default one, or the first, is read" : ""};
+  }
   if (used.sources.size() > COPPICE_MAX_MATERIALS) return Error{Status::unsupported, "more than 256 materials in use"};
   return used;
 }
@@ -205,6 +210,23 @@ std::string points_text(const tinygltf::Model& model, const std::vector<MeshInst
   return list.empty() ? list : "left out: " + list + " of points, or of lines without length";
 }
 
+/// Materials whose images some meshes cannot show: they ask for a set of texture coordinates, not the first, that the mesh lacks.
+std::string uvs_text(const tinygltf::Model& model, const std::vector<MeshInstance>& instances) {
+  std::set<std::string> names;
+  for (const MeshInstance& instance : instances)
+    for (const tinygltf::Primitive& primitive : model.meshes.at(instance.mesh).primitives) {
+      if (primitive.mode < TINYGLTF_MODE_TRIANGLES || primitive.material < 0) continue;
+      const tinygltf::Material& material = model.materials.at(static_cast<std::size_t>(primitive.material));
+      const std::uint32_t set = texture_uvs(model, material_index(primitive)).set;
+      const std::string name = "TEXCOORD_" + std::to_string(set);
+      if (set > 0 && material.pbrMetallicRoughness.baseColorTexture.index >= 0 && !primitive.attributes.contains(name))
+        names.insert("'" + material.name.substr(0, 64) + "' (" + name + ")");
+    }
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? list : "meshes without the texture coordinates of their materials show one texel: " + list;
+}
+
 /// Light that materials emit. materials  indices, kNone for glTF's default material
 std::string emission_text(const tinygltf::Model& model, const std::vector<std::uint32_t>& materials) {
   constexpr std::size_t kMaxNames = 8;
@@ -233,6 +255,7 @@ Result<Plant> import_model(tinygltf::Model& model, const std::filesystem::path& 
   add_warning(lines_text(lines, instances), plant.warnings);
   add_warning(points_text(model, instances), plant.warnings);
   COPPICE_TRY(used, used_materials(model, instances));
+  add_warning(uvs_text(model, instances), plant.warnings);
   add_warning(emission_text(model, used.sources), plant.warnings);
   for (const std::uint32_t source : used.sources) plant.materials.push_back(convert_material(model, source, plant.warnings));
   COPPICE_TRY(soup, gather_triangles(model, instances, used, options.wind_color_set, plant.warnings));

@@ -66,7 +66,8 @@ std::string place_origin(Plant& plant, const glm::dvec3& anchor, Origin origin) 
   if (origin == Origin::center) target = 0.5 * (box.low + box.high);
   move(plant, -target);
   if (!outside || origin == Origin::foot || origin == Origin::center) return {};
-  const std::string line = "the plant stands " + formatted("%.4g", glm::length(gap)) + " m from its origin";
+  const double gap_m = glm::length(gap);
+  const std::string line = "the plant stands " + formatted(gap_m < 1e4 ? "%.4g" : "%.0f", gap_m) + " m from its origin";
   return line +
          (origin == Origin::keep ? " (--origin foot or center moves it)" : ": the origin is moved to its foot (--origin keep leaves it)");
 }

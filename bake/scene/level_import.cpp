@@ -38,7 +38,8 @@ class SpeciesNames {
   }
 
   [[nodiscard]] std::optional<std::size_t> find(const std::string& name) const {
-    static const NamePattern appended = *NamePattern::compile(R"(( ?\([0-9]+\)| ?\(clone\)|[._ -]?(lod)?[0-9]+)+$)", "");
+    static const NamePattern appended =
+        *NamePattern::compile(R"(( ?\([0-9]+\)|([._ -]+\(?|\()(clone|copy)\)?|_c_[0-9]+|[._ -]?(lod)?[0-9]+)+$)", "");
     static const NamePattern prefix = *NamePattern::compile("^(sm|sk|bp|pf|prefab)_", "");
     const std::string wanted = lower(name), bare = appended.without(wanted);
     const std::array forms{wanted, bare, prefix.without(wanted), prefix.without(bare)};

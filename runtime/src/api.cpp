@@ -9,6 +9,7 @@
 #include "abi.h"
 #include "api_call.h"
 #include "api_checks.h"
+#include "api_fields.h"
 #include "frame_wind.h"
 
 namespace {
@@ -16,6 +17,7 @@ namespace {
 using coppice::Call;
 using coppice::failed_plant_problem, coppice::finish_open, coppice::placements_problem, coppice::plant_problem;
 using coppice::HandleKind;
+using coppice::gpu::InstanceTable;
 using coppice::gpu::PlacementRecords;
 
 std::string unready_plant_problem(const coppice_context& context, coppice_plant plant) {
@@ -51,6 +53,18 @@ std::string instances_problem(const coppice_context& context, std::span<const co
     if (!context.context->instances().is_live(instances[i]))
       return instance_problem(context, instances[i], "instances[" + std::to_string(i) + "]") + rest;
   return {};
+}
+
+/// Returns the number of handles that were dead.
+uint32_t remove_live(std::span<const coppice_instance> handles, InstanceTable& instances) {
+  uint32_t dead = 0;
+  for (const coppice_instance handle : handles) {
+    if (instances.is_live(handle))
+      instances.remove(handle);
+    else
+      ++dead;
+  }
+  return dead;
 }
 
 std::string null_problem(const coppice_instance* instances, uint32_t count) {
@@ -154,6 +168,17 @@ coppice_status coppice_set_memory_budget(coppice_context* context, uint64_t byte
   return call.finish(context->context->set_memory_budget(bytes));
 }
 
+coppice_status coppice_trim(coppice_context* context, uint64_t target_bytes) {
+  COPPICE_BEGIN_CALL(exclusive);
+  return call.finish(context->context->trim(target_bytes));
+}
+
+coppice_status coppice_retry_failed(coppice_context* context) {
+  COPPICE_BEGIN_CALL(exclusive);
+  context->context->retry_failed();
+  return COPPICE_OK;
+}
+
 coppice_status coppice_plant_open(coppice_context* context, const char* path, coppice_plant* plant) {
   if (plant != nullptr) *plant = 0;
   COPPICE_BEGIN_CALL(exclusive);
@@ -246,8 +271,7 @@ coppice_status coppice_instances_remove(coppice_context* context, const coppice_
   COPPICE_REFUSE_IF(null_problem(instances, count));
   // A handle given twice is removed once. Dead handles are refused before anything is removed.
   COPPICE_REFUSE_IF(instances_problem(*context, {instances, count}, "; none was removed"));
-  for (uint32_t i = 0; i < count; ++i)
-    if (context->context->instances().is_live(instances[i])) context->context->instances().remove(instances[i]);
+  remove_live({instances, count}, context->context->instances());
   return COPPICE_OK;
 }
 
@@ -282,14 +306,17 @@ coppice_status coppice_instances_remove_live(coppice_context* context, const cop
   if (skipped != nullptr) *skipped = 0;
   COPPICE_BEGIN_CALL(exclusive);
   COPPICE_REFUSE_IF(null_problem(instances, count));
-  uint32_t dead = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    if (context->context->instances().is_live(instances[i]))
-      context->context->instances().remove(instances[i]);
-    else
-      ++dead;
-  }
+  const uint32_t dead = remove_live({instances, count}, context->context->instances());
   if (skipped != nullptr) *skipped = dead;
+  return COPPICE_OK;
+}
+
+coppice_status coppice_instances_fade_in(coppice_context* context, const coppice_instance* instances, uint32_t count, uint32_t frames) {
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(null_problem(instances, count));
+  COPPICE_REFUSE_IF(coppice::size_problem("frames", frames, InstanceTable::kMaxGrowthFrames));
+  COPPICE_REFUSE_IF(instances_problem(*context, {instances, count}, "; none fades in"));
+  for (uint32_t i = 0; i < count; ++i) context->context->instances().grow(instances[i], frames);
   return COPPICE_OK;
 }
 

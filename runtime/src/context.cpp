@@ -18,8 +18,12 @@ namespace {
 constexpr std::uint32_t kReloadSlots = 4;
 /// Maximum frames that a reload waits for the new file to become as fine as is in demand.
 constexpr std::uint64_t kReloadFrames = 120;
+/// Maximum frames in which trim reaches its target.
+constexpr std::uint64_t kTrimFrames = 120;
 /// Capacity of the host once there is a plant.
 constexpr std::uint32_t kFirstHostPlants = 16;
+/// Bytes of a chunk that are copied at a time: some 50 us.
+constexpr std::uint64_t kUploadPartBytes = 128ull << 10;
 
 std::uint64_t nanoseconds(float ms) {
   return static_cast<std::uint64_t>(std::min(double{ms} * 1e6, 1e18));
@@ -77,36 +81,102 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options, 
   context->prefetch_frames_ = desc.prefetch_frames;
   COPPICE_CHECK(move_into(context->streamer_, Streamer::create(context->hooks_.hooks, context->ledger_, streamer_options(desc, limits))));
   context->max_plants_ = limits.max_plants - kReloadSlots;
-  context->min_budget_bytes_ = context->backend_->min_budget_bytes(context->ledger_.reserved());
-  COPPICE_CHECK(context->check_budget(desc.memory_budget_bytes));
+  COPPICE_CHECK(check_budget(desc.memory_budget_bytes, context->least_budget(desc.memory_budget_bytes, 0)));
+  context->budget_bytes_ = desc.memory_budget_bytes;
   context->ledger_.set_budget(desc.memory_budget_bytes);
   return context;
 }
 
-Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBackend& make_backend) {
+Result<std::uint64_t> Context::cost(const ContextOptions& options, const MakeBackend& make_backend, const AddViews& add_views,
+                                    std::uint32_t instances) {
   COPPICE_CHECK(check_hooks(options.hooks));
   Ledger ledger;
   const Hooks hooks{.allocator = default_allocator()};
   COPPICE_TRY(backend, make_backend(backend_options(options, hooks, ledger)));
   COPPICE_TRY(streamer, Streamer::create(hooks, ledger, streamer_options(options.desc, backend->limits())));
-  return ledger.reserved();
+  if (!add_views) return ledger.reserved();
+  COPPICE_TRY(picture_bytes, add_views(*backend));
+  const gpu::InstanceTable table(hooks.allocator, backend->limits().max_instances);
+  const std::uint32_t slots = table.roomy(instances);
+  return ledger.reserved() + backend->reserve_bytes({.slots = slots}) + table.growth_bytes(slots) + picture_bytes;
 }
 
-Result<void> Context::check_budget(std::uint64_t bytes) const {
-  if (bytes >= min_budget_bytes_) return {};
+std::uint64_t Context::least_bytes(std::uint64_t budget_bytes, std::uint32_t slots) {
+  const std::uint32_t now = instances_.capacity();
+  const std::uint64_t host = ledger_.reserved() - backend_->reserved_bytes() - streamer_->evictable_bytes() - slot_upload_bytes_;
+  const std::uint64_t lists = slots < now ? gpu::InstanceTable::slot_bytes(slots) - gpu::InstanceTable::slot_bytes(now)
+                                          : instances_.growth_bytes(slots) + backend_->slot_upload_bytes(slots);
+  return host + lists + backend_->lasting_bytes(slots, budget_bytes);
+}
+
+// Lists take a share of the budget, so that each guess is larger than the one before it.
+std::uint64_t Context::least_budget(std::uint64_t bytes, std::uint32_t slots) {
+  for (std::uint64_t next = least_bytes(bytes, slots); next > bytes; next = least_bytes(bytes, slots)) bytes = next;
+  return bytes;
+}
+
+Result<void> Context::check_budget(std::uint64_t bytes, std::uint64_t least, Status status) {
+  if (bytes >= least) return {};
   constexpr double kMiB = 1 << 20;
   char detail[200];
-  std::snprintf(detail, sizeof detail, "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes before any plant",
-                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(min_budget_bytes_) / kMiB) / 10,
-                static_cast<unsigned long long>(min_budget_bytes_));
-  return Error{Status::invalid_argument, "memory budget", Error::kNoOffset, detail};
+  std::snprintf(detail, sizeof detail, "%.1f MiB is below the %.1f MiB (%llu bytes) that this context takes at least",
+                static_cast<double>(bytes) / kMiB, std::ceil(10 * static_cast<double>(least) / kMiB) / 10,
+                static_cast<unsigned long long>(least));
+  return Error{status, "memory budget", Error::kNoOffset, detail};
 }
 
 Result<void> Context::set_memory_budget(std::uint64_t bytes) {
-  COPPICE_CHECK(check_budget(bytes));
+  if (bytes < budget_bytes_) COPPICE_CHECK(check_budget(bytes, least_budget(bytes, shrunk_slots())));
+  budget_bytes_ = bytes;
+  trim_end_frame_ = 0;
   ledger_.set_budget(bytes);
   backend_->set_memory_budget(bytes);
+  start_shrinking();
   return {};
+}
+
+Result<void> Context::trim(std::uint64_t target_bytes) {
+  COPPICE_CHECK(check_budget(target_bytes, least_bytes(budget_bytes_, shrunk_slots())));
+  if (target_bytes >= ledger_.reserved()) return {};
+  trim_end_frame_ = frame_number_ + kTrimFrames;
+  ledger_.set_budget(std::min(target_bytes, budget_bytes_));
+  start_shrinking();
+  return {};
+}
+
+void Context::start_shrinking() {
+  shrinks_ = true;
+  if (ledger_.reserved() > ledger_.budget()) backend_->release_pictures();
+}
+
+// A little is not worth a copy of all.
+std::uint32_t Context::shrunk_slots() {
+  const std::uint32_t needed = instances_.min_capacity();
+  return needed < instances_.capacity() / 4 * 3 ? needed : instances_.capacity();
+}
+
+bool Context::shrink() {
+  if (const std::uint32_t slots = shrunk_slots(); slots < instances_.capacity()) {
+    auto smaller = instances_.resized(slots);
+    if (!smaller) return false;
+    const std::uint64_t before = host_bytes();
+    instances_.take(*std::move(smaller));
+    ledger_.release(before - host_bytes());
+  }
+  return backend_->shrink(instances_.capacity());
+}
+
+void Context::continue_shrinking() {
+  if (shrinks_) shrinks_ = !shrink();
+  if (trim_end_frame_ == 0 || (ledger_.reserved() > ledger_.budget() && frame_number_ < trim_end_frame_)) return;
+  trim_end_frame_ = 0;
+  ledger_.set_budget(budget_bytes_);
+}
+
+void Context::retry_failed() {
+  streamer_->retry_failed();
+  for (const SceneEntry& entry : scenes_)
+    if (entry.scene) entry.scene->retry_failed();
 }
 
 Result<std::uint32_t> Context::open_slot(const PlantSource& source) {
@@ -287,10 +357,13 @@ Result<void> Context::grow_slots(std::uint32_t slots) {
   };
   const std::uint32_t roomy = instances_.roomy(slots);
   const std::uint32_t count = growth_bytes(roomy) <= ledger_.free() ? roomy : slots;
-  COPPICE_CHECK(check_fits(growth_bytes(count)));
+  if (!ledger_.fits(growth_bytes(count))) {
+    COPPICE_CHECK(check_budget(budget_bytes_, least_budget(budget_bytes_, slots), Status::out_of_memory));
+    return streamer_->refusal(growth_bytes(count));
+  }
   if (count > instances_.capacity()) {
     const std::uint64_t before = host_bytes();
-    COPPICE_TRY(larger, instances_.enlarged(count));
+    COPPICE_TRY(larger, instances_.resized(count));
     COPPICE_CHECK(backend_->reserve({.slots = count}));
     instances_.take(std::move(larger));
     ledger_.reserve(host_bytes());
@@ -365,6 +438,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   completed_number_ = frame.completed_number;
   recording_ = Recording::begun;
   ledger_.begin_frame(frame.frame_number);
+  hooks_.order->release_overdue();
   const coppice_wind& blows = *frame.wind;
   const std::size_t map_floats = blows.map == nullptr ? 0 : std::size_t{2} * blows.map_width * blows.map_height;
   FrameWind wind{
@@ -374,6 +448,7 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   wind_ = wind.now;
   wind_.wind.map = nullptr;  // the engine's, valid only within this call
   backend_->begin_frame(frame.frame_number, frame.completed_number, wind);
+  abandon_closed_upload();
   for (const ChunkId& id : streamer_->release(frame.completed_number))
     if (slots_[id.plant].in_backend) backend_->drop_chunk(id);
   for (const std::uint32_t plant : streamer_->take_closed_plants())
@@ -381,16 +456,22 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
       backend_->remove_plant(plant);
       backend_->tell({COPPICE_CHANGE_PLANT_CLOSED, slots_[plant].plant, {.plant = plant}});
     }
+  continue_shrinking();
   for (std::size_t i = 0; i < cameras.size(); ++i) show_view(cameras[i], lods_[i]);
+  const std::uint64_t openings_start = now_ns();
   finish_openings();
+  const std::uint64_t openings_ns = now_ns() - openings_start;
   const auto scene_count =
       static_cast<std::uint32_t>(std::ranges::count_if(scenes_, [](const SceneEntry& entry) { return entry.scene != nullptr; }));
   for (const SceneEntry& entry : scenes_)
     if (entry.scene) entry.scene->begin_frame(lods_, frame_number_, streaming_ns_ / scene_count, scene_count);
   finish_reloads();
+  instances_.begin_frame();
   instances_.update_bounds();
   measure_views(cameras, lods_);
-  streamer_->begin_frame(stream_frame());
+  StreamFrame streamed = stream_frame();
+  streamed.spent_ns = openings_ns;
+  streamer_->begin_frame(streamed);
   const std::span<const ChunkId> evicted = streamer_->take_evicted();
   for (const ChunkId& id : evicted) {
     backend_->hide_chunk(id);
@@ -400,27 +481,51 @@ Result<void> Context::begin_frame(const coppice_frame& frame, std::span<const co
   return device_state();
 }
 
-Result<void> Context::upload_decoded() {
-  const std::uint64_t start = now_ns(), spent = streamer_->hand_over_ns();
-  const std::uint64_t left = streaming_ns_ - std::min(streaming_ns_, spent);
+Result<bool> Context::upload_part(const DecodedChunk& chunk, std::uint64_t max_bytes) {
   const coppice_trace& trace = hooks_.hooks.trace;
-  bool first = true;
-  for (const DecodedChunk& chunk : streamer_->take_decoded(backend_->staging_bytes())) {
-    // The rest is handed out again. Chunks without which a plant cannot be drawn come first, whatever the time.
-    if (!std::exchange(first, false) && !chunk.pinned && now_ns() - start >= left) break;
-    const ChunkId id = chunk.id;
-    if (chunk.bytes <= limits().sizes.max_staged_bytes && chunk.bytes > backend_->staging_bytes()) break;
-    if (!ledger_.fits(limits().sizes.slack_bytes)) break;
-    if (!streamer_->begin_upload(id)) continue;  // an earlier page of its plant failed
-    const std::uint64_t upload_start = trace_start(trace);
-    auto uploaded = backend_->upload_chunk(chunk);
-    trace_end(trace,
-              {0, COPPICE_TRACE_UPLOAD, streamer_->path(id.plant), chunk_kind_name(id.kind), id.index, chunk.bytes, upload_start, 0});
-    COPPICE_CHECK(device_state());
-    if (uploaded)
-      streamer_->uploaded(id);
-    else
-      streamer_->upload_failed(id, uploaded.error());
+  const std::uint64_t start = trace_start(trace);
+  const auto whole = backend_->upload_chunk(chunk, max_bytes);
+  trace_end(trace, {0, COPPICE_TRACE_UPLOAD, streamer_->path(chunk.id.plant), chunk_kind_name(chunk.id.kind), chunk.id.index,
+                    std::min(chunk.bytes, max_bytes), start, 0});
+  COPPICE_CHECK(device_state());
+  if (!whole)
+    streamer_->upload_failed(chunk.id, whole.error());
+  else if (*whole)
+    streamer_->uploaded(chunk.id);
+  return !whole || *whole;
+}
+
+Result<void> Context::continue_upload(std::uint64_t until_ns) {
+  do {
+    if (backend_->staging_bytes() < kUploadPartBytes || !ledger_.fits(limits().sizes.slack_bytes)) return {};
+    COPPICE_TRY(ended, upload_part(*uploading_, kUploadPartBytes));
+    if (ended) uploading_.reset();
+  } while (uploading_ && now_ns() < until_ns);
+  return {};
+}
+
+void Context::abandon_closed_upload() {
+  if (!uploading_ || streamer_->is_open(uploading_->id.plant)) return;
+  backend_->abandon_upload();
+  streamer_->abandon_upload(uploading_->id);
+  uploading_.reset();
+}
+
+Result<void> Context::upload_decoded() {
+  const std::uint64_t until = now_ns() + streaming_ns_ - std::min(streaming_ns_, streamer_->hand_over_ns());
+  const std::span<const DecodedChunk> chunks = streamer_->take_decoded(backend_->staging_bytes());
+  auto next = chunks.begin();
+  // Chunks without which a plant cannot be drawn have the highest value. They are uploaded at once, whatever the time.
+  for (; next != chunks.end() && next->pinned; ++next) {
+    if (next->bytes > backend_->staging_bytes() || !ledger_.fits(limits().sizes.slack_bytes)) break;
+    if (streamer_->begin_upload(next->id)) COPPICE_CHECK(upload_part(*next, UINT64_MAX));
+  }
+  bool first = !uploading_;
+  if (uploading_ && streamer_->is_open(uploading_->id.plant)) COPPICE_CHECK(continue_upload(until));
+  for (; next != chunks.end() && !uploading_ && (std::exchange(first, false) || now_ns() < until); ++next) {
+    if (!streamer_->begin_upload(next->id)) continue;  // an earlier page of its plant failed
+    uploading_ = *next;
+    COPPICE_CHECK(continue_upload(until));
   }
   return {};
 }
@@ -437,6 +542,13 @@ void Context::note_residency(std::uint32_t slot) {
   plant.resident_wood_mask = state.resident_wood_mask;
   plant.leaf_meshes_resident = state.leaf_meshes_resident;
   plant.material_override = entry(slots_[slot].plant).material_override;
+}
+
+const LodPlant* Context::drawn_plant(coppice_plant plant, std::uint32_t& slot) const {
+  const PlantEntry& known = entry(plant);
+  if (known.state != COPPICE_PLANT_READY || !slots_[known.slot].in_backend) return nullptr;
+  slot = known.slot;
+  return &lod_plants_[slot];
 }
 
 Result<void> Context::upload() {
@@ -456,7 +568,7 @@ void Context::fill_stats(coppice_stats& stats) const {
   for (std::uint32_t plant = 0; plant < slots_.count; ++plant)
     if (slots_[plant].open)
       stats.source_leaf_count += std::uint64_t{instances_.plant_count(plant)} * streamer_->file(plant).plant.leaf_count;
-  stats.memory_budget_bytes = ledger_.budget();
+  stats.memory_budget_bytes = budget_bytes_;
   stats.memory_bytes = ledger_.reserved();
   stats.memory_peak_bytes = ledger_.max_reserved();
   for (std::size_t kind = 0; kind < kChunkKindCount; ++kind) stats.streamed[kind] = streamed_stats(streaming.chunks[kind]);

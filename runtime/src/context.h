@@ -45,8 +45,11 @@ class Context {
   static Result<std::unique_ptr<Context>> create(const ContextOptions& options, const MakeBackend& make_backend);
 
   /// Memory that a context takes before any plant, as its budget counts it. Allocates no device memory, and calls no hook but the log.
-  /// errors: as create, but not for the budget
-  static Result<std::uint64_t> cost(const ContextOptions& options, const MakeBackend& make_backend);
+  /// add_views: adds views to the backend, and returns the bytes of their pictures. instances: that will be added
+  /// errors: as create, but not for the budget; those of add_views
+  using AddViews = std::function<Result<std::uint64_t>(Backend& backend)>;
+  static Result<std::uint64_t> cost(const ContextOptions& options, const MakeBackend& make_backend, const AddViews& add_views = {},
+                                    std::uint32_t instances = 0);
 
   /// The tag in its handles, from 1 on; a context shares it with the 4,095th one created after it.
   [[nodiscard]] std::uint32_t tag() const { return tag_; }
@@ -55,8 +58,12 @@ class Context {
   [[nodiscard]] const BackendLimits& limits() const { return std::as_const(*backend_).limits(); }
   [[nodiscard]] gpu::Renderer* renderer() const { return backend_->renderer(); }
 
-  /// errors  invalid_argument: less than the context took when it was created
+  /// errors  invalid_argument: less than the context takes at least; the error names that
   Result<void> set_memory_budget(std::uint64_t bytes);
+  /// errors  as set_memory_budget
+  Result<void> trim(std::uint64_t target_bytes);
+
+  void retry_failed();
 
   /// errors  as coppice_plant_open, logged already
   Result<coppice_plant> open_plant(const PlantSource& source);
@@ -72,6 +79,8 @@ class Context {
   /// plant: ready. source: none for the plant's own. errors  as coppice_plant_reload, logged already
   Result<void> reload_plant(coppice_plant plant, const std::optional<PlantSource>& source);
   void fill_info(coppice_plant plant, coppice_plant_info& info) const;
+  /// What of a plant may be drawn in this frame, and where the renderer has it; null if it is not open yet. before: upload
+  [[nodiscard]] const LodPlant* drawn_plant(coppice_plant plant, std::uint32_t& slot) const;
   void set_override(coppice_plant plant, const std::optional<gpu::MaterialOverride>& material_override) {
     entry(plant).material_override = material_override;
   }
@@ -237,6 +246,12 @@ class Context {
   /// Reserves memory for one more plant. errors  out_of_memory; no plant was added
   Result<void> grow_plants();
   Result<void> upload_decoded();
+  /// Copies at most about max_bytes of a chunk. True if it is whole, or has failed. errors  device_lost, here and below
+  Result<bool> upload_part(const DecodedChunk& chunk, std::uint64_t max_bytes);
+  /// Copies parts of uploading_ until the time, but at least one.
+  Result<void> continue_upload(std::uint64_t until_ns);
+  /// Gives up the upload of a plant that has been closed since.
+  void abandon_closed_upload();
   /// Stores what is resident of the plants, for draws.
   void note_residency();
   void note_residency(std::uint32_t slot);
@@ -253,8 +268,20 @@ class Context {
   [[nodiscard]] StreamFrame stream_frame() const;
   /// errors  invalid_argument: frame_number or completed_number
   [[nodiscard]] Result<void> check_numbers(const coppice_frame& frame) const;
-  /// Checks the budget against the memory that the context takes before any plant. errors  invalid_argument: the budget is below it
-  [[nodiscard]] Result<void> check_budget(std::uint64_t bytes) const;
+  /// Number of instance slots that shrink() leaves.
+  [[nodiscard]] std::uint32_t shrunk_slots();
+  /// Memory that the context takes at least under a budget, with space for so many instance slots: with pinned chunks only, and unless
+  /// slots are added in buffers as small as possible and without pictures.
+  [[nodiscard]] std::uint64_t least_bytes(std::uint64_t budget_bytes, std::uint32_t slots);
+  /// Returns the least budget, from `bytes` on, that holds what the context then takes at least.
+  [[nodiscard]] std::uint64_t least_budget(std::uint64_t bytes, std::uint32_t slots);
+  /// errors  `status`: bytes are below `least`
+  [[nodiscard]] static Result<void> check_budget(std::uint64_t bytes, std::uint64_t least, Status status = Status::invalid_argument);
+  /// Gives memory back that is reserved for more than there is. False: try again in the next frame
+  [[nodiscard]] bool shrink();
+  void start_shrinking();
+  /// Goes on with set_memory_budget and trim.
+  void continue_shrinking();
 
   HookSet hooks_;
   Ledger ledger_;  ///< has no budget while the context is created
@@ -272,15 +299,18 @@ class Context {
   BoundedList<LodPlant> lod_plants_;  ///< by slot: for draws
   std::array<SceneEntry, COPPICE_MAX_SCENES> scenes_;
   std::uint32_t tag_ = 0;
-  std::uint64_t min_budget_bytes_ = 0;
+  std::uint64_t budget_bytes_ = 0;       ///< the ledger's, but while trim is at work
+  std::uint64_t trim_end_frame_ = 0;     ///< trim gives up in this frame; 0: it is not at work
+  bool shrinks_ = false;                 ///< shrink() has more to do
   std::uint64_t slot_upload_bytes_ = 0;  ///< reserved until new slots are copied to the GPU
   std::uint64_t frame_number_ = 0, completed_number_ = 0;
   PlacedWind wind_;                ///< the last frame's, without its map; none before
   float wind_reach_share_ = 0.0f;  ///< PlacedWind::reach_share, of all plants that were open
   Recording recording_ = Recording::none;
-  float prefetch_frames_ = 0;           ///< how far ahead of the camera streaming looks, frames
-  std::uint64_t streaming_ns_ = 0;      ///< time per frame for taking over chunks
-  std::unique_ptr<Streamer> streamer_;  ///< last: its destructor waits for jobs that use the rest
+  std::optional<DecodedChunk> uploading_;  ///< the chunk that is being uploaded in parts
+  float prefetch_frames_ = 0;              ///< how far ahead of the camera streaming looks, frames
+  std::uint64_t streaming_ns_ = 0;         ///< time per frame for taking over chunks
+  std::unique_ptr<Streamer> streamer_;     ///< last: its destructor waits for jobs that use the rest
 };
 
 }  // namespace coppice

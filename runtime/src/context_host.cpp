@@ -169,10 +169,11 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
                         reinterpret_cast<std::uintptr_t>(out.draws) % alignof(coppice_draw) == 0;
   const auto take = [&](std::uint32_t slot) {
     const gpu::Instance& instance = instances[slot];
-    if (instance.plant == gpu::kNoPlant) return;
-    const LodPlant& plant = lod_plants_[instance.plant];
-    const InstanceLod lod = select_lod(blocks.slots[slot], slot, plant, of.shown);
-    const PlantFile& of_plant = file(instance.plant);
+    const std::uint32_t plant_slot = plant_of(instance);
+    if (plant_slot == gpu::kNoPlant) return;
+    const LodPlant& plant = lod_plants_[plant_slot];
+    const InstanceLod lod = select_lod(blocks.slots[slot], seed_of(instance), plant, of.shown);
+    const PlantFile& of_plant = file(plant_slot);
     const std::uint32_t leaves = lod.leaf_meshes ? 0 : std::min(lod::coppice_whole_leaf_count(lod.leaf_count), plant.resident_leaf_count);
     const bool wood = lod.wood_lod < plant.table.wood_lod_count;
     counts.leaves += leaves;
@@ -187,10 +188,10 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     unsigned char* theirs = reinterpret_cast<unsigned char*>(out.draws) + std::size_t{index} * out.draw_bytes;
     coppice_draw shorter;
     coppice_draw& draw = in_place ? *reinterpret_cast<coppice_draw*>(theirs) : shorter;
-    draw.plant = slots_[instance.plant].plant;
+    draw.plant = slots_[plant_slot].plant;
     draw.instance = instances_.handle_at(slot);
     draw.tree = tree_at(slot);
-    draw.file = instance.plant;
+    draw.file = plant_slot;
     draw.leaf_count = lod.leaf_meshes ? 0.0f : lod.leaf_count;
     draw.node_end = leaves > 0 ? 2 * leaves - 1 : 0;
     draw.wood_lod = wood ? lod.wood_lod : COPPICE_NONE;
@@ -198,7 +199,7 @@ std::uint32_t Context::draws(coppice_view view, const DrawOutput& out) {
     draw.user_data = instance.user_data;
     const dvec3 position = place_of(instance) - origin();
     std::memcpy(draw.position, &position, sizeof draw.position);
-    draw.scale = gpu::signed_scale(instance);
+    draw.scale = gpu::signed_scale(instance) * instances_.grown_share_at(slot);
     std::memcpy(draw.rotation, &instance.rotation, sizeof draw.rotation);
     const vec3 tint = gpu::tint_of(instance);
     std::memcpy(draw.tint, &tint, sizeof draw.tint);

@@ -52,7 +52,7 @@ coppice_hit Context::pick(const coppice_ray& asked) const {
     const std::size_t first = block * kInstanceBlockSlots, end = std::min(first + kInstanceBlockSlots, blocks.slots.size());
     for (std::size_t slot = first; slot < end; ++slot) {
       const InstanceSphere& sphere = blocks.slots[slot];
-      if (instances_.slots()[slot].plant == gpu::kNoPlant || (sphere.layer_mask & asked.layer_mask) == 0) continue;
+      if (plant_of(instances_.slots()[slot]) == gpu::kNoPlant || (sphere.layer_mask & asked.layer_mask) == 0) continue;
       const float entry_m = entry_of(sphere.center_m, sphere.radius_m);
       if (entry_m != kMissed) candidates.push_back({entry_m, static_cast<std::uint32_t>(slot)});
     }
@@ -73,7 +73,7 @@ coppice_hit Context::pick(const coppice_ray& asked) const {
   }
   if (hit.kind == COPPICE_HIT_NOTHING) return hit;
   const gpu::Instance& instance = instances_.slots()[nearest_slot];
-  hit.plant = plant_at(instance.plant);
+  hit.plant = plant_at(plant_of(instance));
   hit.instance = instances_.handle_at(nearest_slot);
   hit.tree = tree_at(nearest_slot);
   const dvec3 place = dvec3(asked.origin) + dvec3(direction) * double{nearest_m};
@@ -85,7 +85,7 @@ coppice_hit Context::pick(const coppice_ray& asked) const {
 
 Context::PlantHit Context::hit_of(std::uint32_t slot, const PickRay& from) const {
   const gpu::Instance& instance = instances_.slots()[slot];
-  const std::uint32_t file = instance.plant;
+  const std::uint32_t file = plant_of(instance);
   // Near the plant floats are as precise as doubles.
   const vec4 to_object{-instance.rotation.x, -instance.rotation.y, -instance.rotation.z, instance.rotation.w};
   const Ray ray{gpu::oriented(to_object, (from.start_m - place_of(instance)).rounded()) * (1.0f / instance.scale),

@@ -138,6 +138,7 @@ bool Context::is_settled(coppice_view view) const {
   if (std::ranges::any_of(plants_.span(), opening)) return false;
   for (const SceneEntry& entry : scenes_)
     if (entry.scene && !entry.scene->is_settled()) return false;
+  if (instances_.is_growing()) return false;
   return streamer_->is_group_settled(entry_of_view(view).group);
 }
 

@@ -14,9 +14,9 @@
 namespace coppice {
 namespace {
 
-/// A tile that is larger than this when it arrives grows up in several frames, unless too many others do.
+/// A tile that is larger than this when it arrives grows up: at a threshold above some pixels plants would pop up.
 constexpr float kGrowFrom_px = 3.0f;
-constexpr std::uint32_t kGrowFrames = 16, kMaxGrowing = 16;
+constexpr std::uint32_t kGrowFrames = 16;
 /// Memory of an instance: its slot (about 190 bytes), draw commands, places in the lists of wood.
 constexpr std::uint64_t kInstanceBytes = 224;
 
@@ -75,8 +75,7 @@ Result<void> OpenScene::allocate() {
   COPPICE_CHECK(allocate_into(plants_, allocator, file.species.size()));
   COPPICE_CHECK(placed_.make_room(allocator, max_placed));
   COPPICE_CHECK(opening_.make_room(allocator, Streamer::kMaxOpening));
-  COPPICE_CHECK(growing_.make_room(allocator, kMaxGrowing));
-  const std::uint64_t bytes = tiles_.bytes() + plants_.bytes() + placed_.items.bytes() + opening_.items.bytes() + growing_.items.bytes();
+  const std::uint64_t bytes = tiles_.bytes() + plants_.bytes() + placed_.items.bytes() + opening_.items.bytes();
   COPPICE_CHECK(context_.check_fits(bytes));
   context_.ledger().reserve(bytes);
   reserved_bytes_ = bytes;
@@ -129,7 +128,6 @@ void OpenScene::begin_frame(std::span<const LodView> views, std::uint64_t frame_
   begun_ = true;
   stream_->begin_frame(eyes_, static_cast<std::uint32_t>(std::min<std::uint64_t>(block_count, affordable)));
   for (const std::uint32_t tile : stream_->dropped()) remove_tile(tile);
-  grow_tiles();
   open_species(frame_number);
   // At least one; more while there is time. The rest waits for the next frame.
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(streaming_ns);
@@ -191,34 +189,12 @@ bool OpenScene::place_tile(const ReadyTile& ready) {
   gpu::InstanceTile& tile = tiles_[ready.tile];
   tile = *instances.add_tile(index_ * COPPICE_MAX_SCENE_TILES + ready.tile, placed_.span());
   block_count_ += tile.block_count;
-  if (ready.size_px > kGrowFrom_px && growing_.count < growing_.items.size()) {
-    instances.scale_tile(tile, 1.0f / static_cast<float>(kGrowFrames));
-    growing_.push_back({ready.tile, 1});
-  }
+  if (ready.size_px > kGrowFrom_px) instances.grow_tile(tile, kGrowFrames);
   stream_->placed(ready.tile);
   return true;
 }
 
-// At a threshold above some pixels plants would pop up.
-void OpenScene::grow_tiles() {
-  for (Growing& growing : growing_.span()) {
-    const auto share = static_cast<float>(growing.share);
-    context_.instances().scale_tile(tiles_[growing.tile], (share + 1.0f) / share);
-    ++growing.share;
-  }
-  growing_.erase_if([](const Growing& growing) { return growing.share == kGrowFrames; });
-}
-
-void OpenScene::finish_growth(std::uint32_t tile) {
-  growing_.erase_if([&](const Growing& growing) {
-    if (growing.tile != tile) return false;
-    context_.instances().scale_tile(tiles_[tile], static_cast<float>(kGrowFrames) / static_cast<float>(growing.share));
-    return true;
-  });
-}
-
 void OpenScene::remove_tile(std::uint32_t tile) {
-  growing_.erase_if([tile](const Growing& growing) { return growing.tile == tile; });
   const gpu::InstanceTile removed = std::exchange(tiles_[tile], {});
   context_.instances().remove_tile(removed);
   block_count_ -= removed.block_count;
@@ -259,7 +235,6 @@ void OpenScene::change_trees(coppice_scene scene, std::span<const coppice_scene_
     TreeChange* change = trees[i].scene == scene ? changes_.find(trees[i].tile, trees[i].number) : nullptr;
     if (change == nullptr) continue;
     const bool resident = is_resident(change->tile);
-    if (resident) finish_growth(change->tile);
     const std::uint32_t slot = resident ? member_slot(change->tile, change->number) : 0;
     if (resident && change->state == COPPICE_TREE_AS_IN_FILE) {
       const gpu::PlacedInstance own = instances.placed_at(slot);

@@ -54,9 +54,10 @@ class OpenScene {
   void fill_info(coppice_scene_info& info) const;
   /// False: the scene has no such species.
   bool fill_info(std::uint32_t species, coppice_scene_plant_info& info) const;
+  void retry_failed() { stream_->retry_failed(); }
   [[nodiscard]] SceneStats stats() const { return stream_->stats(); }
-  /// True if all tiles in demand are resident, and their plants have grown up.
-  [[nodiscard]] bool is_settled() const { return begun_ && stats().missing_tiles == 0 && growing_.empty(); }
+  /// True if all tiles in demand are resident.
+  [[nodiscard]] bool is_settled() const { return begun_ && stats().missing_tiles == 0; }
 
   /// The name of a scene's tile in InstanceTable::member_at().
   struct TileName {
@@ -78,10 +79,6 @@ class OpenScene {
     std::uint32_t species = 0;
     coppice_plant plant = 0;
   };
-  /// A tile whose plants are growing up, and their share of the full size in 1 / kGrowFrames.
-  struct Growing {
-    std::uint32_t tile = 0, share = 1;
-  };
 
   OpenScene(Context& context, std::uint32_t index, const gpu::Pose& pose) : context_(context), index_(index), pose_(pose) {}
   Result<void> allocate();
@@ -90,8 +87,6 @@ class OpenScene {
   /// False if memory is short now.
   bool place_tile(const ReadyTile& ready);
   void remove_tile(std::uint32_t tile);
-  void grow_tiles();
-  void finish_growth(std::uint32_t tile);
   [[nodiscard]] bool is_resident(std::uint32_t tile) const { return tiles_[tile].block_count > 0; }
   /// tile: is_resident
   [[nodiscard]] std::uint32_t member_slot(std::uint32_t tile, std::uint32_t number) const;
@@ -113,7 +108,6 @@ class OpenScene {
   HookArray<coppice_plant> plants_;          ///< [species] 0: not open
   BoundedList<gpu::PlacedInstance> placed_;  ///< scratch: at most one tile's
   BoundedList<Opening> opening_;
-  BoundedList<Growing> growing_;
   TreeChanges changes_;
   bool begun_ = false;                  ///< begin_frame has been called
   std::uint64_t species_frame_ = 0;     ///< no plant is opened before this frame

@@ -12,8 +12,8 @@
 #define COPPICE_QUADS
 #include "bindings.glsl"
 #include "surface_out.glsl"
-#include "leaf_shading.glsl"
 #include "clusters.glsl"
+#include "leaf_shading.glsl"
 
 void main() {
   uint slot = slot_of(gl_InstanceIndex), list_index = list_of(gl_InstanceIndex);
@@ -35,7 +35,7 @@ void main() {
   vec3 corners[4];
   for (uint i = 0; i < 4; ++i) corners[i] = plant.box_min + plant.box_step * quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  uint name = name_of(leaf, slot);
+  uint name = name_of(leaf, seed_of(instance));
   bool single = is_single(leaf, paged, leaf_count == plant.leaf_count);
   float share = shared_side(name, single, leaf_share_of(instance));
   if (share == 0.0) return;

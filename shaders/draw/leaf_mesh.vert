@@ -21,7 +21,8 @@ void main() {
   uvec3 stalk = uvec3(vertex.stalk_xy & 0xffffu, vertex.stalk_xy >> 16, vertex.stalk_z_material & 0xffffu);
 
   // All vertices of a leaf have its stalk.
-  bool shown = is_among(coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u) ^ slot, leaf_share_of(instance));
+  uint leaf = coppice_hash(vertex.stalk_xy ^ (vertex.stalk_z_material & 0xffffu) * 2654435769u);
+  bool shown = is_among(leaf ^ seed_of(instance), leaf_share_of(instance));
   put_nothing();
   if (!is_drawn(material) || !shown) return;
   vec3 stalk_m = plant.box_min + plant.box_step * vec3(stalk);

@@ -38,7 +38,7 @@ void main() {
     return;
   }
   Instance instance = instance_at(in_ids.x);
-  Plant plant = plants[instance.plant];
+  Plant plant = plants[plant_of(instance)];
   Crown crown = crown_of(plant);
   LeafLight light = LeafLight(crown_light_at(plant.crown_light, crown, in_position), sun_past_others(instance, plant, world));
   CoppiceSurface surface;

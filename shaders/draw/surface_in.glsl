@@ -63,7 +63,7 @@ vec3 textured_albedo() {
 SurfacePlace surface_place() {
   vec2 pixel = gl_FragCoord.xy - vec2(view.eyes[push.eye].first_px);
   uvec4 names = needs_names() ? instance_texel(in_ids.x, 3) : uvec4(0);
-  return SurfacePlace(in_world_sun.xyz, names.z, pixel, in_before, (in_ids.w & kHasCome) != 0, names.x, kLeaf == 0);
+  return SurfacePlace(in_world_sun.xyz, names.z, pixel, in_before, (in_ids.w & kHasCome) != 0, names.x & kNoPlant, kLeaf == 0);
 }
 
 // The surface from the vertex shader.

@@ -1,18 +1,8 @@
-// Shared by the vertex shader of leaf quads and the compute rasteriser. After bindings.glsl and shading.glsl.
+// Shared by the vertex shader of leaf quads and the compute rasteriser. After bindings.glsl, shading.glsl and clusters.glsl.
 
 #include "coppice_transparency.h"
 
-vec3 quantised(uint corners[6], uint corner) {
-  uint first = corner * 3;
-  uvec3 q;
-  for (uint axis = 0; axis < 3; ++axis) {
-    uint half_word = first + axis;
-    q[axis] = (corners[half_word >> 1] >> ((half_word & 1) * 16)) & 0xffffu;
-  }
-  return vec3(q);
-}
-
-uint name_of(Leaf leaf, uint slot) { return leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], slot); }
+uint name_of(Leaf leaf, uint seed) { return leaf_name(leaf.corners[0], leaf.corners[3], leaf.corners[5], seed); }
 
 // Side of a leaf, relative to its own, when only a share of the instance's leaves is drawn. Single leaves are drawn or not; merged ones are
 // smaller, so that they cover that share.

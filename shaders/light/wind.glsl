@@ -10,13 +10,13 @@ CoppiceTable table_of(uint plant) { return CoppiceTable(plant * kTableStride, 0,
 
 // Maximum motion of a leaf's tip by flutter at full load, object space, m.
 float flutter_reach_m(Instance instance) {
-  float left_m = kMaxWindReach * plants[instance.plant].sphere_radius - wind_float(table_of(instance.plant), kReachWord);
-  return clamp(left_m, 0.0, kFlutterReach * plants[instance.plant].sphere_radius);
+  float left_m = kMaxWindReach * plants[plant_of(instance)].sphere_radius - wind_float(table_of(plant_of(instance)), kReachWord);
+  return clamp(left_m, 0.0, kFlutterReach * plants[plant_of(instance)].sphere_radius);
 }
 
 // Maximum motion of a place of an instance, m in the world.
 float wind_reach_m(Instance instance) {
-  float reach_m = wind_float(table_of(instance.plant), kReachWord) + flutter_reach_m(instance);
+  float reach_m = wind_float(table_of(plant_of(instance)), kReachWord) + flutter_reach_m(instance);
   return instance.scale * view.wind.max_load * reach_m;
 }
 
@@ -56,7 +56,7 @@ struct WindMoves {
 
 // p: at rest; anchor: where the grid is asked, at rest
 WindMoves wind_moves(Instance instance, vec3 p, vec3 anchor) {
-  CoppiceTable table = table_of(instance.plant);
+  CoppiceTable table = table_of(plant_of(instance));
   PlantWind field = plant_wind(table);
   WindGradient unused;
   WindPlace place = wind_place(table, field, anchor, unused);

@@ -16,8 +16,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer C
 
 ClusterMotion motion_of(WorkItem work) {
   Instance now = instance_at(slot_of(work.item)), before = instance_before(now);
-  Cluster cluster = cluster_at(list_at(plants[now.plant], list_of(work.item)), cluster_of_work(work.work));
-  CoppiceTable table = table_of(now.plant);
+  Cluster cluster = cluster_at(list_at(plants[plant_of(now)], list_of(work.item)), cluster_of_work(work.work));
+  CoppiceTable table = table_of(plant_of(now));
   PlantWind field = plant_wind(table);
   WindGradient gradient;
   WindPlace middle = wind_place(table, field, cluster.center, gradient);

@@ -9,7 +9,7 @@
 struct Shared {
   uint eye;
   Placed placed;
-  uint slot;
+  uint seed;
   bool paged, finest;  // for is_single
 };
 
@@ -19,9 +19,9 @@ Shared share(uint eye, uint place_of_work, WorkItem work, ClusterList list, Clus
   Shared group;
   group.eye = eye;
   group.placed = place(eye, place_of_work, work, instance, list.box_min, list.box_step, cluster);
-  group.slot = slot_of(item);
+  group.seed = seed_of(instance);
   group.paged = list_of(item) == kPageList;
-  group.finest = list_of(item) < kPageList && leaf_count == plants[instance.plant].leaf_count;
+  group.finest = list_of(item) < kPageList && leaf_count == plants[plant_of(instance)].leaf_count;
   return group;
 }
 
@@ -63,7 +63,7 @@ bool project(Shared group, uint at_in_cluster, Leaf leaf, out Drawn drawn) {
   for (uint i = 0; i < 4; ++i) corners[i] = quantised(leaf.corners, i);
   vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
   CardLook card = CardLookArray(group.placed.cards).at[card_of_leaf(leaf.card)];
-  uint name = name_of(leaf, group.slot);
+  uint name = name_of(leaf, group.seed);
   bool single = is_single(leaf, group.paged, group.finest);
   float side = group.placed.wood ? 1.0 : shared_side(name, single, group.placed.leaves);
   drawn.mask = uvec2(card.mask[0], card.mask[1]);

@@ -49,7 +49,7 @@ void raster_splat(uint first, Placed placed, uint name, Splat splat, float along
 void raster_cluster(uint eye, uint place_of_work, uint lane) {
   WorkItem work = work_at(place_of_work);
   Instance instance = instance_at(slot_of(work.item));
-  Plant plant = plants[instance.plant];
+  Plant plant = plants[plant_of(instance)];
   ClusterList list = list_at(plant, list_of(work.item));
   uint index = cluster_of_work(work.work);
   Cluster cluster = cluster_at(list, index);

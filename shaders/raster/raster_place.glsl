@@ -22,9 +22,9 @@ Placed place(uint eye, uint place_of_work, WorkItem work, Instance instance, vec
   vec4 to_object = vec4(-instance.rotation.xyz, instance.rotation.w);
   Placed placed;
   placed.wood = list_of(work.item) >= kWoodLists && list_of(work.item) < kMeshLists;
-  placed.cards = plants[instance.plant].card_looks;
+  placed.cards = plants[plant_of(instance)].card_looks;
   // Lean and sway are linear about the cluster's middle. With few metres to a cell of the grid the error is small.
-  CoppiceTable table = table_of(instance.plant);
+  CoppiceTable table = table_of(plant_of(instance));
   PlantWind field = plant_wind(table);
   WindGradient gradient;
   WindPlace middle = wind_place(table, field, cluster.center, gradient);

@@ -56,7 +56,7 @@ void resolve(uint name, float key, vec2 pixel) {
     for (int i = 0; i < 3; ++i) before[i] = dot(motion_row(work_place, i), now);
     before = view.eyes[push.eye].clip_from_world_before * vec4(before.xyz, 1.0);
   }
-  SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame, instance.plant, wood);
+  SurfacePlace place = SurfacePlace(world, instance.user_data, pixel, before.xyw, instance.before == kCame, plant_of(instance), wood);
   if (view.debug_view != 0) write_color(debug_color(slot) * (wood && view.debug_view == kDebugPath ? 0.3 : 1.0), place);
   else write_surface(surface, place);
 }

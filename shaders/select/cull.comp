@@ -42,7 +42,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
   uint slot = candidate.slot;
   if (leaf_count > kReadyLeaves) {
     uint count = page_cluster_count(leaf_count), capacity = plant.leaf_command_capacity;
-    uint first = min(take_commands(kDrawCounts * candidate.instance.plant + kClusterCount, count, capacity), capacity);
+    uint first = min(take_commands(kDrawCounts * plant_of(candidate.instance) + kClusterCount, count, capacity), capacity);
     uint end = min(first + count, capacity);
     for (; leaf_count > kReadyLeaves; leaf_count = max(leaf_count / 4, kReadyLeaves)) {
       count = page_cluster_count(leaf_count);
@@ -54,7 +54,7 @@ uint draw_leaves(Candidate candidate, uint leaf_count) {
     if (fits) return leaf_count;
   }
   uint cut = ready_cut(leaf_count), count = list_at(plant, cut).leaf_count;
-  uint place = atomicAdd(draw_counts[kDrawCounts * candidate.instance.plant + kSingleCount], 1);
+  uint place = atomicAdd(draw_counts[kDrawCounts * plant_of(candidate.instance) + kSingleCount], 1);
   leaf_commands[plant.leaf_command_base + place] = cluster_command(slot | cut << kSlotBits, 0, count);
   return count;
 }
@@ -73,7 +73,7 @@ bool cull(uint slot) {
 
   uint leaf_count = whole_leaf_count(selection.cut, plant);
   show_debug_color(candidate, column, Shown(false, selection.meshes, float(leaf_count), 0.0));
-  uint triangles = draw_meshes(MeshDraws(slot, selection.meshes, wood_lod_of(candidate, column)), plant, instance.plant);
+  uint triangles = draw_meshes(MeshDraws(slot, selection.meshes, wood_lod_of(candidate, column)), plant, plant_of(instance));
   if (!selection.meshes && shows_leaves(candidate)) {
     uint leaves = draw_leaves(candidate, leaf_count);
     COPPICE_COUNT(leaves, leaves)

@@ -39,7 +39,7 @@ struct Appended {
 };
 
 // Reserves places in work_items for the clusters of a list. Each instance has one place in any case.
-bool reserve(uint cluster_count) { return atomicAdd(culling_passes[0].reserved, cluster_count) + cluster_count <= kWorkClusters; }
+bool reserve(uint cluster_count) { return atomicAdd(culling_passes[0].reserved, cluster_count) + cluster_count <= push.work_clusters; }
 
 bool has_mesh_lists(Plant plant) { return plant.mesh_list_count > 0; }
 

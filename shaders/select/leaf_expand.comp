@@ -74,7 +74,7 @@ Found find(Expanded from, uint i) {
   // Discs leave gaps, in which a surface would show what is behind it.
   bool small = !is_surface(cluster) && unpack_length(cluster.grains_m, quarter) * from.object_px < push.splat_px * nearest_m;
   bool large = seen && quads && unpack_length(cluster.leaf_sizes_m, quarter) * from.object_px > from.split_px * nearest_m;
-  if (large) large = draw_by_hardware(from.instance.plant, from.item, i, shown);
+  if (large) large = draw_by_hardware(plant_of(from.instance), from.item, i, shown);
   bool rasterised = seen && !large;
   float sun = rasterised ? sun_past_others(from.instance, from.plant, center) : 0.0;
   uint leaves = paged ? drawn_count(shown, cluster, born_splits(from.leaf_count, i)) : shown.count;
@@ -92,7 +92,7 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
   from.instance = instance;
   uint count = 0;
   if (some) {
-    from.plant = plants[instance.plant];
+    from.plant = plants[plant_of(instance)];
     from.list = list_at(from.plant, list_of(item));
     from.leaf_count = item_leaf_count(item, from.plant, from.list);
     from.split_px = hardware_leaf_px(view.error_px * exp2(lod_bias_of(instance)));
@@ -114,7 +114,7 @@ uvec2 expand_list(bool some, uint item, Instance instance, uint first, uint step
 // Returns what is drawn: leaves, triangles of leaf meshes and of wood, and the triangles by the hardware among all of them.
 uvec4 expand(bool some, uint item, uint first, uint step) {
   Instance instance = instance_at(slot_of(item));
-  uint lists = some ? min(list_count(plants[instance.plant], item), kMaxLeafMeshes) : 0;
+  uint lists = some ? min(list_count(plants[plant_of(instance)], item), kMaxLeafMeshes) : 0;
   uvec2 drawn = uvec2(0);
   for (uint i = 0; for_some(i < lists); ++i) drawn += expand_list(i < lists, item + (i << kSlotBits), instance, first, step);
   uint kind = list_of(item) < kWoodLists ? 0 : is_mesh(item) ? 1 : 2;

@@ -22,12 +22,12 @@ struct Candidate {
   float threshold_px;
 };
 
-bool is_candidate(Instance instance) { return instance.plant != kNoPlant && (instance.layer_mask & view.layer_mask) != 0; }
+bool is_candidate(Instance instance) { return plant_of(instance) != kNoPlant && (instance.layer_mask & view.layer_mask) != 0; }
 
 Candidate candidate_of(uint slot, Instance instance) {
-  Plant plant = plants[instance.plant];
+  Plant plant = plants[plant_of(instance)];
   // Loops run through the table, so counts from memory are limited.
-  CoppiceTable table = CoppiceTable(instance.plant * kTableStride, min(plant.error_level_count, kMaxErrorLevels),
+  CoppiceTable table = CoppiceTable(plant_of(instance) * kTableStride, min(plant.error_level_count, kMaxErrorLevels),
                                     min(plant.error_size_count, kMaxErrorSizes), min(plant.wood_lod_count, kMaxWoodLods));
   vec3 center = world_from_object(instance, plant.sphere_center);
   float radius_m = instance.scale * plant.sphere_radius;
@@ -35,7 +35,7 @@ Candidate candidate_of(uint slot, Instance instance) {
   float size_px = coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
   float error_px = view.error_px * exp2(lod_bias_of(instance));
   float reach_m = radius_m + wind_reach_m(instance);
-  float threshold_px = coppice_instance_threshold_px(error_px, slot);
+  float threshold_px = coppice_instance_threshold_px(error_px, seed_of(instance));
   return Candidate(slot, instance, plant, table, center, radius_m, reach_m, distance_m, size_px, error_px, threshold_px);
 }
 

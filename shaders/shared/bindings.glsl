@@ -40,10 +40,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lea
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelArray { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WindMapArray { vec2 at[]; };
 
-Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
-  return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w), uintBitsToFloat(second), third.x, third.y, third.z, third.w,
-                  fourth.x, fourth.y, fourth.z, fourth.w);
-}
 uvec4 instance_texel(uint slot, uint part) {
   return kReadsTexels ? texelFetch(instance_texels, int(4 * slot + part)) : TexelArray(view.instances).at[4 * slot + part];
 }
@@ -56,13 +52,21 @@ uint table_word(uint place) {
 vec2 wind_map_at(uint place) {
   return kReadsTexels ? uintBitsToFloat(texelFetch(wind_maps, int(place)).xy) : WindMapArray(view.wind_maps).at[place];
 }
+#define COPPICE_TABLE_WORD(table, i) table_word((table).first_word + (i))
+#include "coppice_lod.h"
+#include "coppice_instance.h"
+
+// One that grows up has its size in this frame, and counts as one that has just come.
+Instance unpacked_instance(uvec4 first, uvec4 second, uvec4 third, uvec4 fourth) {
+  float grown = grown_share(fourth.w, view.frame);
+  uint before = has_growth(fourth.w) ? (grown < 1.0 ? kCame : 0) : fourth.w;
+  return Instance(uintBitsToFloat(first.xyz), uintBitsToFloat(first.w) * grown, uintBitsToFloat(second), third.x, third.y, third.z,
+                  third.w, fourth.x, fourth.y, fourth.z, before);
+}
 Instance instance_at(uint slot) {
   return unpacked_instance(instance_texel(slot, 0), instance_texel(slot, 1), instance_texel(slot, 2), instance_texel(slot, 3));
 }
-uint plant_at(uint slot) { return instance_texel(slot, 3).x; }
-
-#define COPPICE_TABLE_WORD(table, i) table_word((table).first_word + (i))
-#include "coppice_lod.h"
+uint plant_at(uint slot) { return instance_texel(slot, 3).x & kNoPlant; }
 
 // The distance from the eye that determines sizes, m; the caller limits it to view.near_m from below.
 float size_distance_m(vec3 place) { return view.is_perspective * length(place); }

@@ -16,6 +16,17 @@ Cluster cluster_at(ClusterList list, uint cluster) {
   return ClusterArray(AddressArray(list.blocks).at[cluster / kBlockClusters]).at[cluster % kBlockClusters];
 }
 
+// A corner of a leaf in steps of its list's box.
+vec3 quantised(uint corners[6], uint corner) {
+  uint first = corner * 3;
+  uvec3 q;
+  for (uint axis = 0; axis < 3; ++axis) {
+    uint half_word = first + axis;
+    q[axis] = (corners[half_word >> 1] >> ((half_word & 1) * 16)) & 0xffffu;
+  }
+  return vec3(q);
+}
+
 // Fields of a splat. The normals are in object space.
 float roughness_of(Splat splat) { return float(splat.axis >> 28u) * (1.0 / 15.0); }
 LeafNormals normals_of(Splat splat) {

@@ -249,9 +249,9 @@ COPPICE_FN uint coppice_hash(uint x) {
   return (word >> 22u) ^ word;
 }
 
-/// The threshold of one instance: threshold_px * (1 +- kCoppiceThresholdSpread), fixed by the instance's index.
-COPPICE_FN float coppice_instance_threshold_px(float threshold_px, uint instance) {
-  float unit = float(coppice_hash(instance) >> 8u) * (1.0f / 16777216.0f);
+/// The threshold of one instance: threshold_px * (1 +- kCoppiceThresholdSpread), fixed by the instance's seed.
+COPPICE_FN float coppice_instance_threshold_px(float threshold_px, uint seed) {
+  float unit = float(coppice_hash(seed) >> 8u) * (1.0f / 16777216.0f);
   return threshold_px * (1.0f + kCoppiceThresholdSpread * (2.0f * unit - 1.0f));
 }
 

@@ -23,7 +23,9 @@ const uint kBlockClusters = kPageNodes / kClusterLeaves;
 // Number of bits that name a cluster of a list.
 const uint kClusterBits = 20;
 const uint kMaxListClusters = 1u << kClusterBits;
-const uint kNoPlant = 0xffffffffu;
+// Number of bits that name a plant.
+const uint kPlantBits = 17;
+const uint kNoPlant = (1u << kPlantBits) - 1u;
 const uint kNoTexture = 0xffffffffu;
 // coppice_debug_view.
 const uint kDebugLod = 1;
@@ -169,7 +171,7 @@ COPPICE_GPU_LAYOUT(CardLook, 28);
 const float kCellSide_m = 1024.0f;
 const int kMaxCell = 32767;
 
-// world = position + rotation * (scale * object). One per instance slot; plant is kNoPlant in an empty slot. coppice_light.h unpacks.
+// world = position + rotation * (scale * object). One per instance slot. coppice_instance.h and coppice_light.h unpack.
 struct Instance {
   vec3 position;  // in its cell
   float scale;
@@ -179,14 +181,15 @@ struct Instance {
   uint cell_z_bias;   // low half: the third number of the cell; high half: as a half, added to log2 of its error threshold
   uint tint_xy;       // two halves
   uint tint_z_share;  // likewise: the third, and the share of its leaves that is drawn
-  uint plant;
+  uint plant_seed;    // the plant, kNoPlant in an empty slot, and in the upper 32 - kPlantBits bits the seed
   uint layer_mask;
   uint user_data;
-  // 0: it has not moved since the frame before; kCame: it did not exist then; else 1 + the index of its former place in moved_texels
+  // 0: it has not moved since the frame before; kCame: it did not exist then; with kGrows: pack_growth of an instance that grows up; else
+  // 1 + the index of its former place in moved_texels
   uint before;
 };
 COPPICE_GPU_LAYOUT(Instance, 64);
-const uint kCame = 0xffffffffu;
+const uint kCame = 0xffffffffu, kGrows = 0x80000000u;
 // Flags of an instance that a draw's vertices pass to its pixels.
 const uint kHasCome = 1u, kIsMirrored = 2u;
 
@@ -319,6 +322,7 @@ struct View {
   uint lod_full;             // 1: every resident leaf
   uint lod_discrete;         // 1: cuts of discrete levels
   uint instance_slot_count;  // slots [0, this) may hold instances
+  uint frame;                // number of the frame, for instances that grow up
   float fog_density;
   vec3 sun_direction;
   vec3 sun_color;
@@ -341,7 +345,7 @@ struct View {
   WindNow wind, wind_before;  // wind_before: of the frame before
   mat4 map_clips[kMaxShadowMaps];  // clip_from_world of each shadow map
 };
-COPPICE_GPU_LAYOUT(View, 1312);
+COPPICE_GPU_LAYOUT(View, 1316);
 
 // Sums over a frame; leaf and triangle counts are 64-bit, low word first.
 struct Counters {
@@ -377,6 +381,19 @@ struct DrawPush {
   uint unused;  // pads to 16 bytes
 };
 COPPICE_GPU_LAYOUT(DrawPush, 32);
+
+// What cut_triangles.comp is asked for.
+struct TrianglePush {
+  uvec2 positions;    // address of vec3[], written
+  uvec2 lists;        // leaves: address of their ClusterList
+  uvec2 indices;      // mesh: address of uint[]
+  uvec2 vertices;     // mesh: address of its first vertex
+  uint count;         // number of leaves of the cut, or of the mesh's indices
+  uint paged;         // leaves: 1 if the list is that of the pages, else all of it is shown
+  uint vertex_words;  // mesh: words of a vertex; 0 for leaves
+  uint unused;        // pads to 16 bytes
+};
+COPPICE_GPU_LAYOUT(TrianglePush, 48);
 
 #ifdef __cplusplus
 }  // namespace coppice::gpu

@@ -46,9 +46,9 @@ COPPICE_FN uint lattice_at(uint dither, uint x, uint y) {
   return p * 3242174889u + (mirrored ? 0u - q : q) * 2447445414u;  // 2^32 times 1 / g and 1 / g^2, where g^3 = g + 1
 }
 
-/// Made of some words of a Leaf's corners and of an instance's slot, which are the same in every cut that shows the leaf.
-COPPICE_FN uint leaf_name(uint first_word, uint middle_word, uint last_word, uint slot) {
-  return coppice_hash(first_word ^ middle_word * 2654435769u ^ last_word * 2246822519u ^ slot * 3266489917u);
+/// Made of some words of a Leaf's corners and of an instance's seed, which are the same in every cut that shows the leaf.
+COPPICE_FN uint leaf_name(uint first_word, uint middle_word, uint last_word, uint seed) {
+  return coppice_hash(first_word ^ middle_word * 2654435769u ^ last_word * 2246822519u ^ seed * 3266489917u);
 }
 
 /// frame: View::temporal_frame; x, y: the pixel of the leaf's middle. The fixed pattern moves with the leaf, so that it does not slide over

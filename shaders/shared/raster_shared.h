@@ -14,8 +14,8 @@ const uint kBlockSlots = kCullGroupSize;
 // A frame has several culling passes, large instances first. The engine's depth, and the pixels of earlier passes, hide blocks, instances
 // and clusters of the next.
 const uint kCullingPasses = 4;
-// Maximum of clusters in a frame, before any is culled. Further instances are drawn with a cut of one cluster, for which there is space in
-// any case.
+// Maximum of clusters in a frame, before any is culled; a small memory budget has fewer. Further instances are drawn with a cut of one
+// cluster, for which there is space in any case.
 const uint kWorkClusters = 1u << 19;
 const uint kBigCapacity = 1u << 18;  // maximum of leaves in a pass that a whole workgroup rasterises
 const uint kTileShift = 3;
@@ -89,8 +89,8 @@ struct RasterPush {
   int occluder_x_px;
   int occluder_y_px;
   float occluder_step;
-  uvec2 motion;  // for cluster_motion.comp: address of ClusterMotion[], indexed as work_items
-  uint unused;   // pads to 16 bytes
+  uvec2 motion;        // for cluster_motion.comp: address of ClusterMotion[], indexed as work_items
+  uint work_clusters;  // clusters that instances may reserve
 };
 COPPICE_GPU_LAYOUT(RasterPush, 80);
 

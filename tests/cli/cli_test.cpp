@@ -174,6 +174,21 @@ TEST(CommandLine, DryRunTellsWhatWasFoundAndWritesNothing) {
   EXPECT_EQ(run_tool({"bake", baked().glb}).exit_code, 2) << "neither an output nor a dry run";
 }
 
+TEST(CommandLine, ExportWritesCapsulesOfTheWood) {
+  const TemporaryFolder folder;
+  const fs::path capsules = folder / "capsules.json";
+  ASSERT_EQ(run_tool({"export", baked().coppice, "--capsules", "12", "-o", capsules}).exit_code, 0);
+  const auto list = nlohmann::json::parse(read_text(capsules))["capsules"];
+  ASSERT_GE(list.size(), 1u);
+  EXPECT_LE(list.size(), 12u);
+  EXPECT_LT(std::abs(list[0]["from"][1].get<double>()), 0.5) << "the stem stands on the ground";
+  double top_m = 0.0;
+  for (const auto& capsule : list) top_m = std::max(top_m, capsule["to"][1].get<double>());
+  EXPECT_GT(top_m, 1.0);
+  EXPECT_GT(list[0]["radius"].get<double>(), 0.0);
+  EXPECT_EQ(run_tool({"export", baked().coppice, "--capsules", "12", "--leaves", "full", "-o", capsules}).exit_code, 2);
+}
+
 TEST(CommandLine, EveryCommandTakesAPlantWithoutLeaves) {
   const TemporaryFolder folder;
   const fs::path wood = folder / "wood.glb", plant = folder / "wood.coppice", exported = folder / "exported.glb";

@@ -118,9 +118,12 @@ TEST(Readme, OptionsAndCallsInTheTextExist) {
   EXPECT_GT(option_count, 60u);
 }
 
-/// Both public headers of the runtime.
+/// The headers of the runtime's functions.
 std::string public_headers() {
-  return source_text("runtime/include/coppice/coppice.h") + source_text("runtime/include/coppice/vulkan.h");
+  std::string text;
+  for (const char* name : {"base", "context", "coppice", "frame", "hooks", "host", "scene", "vulkan"})
+    text += source_text(std::string("runtime/include/coppice/") + name + ".h");
+  return text;
 }
 
 TEST(BakeReadme, FilesOfClassesAndListsAreTaken) {

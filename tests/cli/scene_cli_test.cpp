@@ -190,7 +190,8 @@ TEST(SceneCommand, APlantMayBeANodeWithParts) {
   };
   // A group that is called as its plants are.
   const int group = builder.add_node(-1, {{"name", "Oak"}});
-  for (const char* name : {"oak", "oak.001", "Oak (1)", "oak(Clone)", "SM_Oak_12", "Oak (2)(Clone)"}) {
+  for (const char* name :
+       {"oak", "oak.001", "Oak (1)", "oak(Clone)", "SM_Oak_12", "Oak (2)(Clone)", "BP_Oak_C_3", "Oak copy 2", "oak - Copy"}) {
     const float x = 10.0f * static_cast<float>(builder.json["nodes"].size());
     const int oak = add({{"name", name}, {"translation", {x, 0, 0}}}, group);
     for (const char* part : {"trunk", "leaves"}) add({{"name", part}, {"mesh", mesh}, {"translation", {0, 3, 0}}}, oak);
@@ -202,11 +203,12 @@ TEST(SceneCommand, APlantMayBeANodeWithParts) {
   add({{"name", "oak.007"}, {"mesh", mesh}, {"translation", {4, 0, 0}}}, fern);
   const int hidden = builder.add_node(mesh, {{"name", "fern.003"}});
   builder.node(hidden)["extensions"]["KHR_node_visibility"]["visible"] = false;
+  builder.node(builder.add_node(mesh, {{"name", "oak.008"}}))["scale"] = {0, 0, 0};
   for (const char* name : {"Rock", "Rock", "Terrain"}) builder.add_node(mesh, {{"name", name}});
   const auto [read, told] = scene_of(builder, plants);
   std::array<int, 2> counts{};
   for (const SceneInstance& instance : read.instances) ++counts.at(instance.species);
-  EXPECT_EQ(counts, (std::array{7, 1}));
+  EXPECT_EQ(counts, (std::array{10, 1}));
   for (const SceneInstance& instance : read.instances) EXPECT_NEAR(instance.position_m[1], 0.0f, 1e-2f);
   EXPECT_TRUE(mentions(told, {"3", "Rock (2)", "Terrain", "fern.003"}));
 }

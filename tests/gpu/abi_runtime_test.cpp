@@ -185,7 +185,8 @@ struct CallingIo {
   coppice_status status = COPPICE_OK;
 
   coppice_io hook() {
-    return {sizeof(coppice_io), this,
+    return {sizeof(coppice_io),
+            this,
             [](void* user, const char*, std::uint64_t*) -> std::int64_t {
               static_cast<CallingIo*>(user)->call();
               return -ENOENT;
@@ -193,7 +194,8 @@ struct CallingIo {
             [](void*, std::int64_t) {},
             [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
               done(argument, -EIO);
-            }};
+            },
+            nullptr};
   }
 
  private:

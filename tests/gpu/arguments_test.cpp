@@ -538,6 +538,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   expect_refused(coppice_instances_move_live(context_, nullptr, &kHere, sizeof(coppice_placement), 1, nullptr), "instances");
   expect_refused(coppice_instances_move_live(context_, &instance, nullptr, sizeof(coppice_placement), 1, nullptr), "placements");
   expect_refused(coppice_instances_remove_live(context_, nullptr, 1, nullptr), "instances");
+  expect_refused(coppice_instances_fade_in(context_, nullptr, 1, 16), "instances");
   expect_refused(coppice_scene_open(context_, nullptr, nullptr, &scene), "path");
   expect_refused(coppice_scene_open(context_, "x", nullptr, nullptr), "scene");
   expect_refused(coppice_vulkan_view_create(context_, nullptr, &good_view_descs.vulkan, &made), "desc");
@@ -569,6 +570,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
   const coppice_scene_placement scene_placement{};
   const double origin[3]{};
   for (const coppice_status status : {coppice_set_memory_budget(nullptr, 1u << 30),
+                                      coppice_retry_failed(nullptr),
                                       coppice_set_origin(nullptr, origin),
                                       coppice_plant_open(nullptr, "x", &opened),
                                       coppice_plant_close(nullptr, plant),
@@ -580,6 +582,7 @@ TEST_F(ArgumentsTest, NoPointerMayBeNullButThoseThatSaySo) {
                                       coppice_instance_is_live(nullptr, instance, &settled),
                                       coppice_instances_move_live(nullptr, &instance, &kHere, sizeof(coppice_placement), 1, nullptr),
                                       coppice_instances_remove_live(nullptr, &instance, 1, nullptr),
+                                      coppice_instances_fade_in(nullptr, &instance, 1, 16),
                                       coppice_scene_open(nullptr, "x", nullptr, &scene),
                                       coppice_scene_move(nullptr, 1, &scene_placement),
                                       coppice_scene_close(nullptr, 1),

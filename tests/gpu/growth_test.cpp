@@ -172,7 +172,7 @@ TEST_F(GrowthTest, AGrowthWithoutMemoryChangesNothing) {
     EXPECT_TRUE(frame(view_).rgba == before.rgba) << hook << call;
   };
   const std::vector<coppice_placement> more = placements_of(20000, 1000);
-  constexpr std::size_t kArrays = 10, kBuffers = 9;
+  constexpr std::size_t kArrays = 11, kBuffers = 9;
   for (std::size_t n = 0; n < kArrays + kBuffers; ++n) {
     const bool of_device = n >= kArrays;
     memory.fail_at = of_device ? SIZE_MAX : memory.calls + n;

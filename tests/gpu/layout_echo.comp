@@ -81,7 +81,7 @@ void put_view() {
     put(view.eyes[eye].key_row); put(view.eyes[eye].place); put(view.eyes[eye].first_px);
   }
   put(view.eye_cell); put(view.eye_in_cell); put(view.layer_mask); put(view.error_px);
-  put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count);
+  put(view.focal_px); put(view.near_m); put(view.lod_full); put(view.lod_discrete); put(view.instance_slot_count); put(view.frame);
   put(view.fog_density);
   put(view.sun_direction); put(view.sun_color); put(view.sky_color); put(view.ground_color); put(view.fog_color);
   put(view.debug_view); put(view.debug_colors);
@@ -95,7 +95,7 @@ void put_view() {
 void main() {
   put_clusters();
   put(instance.position); put(instance.scale); put(instance.rotation); put(instance.cell_xy); put(instance.cell_z_bias);
-  put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant); put(instance.layer_mask); put(instance.user_data); put(instance.before);
+  put(instance.tint_xy); put(instance.tint_z_share); put(instance.plant_seed); put(instance.layer_mask); put(instance.user_data); put(instance.before);
   put(card.material);
   for (int i = 0; i < 4; ++i) put(card.uv[i]);
   put(material.base_color); put(material.alpha_cutoff); put(material.texture); put(material.sided_normals); put(material.normal_map); put(material.roughness);

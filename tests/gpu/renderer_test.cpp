@@ -51,7 +51,7 @@ TEST_F(RendererTest, PagesOfAFrameThatFailedAreDrawnInTheNext) {
 
   const auto scene = failing_scene();
   scene->place(scene->add_plant(plant), placements);
-  allocations_left = 2;  // a block for pages and wood, the texture
+  allocations_left = 3;  // a block for pages, one for wood, the texture
   EXPECT_EQ(scene->draw(front_view()).counts.leaves, 0u);
   EXPECT_TRUE(scene->upload_failed());
   allocations_left = 0xffffffffu;

@@ -46,7 +46,7 @@ void expect_same_cuts(RendererScene& scene, const std::vector<DecodedPlant>& pla
       const LodPlant lod_plant{.table = lod_table(plant.file, plant.lod_words),
                                .resident_leaf_count = plant.file.plant.leaf_count,
                                .leaf_meshes_resident = !plant.leaf_meshes.empty()};
-      const float expected = select_lod(sphere, slot, lod_plant, lod).leaf_count;
+      const float expected = select_lod(sphere, seed_of(scene.instances().slots()[slot]), lod_plant, lod).leaf_count;
       ASSERT_NEAR(cuts[slot], expected, 1e-3f * expected) << "slot " << slot << ", error_px " << error_px;
       distinct += expected > 1.5f && expected < static_cast<float>(plant.file.plant.leaf_count) - 0.5f;
     }

@@ -119,7 +119,7 @@ TEST_F(StartTest, WithoutOnePipelineOfTheRasteriserTheHardwareDraws) {
   create(held_back(VK_TRUE));
   plant();
   const auto held = jobs_.waiting.begin() + 8;  // the first three are the hardware's
-  const auto [function, argument] = *held;
+  const coppice_job last = *held;
   jobs_.waiting.erase(held);
   jobs_.run_all();
   const Shot view = view_of(20.0f);
@@ -127,7 +127,7 @@ TEST_F(StartTest, WithoutOnePipelineOfTheRasteriserTheHardwareDraws) {
   jobs_.run_all();
   EXPECT_EQ(stats().pipelines_built + 1, stats().pipelines_wanted);
   EXPECT_GT(drawn_pixels(frame(view)), 0u);
-  function(argument);
+  last.function(last.argument);
   EXPECT_TRUE(ready());
   EXPECT_GT(drawn_pixels(frame(view)), 0u);
 }

@@ -91,7 +91,7 @@ LooksStage::LooksStage(const VulkanDevice& gpu, const std::filesystem::path& pla
   desc.compute_raster = path == LooksPath::compute ? VK_TRUE : VK_FALSE;
   desc.shader_int64_atomics = gpu.int64_atomics ? VK_TRUE : VK_FALSE;
   // Inline: what is there in which frame does not depend on the machine.
-  desc.hooks.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
+  desc.hooks.jobs.submit = [](void*, const coppice_job* job) { job->function(job->argument); };
   desc.hooks.log.write = print_log;
   coppice_context* context = nullptr;
   check(create_context(desc, &context), "coppice_vulkan_context_create");

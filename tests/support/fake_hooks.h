@@ -53,13 +53,13 @@ struct FakeAllocator {
 /// Runs jobs inline, or keeps them until run_all().
 struct FakeJobs {
   bool deferred = false;
-  std::deque<std::pair<void (*)(void*), void*>> waiting;
+  std::deque<coppice_job> waiting;
 
   coppice_jobs hook() { return {sizeof(coppice_jobs), this, submit}; }
   void run_one() {
-    const auto [function, argument] = waiting.front();
+    const coppice_job job = waiting.front();
     waiting.pop_front();
-    function(argument);
+    job.function(job.argument);
   }
   void run_all() {
     while (!waiting.empty()) run_one();
@@ -71,12 +71,12 @@ struct FakeJobs {
   }
 
  private:
-  static void submit(void* user, void (*function)(void*), void* argument) {
+  static void submit(void* user, const coppice_job* job) {
     auto* self = static_cast<FakeJobs*>(user);
     if (self->deferred)
-      self->waiting.push_back({function, argument});
+      self->waiting.push_back(*job);
     else
-      function(argument);
+      job->function(job->argument);
   }
 };
 
@@ -104,6 +104,7 @@ struct FakeIo {
   std::vector<std::string> handles;  ///< paths by handle
   std::size_t open_count = 0;
   bool deferred = false;
+  bool cancels = false;  ///< its hook can cancel reads; one that waits then ends with -ECANCELED
   std::deque<FakeRead> waiting;
   std::vector<FakeRead> log;               ///< every read, in order
   std::uint64_t fail_offset = UINT64_MAX;  ///< a read from here fails
@@ -112,8 +113,9 @@ struct FakeIo {
   std::size_t fault_at = 0;        ///< index of the read that goes wrong, in order of answers
   std::size_t fault_attempts = 1;  ///< how often that place goes wrong
   std::size_t answered = 0;
+  std::size_t cancelled = 0;
 
-  coppice_io hook() { return {sizeof(coppice_io), this, open, close, read}; }
+  coppice_io hook() { return {sizeof(coppice_io), this, open, close, read, cancels ? cancel : nullptr}; }
   void answer(const FakeRead& wanted) {
     if (wanted.offset == fail_offset) return wanted.done(wanted.argument, failing_result);
     const std::vector<std::uint8_t>& file = files.at(handles.at(static_cast<std::size_t>(wanted.file)));
@@ -157,6 +159,16 @@ struct FakeIo {
     return static_cast<std::int64_t>(self->handles.size() - 1);
   }
   static void close(void* user, std::int64_t) { --static_cast<FakeIo*>(user)->open_count; }
+  static void cancel(void* user, std::int64_t file, void* argument) {
+    auto* self = static_cast<FakeIo*>(user);
+    const auto it =
+        std::ranges::find_if(self->waiting, [&](const FakeRead& read) { return read.file == file && read.argument == argument; });
+    if (it == self->waiting.end()) return;
+    const FakeRead read = *it;
+    self->waiting.erase(it);
+    ++self->cancelled;
+    read.done(argument, -ECANCELED);
+  }
   static void read(void* user, std::int64_t file, std::uint64_t offset, void* destination, std::size_t bytes,
                    void (*done)(void*, std::int64_t), void* argument) {
     auto* self = static_cast<FakeIo*>(user);

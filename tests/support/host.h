@@ -28,7 +28,7 @@ class Host {
  public:
   explicit Host(std::uint64_t budget_bytes = 64u << 20) {
     auto jobs = struct_defaults<coppice_jobs>();
-    jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };  // inline: a frame is the same each time
+    jobs.submit = [](void*, const coppice_job* job) { job->function(job->argument); };  // inline: a frame is the same each time
     auto desc = struct_defaults<coppice_context_desc>();
     desc.jobs = &jobs;
     desc.memory_budget_bytes = budget_bytes;

@@ -9,6 +9,7 @@ extern const char* const kTool;                 ///< `coppice`
 extern const char* const kForest;               ///< `coppice-forest`; empty where the demo is not built
 extern const char* const kHelloPlant;           ///< demo/examples/01_hello_plant; empty likewise
 extern const char* const kNoGpu;                ///< demo/examples/02_no_gpu; empty likewise
+extern const char* const kEngineHost;           ///< demo/hosts/engine; empty where it is not built
 extern const char* const kGlslang;              ///< glslangValidator
 extern const char* const kFailMallocLibrary;    ///< support/fail_malloc.c, to be preloaded
 extern const char* const kNoVulkanLibrary;      ///< support/no_vulkan.c, likewise

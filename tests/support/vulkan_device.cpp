@@ -301,6 +301,11 @@ Buffer::~Buffer() {
   vkFreeMemory(device_, memory_, nullptr);
 }
 
+VkDeviceAddress Buffer::address() const {
+  const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer_};
+  return vkGetBufferDeviceAddress(device_, &info);
+}
+
 constexpr VkImageUsageFlags kReadable = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
 
 ImageDesc color_attachment(std::uint32_t width_px, std::uint32_t height_px, VkFormat format) {

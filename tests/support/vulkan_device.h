@@ -97,6 +97,8 @@ class Buffer {
   [[nodiscard]] VkBuffer handle() const { return buffer_; }
   [[nodiscard]] VkDeviceSize bytes() const { return bytes_; }
   [[nodiscard]] void* mapped() const { return mapped_; }
+  /// usage: with VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+  [[nodiscard]] VkDeviceAddress address() const;
 
  private:
   VkDevice device_;

@@ -104,6 +104,7 @@ TEST(StructInit, FillsAsMuchAsTheProgramHas) {
   expect_defaults(COPPICE_VULKAN_STRUCT_LIGHT, coppice_light_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_OCCLUDER, coppice_occluder_init);
   expect_defaults(COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE, coppice_material_override_init);
+  expect_defaults(COPPICE_VULKAN_STRUCT_TRIANGLES, coppice_triangles_init);
 }
 
 TEST(StructInit, AKindOfALaterVersionIsZeros) {

@@ -125,6 +125,22 @@ TEST_F(DeviceMemoryTest, PlacesAreAlignedInTheMemoryThatTheHookGave) {
   expect_consistent();
 }
 
+TEST_F(DeviceMemoryTest, WhatStaysHoldsNoBlockThatEvictionsEmpty) {
+  constexpr std::uint64_t kLarge = 4 << 20;
+  set_block_bytes(device_, kLarge, kUnit);
+  MemoryRequest stays = of(kUnit);
+  stays.kind = MemoryKind::lasting;
+  for (int i = 0; i < 8; ++i) {
+    reserve(stays);
+    reserve(of(kLarge / 4));
+  }
+  EXPECT_GE(hook_.live_bytes, 2 * kLarge);
+  for (std::size_t i = 8; i-- > 0;) release(2 * i + 1);
+  EXPECT_EQ(committed_bytes(device_.memory), kLarge / 4 + kLarge) << "a small block, and the empty one that is kept";
+  EXPECT_EQ(committed_bytes(device_.memory), lasting_bytes(device_.memory, kLarge));
+  EXPECT_EQ(lasting_bytes(device_.memory, kBlock), kLarge / 4 + kBlock);
+}
+
 TEST_F(DeviceMemoryTest, WhatIsLargeOrAloneHasABlockOfItsOwn) {
   reserve(of(kUnit));
   EXPECT_EQ(reserve(of(kBlock / 2)).block, 0u);

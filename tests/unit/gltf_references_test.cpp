@@ -2,6 +2,7 @@
 
 #include "gltf_references.h"
 
+#include <algorithm>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -85,6 +86,14 @@ TEST(GltfReferences, OfALargeFileOnlyWhatTheBufferTakesIsRead) {
   const Folders folders;
   fs::resize_file(folders.plant / "leaf s.bin", std::uintmax_t{20} << 30);  // takes no room on the disk
   EXPECT_TRUE(folders.import_buffer("leaf%20s.bin"));
+}
+
+TEST(GltfReferences, ABufferMayBeWhatGitLeftInItsPlace) {
+  const Folders folders;
+  std::vector<std::uint8_t> pointer(folders.builder.bin.size(), ' ');
+  std::ranges::copy(std::string("version https://git-lfs.github.com/spec/v1\n"), pointer.begin());
+  test::write_file(folders.plant / "leaf s.bin", pointer);
+  test::expect_error(folders.import_buffer("leaf%20s.bin"), Status::io, {"buffers[0].uri", "git lfs pull"});
 }
 
 TEST(GltfReferences, AnImageFileThatIsTooLargeIsNotRead) {

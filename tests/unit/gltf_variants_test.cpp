@@ -127,6 +127,16 @@ std::vector<Case> packs() {
     p.file.json["extensionsUsed"] = {"KHR_node_visibility"};
     p.file.json["extensionsRequired"] = {"KHR_node_visibility"};
   });
+  add("hidden_by_scale", {1, 300, 0}, [](Pack& p) {
+    p.part("trunk", trunk_part(5));
+    p.part("leaves", crown_part(300, 5, 1));
+    p.file.node(p.part("elm", tree(250, 6, 2), {20, 0, 0}))["scale"] = {0, 0, 0};
+  });
+  add("levels_of_unknown_names_the_coarsest_first", {3, 300, 0}, [](Pack& p) {
+    p.part("Oak_500tris", tree(30, 5, 1));
+    p.part("Oak_2000tris", tree(90, 5, 1));
+    p.part("Oak_9000tris", tree(300, 5, 1));
+  });
   add("seasons", {3, 200, 0}, [](Pack& p) {
     p.part("Tree_Summer", tree(200, 5, 1));
     p.part("Tree_Autumn", tree(150, 5, 2));

@@ -61,10 +61,10 @@ Hooks inline_hooks(std::span<const std::uint8_t>& file) {
     std::ranges::copy(taken, static_cast<std::uint8_t*>(destination));
     done(argument, static_cast<std::int64_t>(bytes));
   };
-  const auto submit = [](void*, void (*function)(void* argument), void* argument) { function(argument); };
+  const auto submit = [](void*, const coppice_job* job) { job->function(job->argument); };
   return {.allocator = default_allocator(),
           .jobs = {sizeof(coppice_jobs), nullptr, submit},
-          .io = {sizeof(coppice_io), &file, open, [](void*, std::int64_t) {}, read}};
+          .io = {sizeof(coppice_io), &file, open, [](void*, std::int64_t) {}, read, nullptr}};
 }
 
 /// What new gives while a plant is opened, all of it is streamed, and it is closed.

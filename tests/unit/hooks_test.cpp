@@ -11,6 +11,7 @@
 #include <fstream>
 #include <mutex>
 #include <string>
+#include <thread>
 
 #include "fake_hooks.h"
 #include "io_result.h"
@@ -68,14 +69,21 @@ TEST(CompleteHooks, RefusesHooksSetInPart) {
 
 TEST(CompleteHooks, StartsNoThreadForAnEngineThatBringsItsOwn) {
   Hooks own;
-  own.jobs.submit = [](void*, void (*function)(void*), void* argument) { function(argument); };
-  own.io = {sizeof(coppice_io), nullptr, [](void*, const char*, std::uint64_t*) -> std::int64_t { return -1; }, [](void*, std::int64_t) {},
-            [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) {
-              done(argument, -1);
-            }};
+  own.jobs.submit = [](void*, const coppice_job* job) { job->function(job->argument); };
+  own.io = {
+      sizeof(coppice_io),
+      nullptr,
+      [](void*, const char*, std::uint64_t*) -> std::int64_t { return -1; },
+      [](void*, std::int64_t) {},
+      [](void*, std::int64_t, std::uint64_t, void*, std::size_t, void (*done)(void*, std::int64_t), void* argument) { done(argument, -1); },
+      nullptr};
   auto set = test::must(complete_hooks(own));
   EXPECT_EQ(set.defaults, nullptr);
-  EXPECT_EQ(set.hooks.jobs.submit, own.jobs.submit);
+  static std::thread::id ran;
+  const coppice_job job = make_job(
+      COPPICE_JOB_DECODE, COPPICE_PRIORITY_NORMAL, [](void*) { ran = std::this_thread::get_id(); }, nullptr);
+  set.hooks.jobs.submit(set.hooks.jobs.user, &job);
+  EXPECT_EQ(ran, std::this_thread::get_id());
   EXPECT_NE(set.hooks.allocator.allocate, nullptr);
 }
 
@@ -179,7 +187,7 @@ TEST(CompleteHooks, ReadsByTheKernelWhereItCan) {
   auto by_pool = test::must(complete_hooks({}, Reading::thread_pool));
   EXPECT_EQ(by_pool.defaults->uring, nullptr);
   auto own_jobs =
-      complete_hooks({.jobs = {sizeof(coppice_jobs), nullptr, [](void*, void (*function)(void*), void* argument) { function(argument); }}});
+      complete_hooks({.jobs = {sizeof(coppice_jobs), nullptr, [](void*, const coppice_job* job) { job->function(job->argument); }}});
   ASSERT_TRUE(own_jobs);
   EXPECT_EQ(own_jobs->defaults->pool == nullptr, own_jobs->defaults->uring != nullptr) << "no thread that nobody needs";
 }

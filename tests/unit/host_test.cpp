@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -113,6 +114,8 @@ TEST_F(HostChanges, DroppedMemoryCountsUntilItIsFreed) {
 
 TEST_F(HostChanges, TheBudgetIsKept) {
   host.settle();
+  ASSERT_EQ(coppice_set_memory_budget(host.context(), 63u << 20), COPPICE_OK);
+  take_frames(2);  // the instances' lists become shorter: that is no eviction
   const std::uint64_t full_bytes = host.stats().memory_bytes;
   ASSERT_EQ(coppice_set_memory_budget(host.context(), full_bytes - 300), COPPICE_OK) << coppice_last_error(host.context());
   take_frames(10);
@@ -152,15 +155,17 @@ TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
   std::vector<InstanceLod> lods(spheres.size());
   select_lods(spheres, {&lod_plant, 1}, view, lods);
   const std::vector<coppice_draw> draws = host.draws();
+  std::map<coppice_instance, const coppice_draw*> by_instance;  // in no order: the library sorts instances
+  for (const coppice_draw& draw : draws) by_instance[draw.instance] = &draw;
   std::size_t next = 0;
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     const bool in_view = std::ranges::all_of(view.eyes[0].planes, [&](const vec4& plane) {
       return dot(plane.xyz(), (spheres[i].center_m - view.eye_m).rounded()) + plane.w >= -spheres[i].radius_m;
     });
     if (!in_view) continue;
-    ASSERT_LT(next, draws.size());
-    const coppice_draw& draw = draws[next++];
-    EXPECT_EQ(draw.instance, handles[i]);
+    ASSERT_TRUE(by_instance.contains(handles[i])) << i;
+    const coppice_draw& draw = *by_instance[handles[i]];
+    ++next;
     EXPECT_EQ(draw.plant, plant);
     EXPECT_EQ(draw.leaf_count, lods[i].leaf_count);
     EXPECT_EQ(draw.wood_lod, lods[i].wood_lod);
@@ -178,6 +183,31 @@ TEST(HostDraws, AreWhatSelectionSaysOfWhatIsInView) {
   EXPECT_EQ(std::memcmp(wide.data() + kWide, &draws[1], sizeof draws[1]), 0);
   EXPECT_EQ(wide[kWide + sizeof(coppice_draw)], 0);
   EXPECT_EQ(wide[2 * kWide], 0xee);
+}
+
+TEST(HostDraws, AreSmallerWhileTheyFadeIn) {
+  Host host;
+  const coppice_plant plant = host.open("two_pages.coppice");
+  const coppice_instance stays = host.add(plant, 1, -3, 2.0f);
+  host.settle();
+  const coppice_instance comes = host.add(plant, 0, -3, -2.0f);
+  const auto fade_in = [&](std::uint32_t frames) { return coppice_instances_fade_in(host.context(), &comes, 1, frames); };
+  EXPECT_EQ(fade_in(0), COPPICE_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(fade_in(256), COPPICE_ERROR_INVALID_ARGUMENT);
+  ASSERT_EQ(fade_in(4), COPPICE_OK) << coppice_last_error(host.context());
+  for (const float scale : {-0.5f, -1.0f, -1.5f, -2.0f, -2.0f}) {
+    host.frame();
+    std::uint32_t settled = 0;
+    EXPECT_EQ(coppice_is_settled(host.context(), host.view(), &settled), COPPICE_OK);
+    EXPECT_EQ(settled, scale == -2.0f ? COPPICE_TRUE : COPPICE_FALSE);
+    for (const coppice_draw& draw : host.draws()) EXPECT_EQ(draw.scale, draw.instance == stays ? 2.0f : scale);
+  }
+  ASSERT_EQ(coppice_instances_remove(host.context(), &comes, 1), COPPICE_OK);
+  const std::array both{stays, comes};
+  EXPECT_EQ(coppice_instances_fade_in(host.context(), both.data(), 2, 4), COPPICE_ERROR_INVALID_ARGUMENT);
+  host.frame();
+  ASSERT_EQ(host.draws().size(), 1u);
+  EXPECT_EQ(host.draws()[0].scale, 2.0f) << "none fades in";
 }
 
 TEST(HostDraws, HaveWhatWindMayMoveIntoView) {

@@ -147,7 +147,7 @@ TEST(ImportGltfBad, LeafPattern) {
 
 TEST(ImportGltfBad, NothingHasArea) {
   GltfBuilder builder = test::small_plant();
-  for (const std::size_t node : {0u, 1u}) builder.json["nodes"][node]["scale"] = {0, 0, 0};
+  for (const std::size_t node : {0u, 1u}) builder.json["nodes"][node]["scale"] = {1, 0, 0};
   expect_error(builder.glb(), Status::bad_file, {"'leaves'", "'bark'"});
 }
 

@@ -241,7 +241,7 @@ TEST(ImportGltf, APlantWithoutLeavesIsAllWoodAndSaysSoOnce) {
 
 TEST(ImportGltf, FoliageWithoutAreaBesideWood) {
   GltfBuilder builder = test::small_plant();
-  builder.json["nodes"][0]["scale"] = {0, 0, 0};
+  builder.json["nodes"][0]["scale"] = {1, 0, 0};
   const Plant plant = imported(builder);
   EXPECT_TRUE(plant.leaves.empty());
   EXPECT_EQ(plant.wood.triangle_materials.size(), 1u);

@@ -53,6 +53,22 @@ TEST(ImportHints, OtherScenesCamerasAndLightsAreCounted) {
   EXPECT_TRUE(imported(builder).warnings.empty()) << "no plant lacks them";
 }
 
+TEST(ImportHints, AnEmptyDefaultSceneIsNotTheOnlyOne) {
+  GltfBuilder builder = test::small_plant();
+  const json empty = {{"nodes", json::array()}};
+  builder.json["scenes"].insert(builder.json["scenes"].begin(), empty);
+  const auto plant = test::import_built(builder);
+  ASSERT_FALSE(plant);
+  EXPECT_TRUE(test::mentions(plant.error().message(), {"no triangles", "2 scenes"}));
+}
+
+TEST(ImportHints, ImagesWithoutTextureCoordinates) {
+  GltfBuilder builder = test::small_plant();
+  builder.set_texture(0, test::striped_png(8, {20, 200, 20, 255}, {10, 100, 10, 255}));
+  builder.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1;
+  expect_warning(imported(builder), {"'leaves'", "TEXCOORD_1"});
+}
+
 TEST(ImportHints, HolesThatAnOpaqueMaterialDoesNotShow) {
   const auto holes = test::striped_png(8, {20, 200, 20, 255}, {0, 0, 0, 0});
   GltfBuilder builder = test::small_plant();

@@ -53,6 +53,7 @@ TEST(PlantOrigin, IsTheFootWhereThePlantStandsElsewhere) {
       expect_near(moved.foliage.positions.at(i), plain.foliage.positions[i], 1e-4f);
   }
   expect_warning(tree_at({1000, 0, -2500}), {"2691", "--origin keep"});
+  expect_warning(tree_at({30000, 0, 40000}), {"49998"});
 }
 
 TEST(PlantOrigin, IsWhatTheCallerChooses) {

@@ -11,8 +11,9 @@ using enum Residency;
 
 /// The table of ARCHITECTURE.md, written out once more.
 const std::set<std::pair<Residency, Residency>> kTable = {
-    {absent, reading},  {reading, absent}, {reading, decoding}, {reading, failed}, {decoding, absent},   {decoding, decoded},
-    {decoding, failed}, {decoded, absent}, {decoded, resident}, {decoded, failed}, {resident, evicting}, {evicting, absent},
+    {absent, reading},    {reading, absent},  {reading, decoding}, {reading, failed},   {decoding, absent},
+    {decoding, decoded},  {decoding, failed}, {decoded, absent},   {decoded, resident}, {decoded, failed},
+    {resident, evicting}, {evicting, absent}, {failed, absent},
 };
 
 TEST(Residency, AllowsTheTableAndRefusesEverythingElse) {

@@ -283,10 +283,12 @@ TEST(SceneStream, PlacesTheWholeScene) {
   EXPECT_EQ(plants, kPlants) << "each in one tile";
 }
 
+std::uint64_t tile_clock_ns = 0;
+
 TEST(SceneStream, ATileThatIsDamagedOrCannotBeReadIsToldOnceAndTheRestGoesOn) {
   const SceneEye here = eye_at(0, 0);
   for (const bool damaged : {true, false}) {
-    Owner owner;
+    Owner owner([](Owner& unopened) { unopened.options.clock_ns = [] { return tile_clock_ns += 50'000'000; }; });
     const std::uint64_t offset = owner.stream->file().tiles[0].offset;
     if (damaged)
       owner.io.files["wood/a.forest"][static_cast<std::size_t>(offset) + 5] ^= 1;
@@ -305,6 +307,53 @@ TEST(SceneStream, ATileThatIsDamagedOrCannotBeReadIsToldOnceAndTheRestGoesOn) {
     EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
     EXPECT_EQ(owner.stream->stats().missing_tiles, 0u);
   }
+}
+
+TEST(SceneStream, ATileThatCouldNotBeReadIsReadAgainAfterAWhileOrWhenTheEngineSaysSo) {
+  const SceneEye here = eye_at(0, 0);
+  for (const bool said : {false, true}) {
+    tile_clock_ns = 1;
+    Owner owner([](Owner& unopened) { unopened.options.clock_ns = [] { return tile_clock_ns; }; });
+    const std::uint64_t offset = owner.stream->file().tiles[0].offset;
+    owner.io.fail_offset = offset;
+    owner.io.failing_result = -EIO;
+    const auto attempts = [&] { return std::ranges::count(owner.io.log, offset, &test::FakeRead::offset); };
+    const auto wait_s = [&](double seconds) {
+      tile_clock_ns += static_cast<std::uint64_t>(1e9 * seconds);
+      owner.settle(here, kPlenty);
+    };
+    for (int i = 0; i < 4; ++i) wait_s(0.9);
+    EXPECT_EQ(attempts(), std::ptrdiff_t{kReadAttempts});
+    wait_s(5.0);
+    wait_s(9.0);
+    EXPECT_EQ(attempts(), std::ptrdiff_t{kReadAttempts} + 1) << "one at a time";
+    EXPECT_EQ(owner.log.lines.size(), 1u) << "said once";
+    EXPECT_EQ(owner.stream->stats().tiles_failed, 1u);
+    owner.io.fail_offset = UINT64_MAX;
+    if (said)
+      owner.stream->retry_failed();
+    else
+      tile_clock_ns += 1'000'000'000;
+    owner.settle(here, kPlenty);
+    EXPECT_EQ(owner.placed, owner.wanted(here));
+    EXPECT_EQ(owner.stream->stats().tiles_failed, 0u);
+  }
+}
+
+TEST(SceneStream, AReadThatNobodyNeedsIsCancelled) {
+  Owner owner([](Owner& unopened) { unopened.io.cancels = true; });
+  owner.io.deferred = true;
+  owner.stream->begin_frame(std::array{eye_at(0, 0)}, kPlenty);
+  const std::size_t reads = owner.io.waiting.size();
+  EXPECT_GT(reads, 1u);
+  owner.stream->begin_frame(std::array{eye_at(60000, 0)}, kPlenty);
+  EXPECT_EQ(owner.io.cancelled, reads);
+  owner.stream->begin_frame(std::array{eye_at(0, 0)}, kPlenty);
+  EXPECT_EQ(owner.io.waiting.size(), reads) << "it is read anew";
+  owner.stream.reset();  // does not wait for what nobody answers
+  EXPECT_EQ(owner.io.cancelled, 2 * reads);
+  EXPECT_EQ(owner.allocator.live_count, 0u);
+  EXPECT_TRUE(owner.log.lines.empty());
 }
 
 TEST(SceneStream, EveryReadMayFailAFewTimes) {

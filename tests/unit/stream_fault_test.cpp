@@ -148,9 +148,44 @@ TEST_F(PausedRead, IsTriedAgainAfterGrowingPauses) {
   ASSERT_EQ(log.lines.size(), 1u);
   EXPECT_TRUE(test::mentions(log.lines[0], {"a: page 2", std::strerror(EIO), "byte " + std::to_string(io.fail_offset)}));
   EXPECT_EQ(streamer->stats().all().failed, 1u);
-  wait_ms(1'000'000);
-  EXPECT_EQ(attempts(), tried) << "never again";
+  for (const std::uint64_t pause_s : {5u, 10u, 20u, 40u, 60u, 60u}) {
+    wait_ms(1000 * pause_s - 1);
+    EXPECT_EQ(attempts(), tried) << pause_s;
+    wait_ms(1);
+    EXPECT_EQ(attempts(), ++tried) << "one at a time, " << pause_s;
+  }
+  EXPECT_EQ(log.lines.size(), 1u) << "said once";
+  EXPECT_EQ(streamer->stats().all().failed, 1u);
+  EXPECT_EQ(streamer->stats().all().wanted, 0u);
   EXPECT_EQ(std::ranges::count(io.log, offset_of(plant, COPPICE_CHUNK_PAGE, 1), &test::FakeRead::offset), 1);
+  shut_down();
+}
+
+TEST_F(PausedRead, IsThereOnceTheDriveIsBack) {
+  for (int i = 0; i < 4; ++i) wait_ms(1000);
+  ASSERT_EQ(log.lines.size(), 1u);
+  EXPECT_EQ(streamer->state(plant).resident_page_count, 2u);
+  io.fail_offset = UINT64_MAX;
+  wait_ms(5000);
+  frames(5, both_);
+  expect_whole(plant);
+  shut_down();
+}
+
+TEST_F(PausedRead, IsTriedAtOnceWhenTheEngineSaysSo) {
+  for (int i = 0; i < 4; ++i) wait_ms(1000);
+  const std::ptrdiff_t tried = attempts();
+  streamer->retry_failed();
+  wait_ms(0);
+  EXPECT_EQ(attempts(), tried + 1);
+  for (int i = 0; i < 4; ++i) wait_ms(1000);
+  EXPECT_EQ(attempts(), tried + 4) << "with all attempts";
+  EXPECT_EQ(log.lines.size(), 2u) << "and said again";
+  io.fail_offset = UINT64_MAX;
+  streamer->retry_failed();
+  wait_ms(0);
+  frames(5, both_);
+  expect_whole(plant);
   shut_down();
 }
 
@@ -191,6 +226,83 @@ TEST_F(PausedRead, ALackOfMemoryInTheHookIsNoFailure) {
   frames(100, both_);
   expect_whole(plant);
   shut_down();
+}
+
+// The parts of leaf meshes are loaded all or not at all: one that is damaged takes the rest with it.
+TEST_F(StreamFault, WhatIsDamagedComesOnceTheFileIsMended) {
+  static const Bytes with_meshes = test::packed_plant({.leaf_count = 1500, .seed = 5, .leaf_mesh_count = 2});
+  io.files["a"] = with_meshes;
+  start();
+  const std::uint32_t a = open("a");
+  std::vector<std::uint64_t> damaged;
+  for (const auto kind : {COPPICE_CHUNK_PAGE, COPPICE_CHUNK_LEAF_MESH}) damaged.push_back(offset_of(a, kind, 1) + 20);
+  for (const std::uint64_t byte : damaged) io.files["a"][byte] ^= 0x10;
+  view.error_px = 0.001f;
+  frames(100, both_);
+  EXPECT_EQ(streamer->stats().all().failed, 2u);
+  EXPECT_EQ(streamer->state(a).resident_page_count, 1u);
+  EXPECT_FALSE(streamer->state(a).leaf_meshes_resident);
+  const std::size_t reads = io.log.size();
+  frames(200, both_);  // an hour by the hurried clock
+  EXPECT_EQ(io.log.size(), reads) << "a damaged file does not mend itself";
+  for (const std::uint64_t byte : damaged) io.files["a"][byte] ^= 0x10;
+  streamer->retry_failed();
+  frames(100, both_);
+  expect_whole(a);
+  EXPECT_TRUE(streamer->state(a).leaf_meshes_resident);
+  EXPECT_EQ(log.lines.size(), 2u);
+  shut_down();
+}
+
+class CancelledRead : public StreamFault {
+ protected:
+  void SetUp() override {
+    StreamFault::SetUp();
+    io.cancels = true;
+    start();
+    open("a");
+    frames(3, {PlantDemand{}});
+    reserved_before = ledger.reserved();
+    io.deferred = true;
+    frames(1, both_);
+    EXPECT_EQ(io.waiting.size(), 7u);
+  }
+  std::uint64_t reserved_before = 0;
+};
+
+TEST_F(CancelledRead, EndsWithTheDemandForIt) {
+  frames(40, {PlantDemand{}});
+  EXPECT_EQ(io.cancelled, 7u);
+  EXPECT_EQ(streamer->stats().all().cancelled, 7u);
+  EXPECT_EQ(streamer->stats().all().in_flight, 0u);
+  EXPECT_EQ(streamer->stats().all().failed, 0u) << "that is no failure";
+  EXPECT_EQ(ledger.reserved(), reserved_before);
+  io.deferred = false;
+  frames(20, both_);
+  expect_whole(0);
+  EXPECT_TRUE(log.lines.empty());
+  shut_down();
+}
+
+TEST_F(CancelledRead, EndsWithItsPlant) {
+  streamer->close_plant(0);
+  frames(3, {PlantDemand{}});
+  EXPECT_EQ(io.cancelled, 7u);
+  EXPECT_EQ(io.open_count, 0u) << "nobody waits for a slow file";
+  shut_down();
+}
+
+TEST_F(CancelledRead, EndsWithAnOpening) {
+  const auto opening = streamer->start_open("b");
+  ASSERT_TRUE(opening);
+  EXPECT_FALSE(streamer->finish_open(*opening));
+  EXPECT_EQ(io.waiting.size(), 8u);
+  streamer->cancel_open(*opening);
+  EXPECT_EQ(io.cancelled, 1u);
+  frames(1, both_);
+  EXPECT_EQ(io.open_count, 1u);
+  shut_down();  // does not wait for the reads of a, which nobody answers
+  EXPECT_EQ(io.cancelled, 8u);
 }
 
 TEST_F(StreamFault, AFileThatIsTruncatedOrReplacedWhileOpenKeepsItsLastGoodCut) {

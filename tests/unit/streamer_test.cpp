@@ -487,8 +487,11 @@ TEST_F(StreamerTest, AnUploadThatFailsEndsThePrefixThere) {
   const std::uint64_t decoded_bytes = ledger.reserved();
   for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
     if (chunk.id.kind != ChunkKind::page) continue;
-    EXPECT_EQ(streamer->begin_upload(chunk.id), chunk.id.index <= 3);
-    if (chunk.id.index < 3) gpu->upload(chunk);
+    if (chunk.id.index < 3) {
+      gpu->upload(chunk);
+      continue;
+    }
+    EXPECT_EQ(streamer->begin_upload(chunk.id), chunk.id.index == 3);
     if (chunk.id.index == 3) streamer->upload_failed(chunk.id, {Status::unsupported, "too large"});
   }
   frames(10, {demand_of(5000.0f)});
@@ -503,10 +506,9 @@ TEST_F(StreamerTest, AnUploadWithoutDeviceMemoryIsTriedAgain) {
   for (int round = 0; round < 2; ++round) {  // what is pinned first; then a page in the middle, a wood LoD and the texture
     frames(10, {demand_of(5000.0f)});
     for (const DecodedChunk& chunk : streamer->take_decoded(UINT64_MAX)) {
-      if (!streamer->begin_upload(chunk.id)) continue;
       if (chunk.id.kind == ChunkKind::page && chunk.id.index < 3 * static_cast<std::uint32_t>(round))
         gpu->upload(chunk);
-      else
+      else if (streamer->begin_upload(chunk.id))
         streamer->upload_failed(chunk.id, {Status::out_of_memory, "device memory"});
     }
     EXPECT_EQ(streamer->state(plant).resident_page_count, 3u * static_cast<std::uint32_t>(round));
@@ -524,14 +526,17 @@ std::uint64_t slow_clock_ns() {
   return now += 1'000'000;
 }
 
-TEST_F(StreamerTest, AFrameTakesOverOnlyWhatItHasTimeFor) {
+TEST_F(StreamerTest, AFrameStartsAndTakesOverOnlyWhatItHasTimeFor) {
   options.clock_ns = slow_clock_ns;
   options.hand_over_budget_ns = 4'500'000;
   const std::uint32_t plant = start_with("a");
   frames(3, {PlantDemand{}});
   io.deferred = true;
   frames(1, {demand_of(5000.0f)});
-  ASSERT_EQ(io.waiting.size(), 7u);
+  EXPECT_GT(io.waiting.size(), 0u);
+  EXPECT_LT(io.waiting.size(), 7u);
+  frames(2, {demand_of(5000.0f)});
+  EXPECT_EQ(io.waiting.size(), 7u);
   io.answer_all();
   jobs.deferred = true;
   frames(1, {demand_of(5000.0f)});

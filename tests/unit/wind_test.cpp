@@ -25,6 +25,7 @@
 #include "union_find.h"
 #include "wind_field.h"
 #include "wood_bending.h"
+#include "wood_capsules.h"
 #include "wood_graph.h"
 #include "wood_joints.h"
 #include "wood_plants.h"
@@ -174,6 +175,39 @@ TEST(WoodSkeleton, EachStemOfABushStandsOnTheGround) {
     append_tube({{0.2f * static_cast<float>(stem), 0, 0}, {0.6f * static_cast<float>(stem), 2, 0}, 0.03f, 0.01f, 20}, wood);
   const std::vector<Ring> rings = wood_skeleton(wood, {0.0, 2.0, false}, 0.1);
   EXPECT_EQ(std::ranges::count(rings, kNone, &Ring::parent), 5);
+}
+
+/// Distance of a point from the nearest surface of the capsules, along which it should lie.
+double off_m(const glm::dvec3& point, const std::vector<Capsule>& capsules) {
+  double least_m = 1e9;
+  for (const Capsule& capsule : capsules) {
+    const glm::dvec3 along = capsule.to - capsule.from;
+    const double at = std::clamp(glm::dot(point - capsule.from, along) / std::max(glm::dot(along, along), 1e-12), 0.0, 1.0);
+    least_m = std::min(least_m, std::abs(glm::distance(point, capsule.from + at * along) - capsule.radius_m));
+  }
+  return least_m;
+}
+
+TEST(WoodCapsules, TheStemIsFirstAndFewFollowABentOne) {
+  Mesh wood;
+  append_tube({{0, 0, 0}, {0, 4, 0}, 0.2f, 0.18f, 30}, wood);
+  append_tube({{0, 4, 0}, {2, 7, 0}, 0.18f, 0.15f, 30}, wood);
+  append_tube({{0.1f, 3, 0}, {-2, 3.5f, 0}, 0.06f, 0.04f, 20}, wood);  // a bough
+  append_tube({{-1, 3.3f, 0}, {-1, 4, 0}, 0.004f, 0.002f, 20}, wood);  // a twig
+  const std::vector<Capsule> one = wood_capsules(wood, 1);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_LT(glm::length(one[0].from), 0.3);
+  EXPECT_LT(glm::distance(one[0].to, glm::dvec3(2, 7, 0)), 0.3);
+  const std::vector<Capsule> few = wood_capsules(wood, 8);
+  EXPECT_GE(few.size(), 3u);
+  EXPECT_LE(few.size(), 8u);
+  for (const Capsule& capsule : few) EXPECT_GT(capsule.radius_m, 0.018) << "the twig has none";
+  EXPECT_LT(off_m({0.2, 2, 0}, few), 0.08);
+  EXPECT_LT(off_m({1 - 0.13, 5.5 + 0.09, 0}, few), 0.08);
+  EXPECT_LT(off_m({-1.5, 3.38 + 0.05, 0}, few), 0.06);
+  const std::vector<Capsule> again = wood_capsules(wood, 8);
+  EXPECT_TRUE(std::ranges::equal(few, again, [](const Capsule& a, const Capsule& b) { return a.from == b.from && a.to == b.to; }));
+  EXPECT_TRUE(wood_capsules({}, 8).empty());
 }
 
 TEST(WoodGraph, EverythingIsConnectedHoweverLoose) {

@@ -37,8 +37,8 @@ WoodLods simplify_wood(const Mesh& wood) {
   return chain;
 }
 
-/// Appends a closed-up tube of kSides x kRings quads along `axis` from `foot`, tapering to a tenth.
-void append_tube(Mesh& mesh, const glm::vec3& foot, const glm::vec3& axis, float radius_m, std::uint32_t material) {
+/// Appends a tube of kSides x kRings quads along `axis` from `foot`, open at both ends. tip_share  of the radius
+void append_tube(Mesh& mesh, const glm::vec3& foot, const glm::vec3& axis, float radius_m, std::uint32_t material, float tip_share = 0.1f) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   const glm::vec3 along = glm::normalize(axis);
   const glm::vec3 side =
@@ -48,7 +48,7 @@ void append_tube(Mesh& mesh, const glm::vec3& foot, const glm::vec3& axis, float
     for (std::uint32_t i = 0; i <= kSides; ++i) {
       const float t = static_cast<float>(ring) / kRings, turn = 2.0f * std::numbers::pi_v<float> * static_cast<float>(i % kSides) / kSides;
       const glm::vec3 normal = std::cos(turn) * side + std::sin(turn) * other;
-      mesh.positions.push_back(foot + t * axis + radius_m * (1.0f - 0.9f * t) * normal);
+      mesh.positions.push_back(foot + t * axis + radius_m * (1.0f - (1.0f - tip_share) * t) * normal);
       mesh.normals.push_back(normal);
       mesh.uvs.emplace_back(static_cast<float>(i) / kSides, t);
     }
@@ -377,6 +377,21 @@ TEST(WoodPieces, TubesThatContinueEachOtherAreOne) {
   const std::vector<WoodPiece> pieces = split_wood(cane);
   ASSERT_EQ(pieces.size(), 2u) << "the bough at a right angle stays by itself";
   EXPECT_NEAR(pieces[0].length_m(), 5.08, 0.05);
+}
+
+TEST(WoodPieces, RingsOfATrunkAreOneTube) {
+  for (const float gap_m : {0.02f, -0.02f}) {
+    Mesh palm;
+    for (int i = 0; i < 20; ++i)
+      append_tube(palm, {0.0f, 0.15f * static_cast<float>(i), 0.0f}, {0.0f, 0.15f - gap_m, 0.0f}, 0.13f, 0, 1.2f);
+    append_tube(palm, {0.5f, 0.0f, 0.0f}, {0.0f, 0.15f, 0.0f}, 0.13f, 0, 1.2f);
+    const std::vector<WoodPiece> pieces = split_wood(palm);
+    ASSERT_EQ(pieces.size(), 2u) << "a pot beside it stays by itself";
+    EXPECT_NEAR(pieces[0].length_m(), 3.0, 0.05);
+    EXPECT_EQ(pieces[0].part_count, 20u);
+    const double seen_m2 = 0.25 * std::numbers::pi * 0.286 * (gap_m > 0.0f ? 2.6 : 3.0);
+    EXPECT_NEAR(pieces[0].projected_m2, seen_m2, 0.05 * seen_m2) << "its rings close each other";
+  }
 }
 
 TEST(WoodLods, SameWoodSameLods) {

@@ -130,6 +130,7 @@ Result<std::vector<std::uint8_t>> load_buffer(const ScreenedBuffer& buffer, cons
     bytes = *std::move(file);
     if (source.on_read) source.on_read(*buffer.uri, bytes);
   }
+  if (as_text(bytes).starts_with(kGitLfsPointer)) return cannot_load(kIsGitLfsPointer);
   if (bytes.size() == buffer.bytes) return bytes;
   return cannot_load(std::to_string(bytes.size()) + " bytes instead of " + std::to_string(buffer.bytes));
 }

@@ -59,6 +59,12 @@ std::vector<SceneNode> nodes_below(const tinygltf::Model& model, const std::vect
   return nodes;
 }
 
+/// glTF: what is scaled to nothing along all axes is not shown; animations hide things so.
+bool is_shrunk_away(const glm::dmat4& transform) {
+  constexpr double kNothing = 1e-6;
+  return glm::length(transform[0]) < kNothing && glm::length(transform[1]) < kNothing && glm::length(transform[2]) < kNothing;
+}
+
 bool is_usable(const glm::dmat4& transform) {
   return is_finite(transform[0]) && is_finite(transform[1]) && is_finite(transform[2]) && is_finite(transform[3]);
 }
@@ -110,6 +116,7 @@ Result<void> append_node(const tinygltf::Model& model, int node_index, const glm
     if (!is_usable(scene_from_mesh))
       return Error{Status::bad_file, "instance transform is not finite", Error::kNoOffset,
                    instancing_place(node_index) + " instance " + std::to_string(i)};
+    if (is_shrunk_away(scene_from_mesh)) continue;
     instances.push_back({static_cast<std::uint32_t>(node_index), static_cast<std::uint32_t>(node.mesh), scene_from_mesh});
   }
   return {};

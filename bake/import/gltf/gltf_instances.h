@@ -38,7 +38,8 @@ std::vector<glm::dmat4> file_from_nodes(const tinygltf::Model& model);
 /// Whether KHR_node_visibility hides the node, and with it all that is below.
 bool hides(const tinygltf::Node& node);
 
-/// Lists the meshes of scene_nodes, in their order. Skinned meshes stand in the file's world space (gltf_pose.h).
+/// Lists the meshes of scene_nodes, in their order, but for those that a scale of 0 hides. Skinned meshes stand in the file's world space
+/// (gltf_pose.h).
 /// model            from load_gltf
 /// scene_from_file  the transform above the root nodes: the file's axes and unit
 /// errors  bad_file: a transform that is not finite, or instances that are not transforms, naming the node

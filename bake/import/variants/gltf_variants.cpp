@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <set>
@@ -10,6 +11,7 @@
 #include <tiny_gltf.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "gltf_copies.h"
 #include "gltf_nodes.h"
@@ -367,11 +369,35 @@ std::string variant_name(const GltfNodes& scene, const NodeGroup& group) {
   return group.name;
 }
 
+/// Whether two plants of nearly one size stand in one place.
+bool are_in_one_place(const NodeBox& a, const NodeBox& b) {
+  constexpr double kCommon = 0.7;
+  const glm::dvec3 common = glm::min(a.high, b.high) - glm::max(a.low, b.low);
+  return glm::all(glm::greaterThanEqual(common, kCommon * glm::max(a.size(), b.size())));
+}
+
+/// Sorts variants that are levels of detail by all but their names: in one place, each of at most three quarters of the triangles of the
+/// one before. So the one that is taken is the finest.
+void put_finest_first(const GltfNodes& scene, std::vector<NodeGroup>& groups) {
+  std::vector<std::pair<std::uint64_t, NodeGroup>> sorted;
+  for (const NodeGroup& group : groups) {
+    if (!are_in_one_place(group.box, groups.front().box)) return;
+    std::uint64_t triangles = 0;
+    for (const std::uint32_t item : group.items) triangles += scene.items[item].triangles;
+    sorted.emplace_back(triangles, group);
+  }
+  std::ranges::stable_sort(sorted, std::greater(), [](const auto& each) { return each.first; });
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    if (4 * sorted[i].first > 3 * sorted[i - 1].first) return;
+  for (std::size_t i = 0; i < groups.size(); ++i) groups[i] = std::move(sorted[i].second);
+}
+
 /// Finds the plants that `items` are, in the order of their first items; one if they cannot be separated. Ground under several plants is in
 /// none.
 std::vector<NodeGroup> split_variants(const tinygltf::Model& model, const GltfNodes& scene, std::span<const std::uint32_t> items) {
   std::vector<NodeGroup> groups = split_nested(model, scene, items, kMaxNesting);
   std::ranges::sort(groups, {}, [](const NodeGroup& group) { return group.items.front(); });
+  put_finest_first(scene, groups);
   std::map<std::string, int> seen;
   for (NodeGroup& group : groups) group.name = variant_name(scene, group);
   for (NodeGroup& group : groups)

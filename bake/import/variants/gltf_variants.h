@@ -9,7 +9,8 @@
 // Collision  by name.
 // Variants   the scene's top nodes (below nodes that hold all), or groups of them by number in their names or by the ground that they stand
 //            on, if each is a whole plant: no two show the same meshes, all stand on one ground, none is wood alone beside leaves alone;
-//            and if they stand apart, or on the very same spot. Stems of one plant stand close together instead.
+//            and if they stand apart, or on the very same spot. Stems of one plant stand close together instead. Those that are levels of
+//            detail by all but their names are in order of falling triangle counts.
 
 #include <array>
 #include <cstdint>

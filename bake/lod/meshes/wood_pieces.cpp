@@ -167,18 +167,73 @@ std::vector<WoodPiece> connected_pieces(const Mesh& wood) {
 struct TubeEnd {
   glm::dvec3 at{0.0}, outward{0.0};
   double girth_m = 0.0;
+  double reach_m = 0.0;  ///< how far the next tube's end may be
   std::size_t piece = 0;
 };
 
-/// The ends of pieces a few times as long as thick, sorted by x: ends that may touch are near each other.
+/// The edges that only one triangle has, as welded vertices.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> border_of(const WoodPiece& piece, const std::vector<std::uint32_t>& welded) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, border;
+  for (std::size_t i = 0; i < piece.indices.size(); i += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(welded[piece.indices[i + k]], welded[piece.indices[i + (k + 1) % 3]]);
+      if (low != high) edges.emplace_back(low, high);
+    }
+  std::ranges::sort(edges);
+  for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {
+    while (next < edges.size() && edges[next] == edges[i]) ++next;
+    if (next - i == 1) border.push_back(edges[i]);
+  }
+  return border;
+}
+
+/// The two open ends of a short tube, such as a ring of a palm's trunk; none if the piece is not open in two places.
+std::vector<TubeEnd> rims_of(const WoodPiece& piece) {
+  constexpr double kMinLength = 0.1;  // relative to the rims' girth; else it is flat, and no way leads through it
+  const std::vector<std::uint32_t> welded = weld(piece.positions, std::vector<std::uint32_t>(piece.positions.size(), 0));
+  const auto border = border_of(piece, welded);
+  UnionFind sets(piece.positions.size());
+  for (const auto& [from, to] : border) sets.join(from, to);
+  struct Rim {
+    glm::dvec3 sum_m2{0.0};
+    double length_m = 0.0;
+  };
+  std::map<std::uint32_t, Rim> rims;
+  for (const auto& [from, to] : border) {
+    Rim& rim = rims[sets.find(from)];
+    if (rims.size() > 2) return {};
+    const glm::dvec3 a(piece.positions[from]), b(piece.positions[to]);
+    rim.sum_m2 += glm::distance(a, b) * 0.5 * (a + b);
+    rim.length_m += glm::distance(a, b);
+  }
+  if (rims.size() != 2) return {};
+  std::vector<TubeEnd> ends;
+  for (const auto& [set, rim] : rims) {
+    const double girth_m = rim.length_m / std::numbers::pi;
+    ends.push_back({rim.sum_m2 / rim.length_m, {}, girth_m, 0.5 * girth_m, 0});
+  }
+  const glm::dvec3 way = ends[1].at - ends[0].at;
+  if (!(glm::length(way) > kMinLength * std::max(ends[0].girth_m, ends[1].girth_m))) return {};
+  ends[1].outward = glm::normalize(way);
+  ends[0].outward = -ends[1].outward;
+  return ends;
+}
+
+/// The ends of tubes, sorted by x: ends that may touch are near each other. Pieces a few times as long as thick are tubes, be they open or
+/// closed; shorter ones are if they are open at two ends.
 std::vector<TubeEnd> tube_ends(const std::vector<WoodPiece>& pieces) {
   constexpr double kMinSlenderness = 3.0;
   std::vector<TubeEnd> ends;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const WoodPiece& piece = pieces[i];
-    if (!(piece.projected_m2 > 0.0) || piece.length_m() < kMinSlenderness * piece.girth_m()) continue;
-    ends.push_back({piece.center + piece.first_m * piece.axes[0], -piece.axes[0], piece.girth_m(), i});
-    ends.push_back({piece.center + piece.last_m * piece.axes[0], piece.axes[0], piece.girth_m(), i});
+    const double girth_m = piece.girth_m();
+    if (!(piece.projected_m2 > 0.0)) continue;
+    if (piece.length_m() < kMinSlenderness * girth_m) {
+      for (TubeEnd& rim : rims_of(piece)) rim.piece = i, ends.push_back(rim);
+      continue;
+    }
+    ends.push_back({piece.center + piece.first_m * piece.axes[0], -piece.axes[0], girth_m, girth_m, i});
+    ends.push_back({piece.center + piece.last_m * piece.axes[0], piece.axes[0], girth_m, girth_m, i});
   }
   std::ranges::stable_sort(ends, [](const TubeEnd& a, const TubeEnd& b) { return a.at.x < b.at.x; });
   return ends;
@@ -188,7 +243,13 @@ bool continues(const TubeEnd& a, const TubeEnd& b) {
   constexpr double kMinCosine = 0.8, kMaxGirths = 2.0;
   if (a.piece == b.piece || glm::dot(a.outward, b.outward) > -kMinCosine) return false;
   if (std::max(a.girth_m, b.girth_m) > kMaxGirths * std::min(a.girth_m, b.girth_m)) return false;
-  return glm::distance(a.at, b.at) < std::max(a.girth_m, b.girth_m);
+  return glm::distance(a.at, b.at) < std::max(a.reach_m, b.reach_m);
+}
+
+/// How much less of two tubes is seen since the end of one is inside the other, on average over all directions.
+double hidden_m2(const TubeEnd& a, const TubeEnd& b) {
+  const double girth_m = std::min(a.girth_m, b.girth_m);
+  return 0.25 * std::numbers::pi * girth_m * std::clamp(glm::dot(a.at - b.at, a.outward), 0.0, girth_m);
 }
 
 void append(WoodPiece& piece, const WoodPiece& other) {
@@ -213,25 +274,35 @@ std::vector<WoodPiece> join_tubes(std::vector<WoodPiece> pieces) {
   std::ranges::sort(meetings);
   UnionFind chains(pieces.size());
   std::vector<bool> taken(ends.size(), false);
+  std::vector<double> hidden(pieces.size(), 0.0);  // m2
   for (const auto& [distance_m, i, k] : meetings) {
     const auto one = static_cast<std::uint32_t>(ends[i].piece), other = static_cast<std::uint32_t>(ends[k].piece);
     if (taken[i] || taken[k] || chains.find(one) == chains.find(other)) continue;
     taken[i] = taken[k] = true;
     chains.join(one, other);
+    hidden[one] += hidden_m2(ends[i], ends[k]);
   }
   std::vector<WoodPiece> joined;
+  std::vector<double> joined_hidden;
   std::vector<std::size_t> place(pieces.size());
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     const std::uint32_t first = chains.find(i);
     if (first == i) {
       place[i] = joined.size();
       joined.push_back(std::move(pieces[i]));
+      joined_hidden.push_back(hidden[i]);
     } else {
       append(joined[place[first]], pieces[i]);
+      joined_hidden[place[first]] += hidden[i];
     }
   }
-  for (WoodPiece& piece : joined)
-    if (piece.part_count > 1) measure(piece);
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    if (joined[i].part_count == 1) continue;
+    measure(joined[i]);
+    // As of a closed surface: their ends close each other.
+    const double closed_m2 = projected_area_m2(joined[i].area_m2, glm::dvec3(0.0));
+    joined[i].projected_m2 = std::max(closed_m2 - joined_hidden[i], 0.5 * closed_m2);
+  }
   return joined;
 }
 

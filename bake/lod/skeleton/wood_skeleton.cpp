@@ -22,6 +22,8 @@ namespace {
 constexpr double kGroundShare = 0.02;
 /// A piece that touches the ground is a hanging twig if it has less than this share of the largest one's surface.
 constexpr double kSlightShare = 0.05;
+/// Maximum depth of roots below y = 0, where most plants stand, relative to the plant's height.
+constexpr double kRootShare = 0.2;
 
 /// Maximum number of points. Rings are farther apart if wood has so much surface that it would need more.
 constexpr double kMaxSplitPoints = 1 << 18;
@@ -146,24 +148,6 @@ Bands bands_of(const WoodGraph& graph, const Stand& stand, double ring_m) {
   return without_bumps(take_bands(graph, ways_from_ground(graph, stand), ring_m));
 }
 
-std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& parents) {
-  const std::size_t count = parents.size();
-  std::vector<std::uint32_t> tips(count, 0u);  // rings from the ground to the farthest tip beyond
-  for (std::size_t i = 0; i < count; ++i) tips[i] = parents[i] == kNone ? 1u : tips[parents[i]] + 1u;
-  for (std::size_t i = count; i-- > 0;)
-    if (parents[i] != kNone) tips[parents[i]] = std::max(tips[parents[i]], tips[i]);
-  std::vector<std::uint32_t> limbs(count);
-  std::vector<bool> goes_on(count, false);
-  std::uint32_t limb_count = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t parent = parents[i];
-    const bool is_next = parent != kNone && !goes_on[parent] && tips[i] == tips[parent];
-    if (is_next) goes_on[parent] = true;
-    limbs[i] = is_next ? limbs[parent] : limb_count++;
-  }
-  return limbs;
-}
-
 /// [ring] Its direction: away from its parent, or up for a ring on the ground.
 std::vector<glm::dvec3> ring_axes(const std::vector<Ring>& rings) {
   constexpr glm::dvec3 kUp(0.0, 1.0, 0.0);
@@ -215,6 +199,14 @@ void smooth_radii(std::vector<Ring>& rings) {
 
 }  // namespace
 
+Stand stand_of(double low_y_m, double high_y_m) {
+  Stand stand{low_y_m, high_y_m, false};
+  const double height_m = stand.height_m();
+  stand.hangs = stand.base_y_m < 0.0 && stand.top_y_m <= 0.01 * height_m;
+  if (!stand.hangs && stand.base_y_m < 0.0 && stand.base_y_m + kRootShare * height_m > 0.0) stand.base_y_m = 0.0;
+  return stand;
+}
+
 double quantile(std::vector<double> values, std::size_t tenths) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
@@ -248,6 +240,24 @@ std::vector<std::uint32_t> wood_limbs(const Mesh& wood, const Stand& stand, doub
     std::uint32_t last = 0;
     for (std::size_t k = 0; k < 3; ++k) last = std::max(last, bands.ring_of[graph.corners[i + k]]);
     limbs.push_back(limb_of_ring[last]);
+  }
+  return limbs;
+}
+
+std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& parents) {
+  const std::size_t count = parents.size();
+  std::vector<std::uint32_t> tips(count, 0u);  // rings from the ground to the farthest tip beyond
+  for (std::size_t i = 0; i < count; ++i) tips[i] = parents[i] == kNone ? 1u : tips[parents[i]] + 1u;
+  for (std::size_t i = count; i-- > 0;)
+    if (parents[i] != kNone) tips[parents[i]] = std::max(tips[parents[i]], tips[i]);
+  std::vector<std::uint32_t> limbs(count);
+  std::vector<bool> goes_on(count, false);
+  std::uint32_t limb_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t parent = parents[i];
+    const bool is_next = parent != kNone && !goes_on[parent] && tips[i] == tips[parent];
+    if (is_next) goes_on[parent] = true;
+    limbs[i] = is_next ? limbs[parent] : limb_count++;
   }
   return limbs;
 }

@@ -13,6 +13,9 @@ struct Stand {
   [[nodiscard]] double height_m() const { return top_y_m - base_y_m; }
 };
 
+/// Where a plant with these lowest and highest points is held.
+Stand stand_of(double low_y_m, double high_y_m);
+
 /// A piece of a stem, branch or twig: a connected part of the wood's surface, all about as far from the ground along the surface.
 struct Ring {
   std::uint32_t parent = kNone;  ///< an earlier ring; kNone if it stands on the ground
@@ -34,5 +37,8 @@ std::vector<Ring> wood_skeleton(const Mesh& wood, const Stand& stand, double rin
 /// that is farthest from the ground. Limbs are numbered from 0, and a limb comes after the one that bears it.
 /// stand, ring_m  as above
 std::vector<std::uint32_t> wood_limbs(const Mesh& wood, const Stand& stand, double ring_m);
+
+/// The same for rings. parents: the parent of each, an earlier one or kNone
+std::vector<std::uint32_t> limbs_of_rings(const std::vector<std::uint32_t>& parents);
 
 }  // namespace coppice::bake

@@ -22,8 +22,6 @@ namespace {
 
 /// Distance between rings, relative to the sphere's radius.
 constexpr double kRingShare = 1.0 / 40.0;
-/// Maximum depth of roots below y = 0, where most plants stand, relative to the plant's height.
-constexpr double kRootShare = 0.2;
 /// A leaf shows half of its area, averaged over all directions; a full crown covers this share of its box.
 constexpr double kShownShare = 0.5, kFullShare = 0.7;
 /// Lean of a leaf for each metre away from the wood that bears it, and of the top of a plant without wood for each metre of height.
@@ -54,14 +52,6 @@ Box leaf_box(const WindSource& source) {
     for (const glm::vec3& corner : quad) box.add(corner);
   for (const glm::vec3& position : source.foliage.positions) box.add(position);
   return box;
-}
-
-Stand stand_of(const Box& all) {
-  Stand stand{all.low.y, all.high.y, false};
-  const double height_m = stand.height_m();
-  stand.hangs = stand.base_y_m < 0.0 && stand.top_y_m <= 0.01 * height_m;
-  if (!stand.hangs && stand.base_y_m < 0.0 && stand.base_y_m + kRootShare * height_m > 0.0) stand.base_y_m = 0.0;
-  return stand;
 }
 
 glm::dvec3 stalk_of(const Quad& quad) {
@@ -303,7 +293,7 @@ Wind wind_of(const WindSource& source, const WindOptions& options) {
   for (const glm::vec3& position : source.wood.positions) all.add(position);
   Wind wind;
   if (!(radius_m > 0.0) || !(all.high.y >= all.low.y)) return wind;
-  const Stand stand = stand_of(all);
+  const Stand stand = stand_of(all.low.y, all.high.y);
   const bool has_wood = !source.wood.indices.empty();
   Motion motion = has_wood ? wood_motion(source, stand, leaves) : blade_motion(source, stand);
   take_weights(source, motion.points);

@@ -360,7 +360,7 @@ void layout_controls(Session& session, float frame_ms) {
                  session.controls);
   if (session.controls.memory_mb == memory_before_mb) return;
   const auto budget_bytes = static_cast<std::uint64_t>(session.controls.memory_mb) << 20;
-  // Less than the context takes before any plant is refused: the slider goes back.
+  // Less than the context takes at least is refused: the slider goes back.
   if (coppice_set_memory_budget(session.forest.context.get(), budget_bytes) != COPPICE_OK) session.controls.memory_mb = memory_before_mb;
 }
 

@@ -49,6 +49,7 @@ typedef enum coppice_vulkan_struct {
   COPPICE_VULKAN_STRUCT_LIGHT = 3,
   COPPICE_VULKAN_STRUCT_OCCLUDER = 4,
   COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE = 5,
+  COPPICE_VULKAN_STRUCT_TRIANGLES = 6,
   COPPICE_VULKAN_STRUCT_MAX_ENUM = 0x7fffffff
 } coppice_vulkan_struct;
 /* Does what coppice_struct_init does, for the structs of this header. */
@@ -118,9 +119,10 @@ typedef struct coppice_vulkan_desc {
    * VK_FALSE, or a missing requirement, draws everything by the hardware. Views with COPPICE_LOD_FULL are always drawn so. So are all views
    * on a device without subgroup ballots, with fewer than 15 storage buffers a stage, or with max_instances above 16,777,216; the log
    * warns.
-   * Memory: 8 bytes a pixel of the largest view, and about 60 bytes a triangle of wood and of leaf meshes. With the first instance its
-   * lists take 2 MB, 10 MB for each view with colours, 31 MB more for each with COPPICE_CONTENT_VELOCITY, and 10 MB for all views of only
-   * depth together; from 131,072 instances on up to twice that. */
+   * Memory: 8 bytes a pixel of each view, and about 60 bytes a triangle of wood and of leaf meshes. With the first instance its lists take
+   * 2 MB, 10 MB for each view with colours, 31 MB more for each with COPPICE_CONTENT_VELOCITY, and 10 MB for all views of only depth
+   * together; from 131,072 instances on up to twice that. Below a budget of 256 MiB all but the 2 MB shrink with it; instances that find no
+   * place in the lists are drawn coarser. coppice_vulkan_view_cost returns the sum. */
   VkBool32 compute_raster;
 
   /* VK_TRUE: `device` was created with shaderInt64 and shaderBufferInt64Atomics. Default VK_FALSE, which always works: the compute shaders
@@ -162,7 +164,7 @@ COPPICE_API coppice_status coppice_vulkan_context_create(const coppice_context_d
 
 /* Returns the memory that a context of these descs takes before any plant: coppice_stats.memory_bytes right after its creation. It depends
  * on compute_raster, pass_times and memory_budget_bytes, because one block of device memory is reserved ahead. The budget has to be above
- * the result; here it may be 1. Instances, plants, and the lists and the picture of the compute rasteriser take more. It queries the
+ * the result; here it may be 1. Plants take more, and views and instances as coppice_vulkan_view_cost says. It queries the
  * device, but allocates none of its memory, and calls no hook but the log.
  * bytes: out; 0 on an error. cost: some milliseconds. errors: as coppice_vulkan_context_create */
 COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan,
@@ -173,8 +175,8 @@ COPPICE_API coppice_status coppice_vulkan_context_cost(const coppice_context_des
  * coppice_stats.pipelines_built is below pipelines_wanted, and a replacement draws if there is one: the hardware for the compute
  * rasteriser, the pipeline with textures for plants without, quads for leaf meshes. Normal maps, debug views and everything else are
  * missing. An engine may show a loading screen until the first pipelines are ready, with frames or without. Building takes seconds if the
- * processor does the GPU's work; the default pool runs reads and decodes first. A pipeline that cannot be built is an error in the log, and
- * what it draws stays missing.
+ * processor does the GPU's work; decoding comes first (coppice_jobs). A pipeline that cannot be built is an error in the log, and what it
+ * draws stays missing.
  * ready: out; VK_FALSE on an error
  * errors: COPPICE_ERROR_INVALID_ARGUMENT; else the error of the first pipeline that could not be built: COPPICE_ERROR_OUT_OF_MEMORY,
  * COPPICE_ERROR_DEVICE_LOST, COPPICE_ERROR_INTERNAL */
@@ -243,6 +245,25 @@ static inline void coppice_vulkan_view_desc_init(coppice_vulkan_view_desc* desc)
  * COPPICE_ERROR_OUT_OF_MEMORY, COPPICE_ERROR_DEVICE_LOST */
 COPPICE_API coppice_status coppice_vulkan_view_create(coppice_context* context, const coppice_view_desc* desc,
                                                       const coppice_vulkan_view_desc* vulkan, coppice_view* view);
+
+/* Describes a view that is planned. */
+typedef struct coppice_planned_view {
+  const coppice_vulkan_view_desc* vulkan;
+  coppice_output output;
+  uint32_t width_px; /* of its cameras' pictures */
+  uint32_t height_px;
+  uint32_t eye_count; /* 1 or 2 */
+} coppice_planned_view;
+
+/* Returns the memory that a context of these descs takes with these views once instance_count instances have been added in one call, before
+ * any chunk of a plant: what coppice_vulkan_context_cost returns, the views' lists and pictures, and the instances. A plant takes some
+ * hundred kilobytes as soon as it is open, and a view up to a 64th of the budget for draw commands. Otherwise as
+ * coppice_vulkan_context_cost.
+ * views: [view_count], each `view_bytes` after the one before, which is sizeof(coppice_planned_view) as the program was compiled with
+ * bytes: out; 0 on an error. errors: as coppice_vulkan_context_create and coppice_vulkan_view_create */
+COPPICE_API coppice_status coppice_vulkan_view_cost(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan,
+                                                    const coppice_planned_view* views, uint32_t view_count, uint32_t view_bytes,
+                                                    uint32_t instance_count, uint64_t* bytes);
 
 /* ---- materials ------------------------------------------------------------------------------------------------------------------- */
 
@@ -355,6 +376,33 @@ COPPICE_API coppice_status coppice_record_cull(coppice_context* context, VkComma
  * before: coppice_record_cull of the view in the same frame, submitted before; culls and draws of other views may stand between
  * queue: graphics. thread: as coppice_record_cull */
 COPPICE_API coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd, coppice_view view, uint32_t eye);
+
+/* ---- ray tracing ----------------------------------------------------------------------------------------------------------------- */
+
+/* Asks for a plant's triangles as an acceleration structure takes them: positions alone. Holes of textures and opacity are left out. */
+typedef struct coppice_triangles {
+  uint32_t struct_size;
+  /* The cut, as coppice_draw.leaf_count, at most the leaves that are resident; up to 64 leaves the next larger cut that the plant has
+   * ready. 0: the leaf meshes instead, if all are resident, else no leaves. */
+  float leaf_count;
+  uint32_t wood_lod; /* as coppice_draw.wood_lod, or the next coarser that is resident; COPPICE_NONE, the default: no wood */
+  uint32_t triangle_capacity;
+  VkDeviceAddress positions; /* a multiple of 4: float[triangle_capacity][3][3], object space at rest, m */
+  uint32_t triangle_count;   /* out: the triangles of the plant, written or not */
+} coppice_triangles;
+static inline void coppice_triangles_init(coppice_triangles* triangles) {
+  coppice_vulkan_struct_init(COPPICE_VULKAN_STRUCT_TRIANGLES, triangles, sizeof *triangles);
+}
+
+/* Records the writing of a plant's triangles, leaves first, for vkCmdBuildAccelerationStructuresKHR: VK_FORMAT_R32G32B32_SFLOAT, a stride
+ * of 12 bytes, no indices. If triangle_capacity is too small nothing is recorded, and the count says what is needed. The count is 0 until
+ * something of the plant is resident and the pipeline, which the first call asks for, is built. The same cut has the same bytes.
+ * before: coppice_record_upload in the same frame; outside a render pass. The buffer has VK_BUFFER_USAGE_STORAGE_BUFFER_BIT
+ * after: the positions are written by COMPUTE_SHADER / SHADER_STORAGE_WRITE; the engine's barrier follows
+ * cost: the GPU reads each node of the cut's pages some times; call it when a cut changes
+ * errors: COPPICE_ERROR_INVALID_ARGUMENT, COPPICE_ERROR_DEVICE_LOST */
+COPPICE_API coppice_status coppice_record_triangles(coppice_context* context, VkCommandBuffer cmd, coppice_plant plant,
+                                                    coppice_triangles* triangles);
 
 #ifdef __cplusplus
 }

@@ -73,9 +73,16 @@ class Backend {
   virtual ~Backend() = default;
 
   [[nodiscard]] virtual const BackendLimits& limits() const = 0;
-  /// Minimum of the memory budget if reserved_bytes of the ledger are reserved before any plant.
-  [[nodiscard]] virtual std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const = 0;
   virtual void set_memory_budget(std::uint64_t bytes) = 0;
+  /// Bytes that the backend takes from the ledger now.
+  [[nodiscard]] virtual std::uint64_t reserved_bytes() const = 0;
+  /// Bytes that it takes at least with these slots and a budget once chunks are gone; and once buffers have shrunk and pictures are gone,
+  /// if there are no more slots than now.
+  [[nodiscard]] virtual std::uint64_t lasting_bytes(std::uint32_t slots, std::uint64_t budget_bytes) = 0;
+  /// Makes buffers smaller that are larger than these slots, or the budget, need. False: call it again in the next frame
+  [[nodiscard]] virtual bool shrink(std::uint32_t slots) = 0;
+  /// Gives back the pictures of all views in the next upload, in which frames make those that they need if they fit.
+  virtual void release_pictures() = 0;
   /// errors  device_lost: now or earlier
   [[nodiscard]] virtual Result<void> device_state() const = 0;
   virtual void fill_stats(coppice_stats& stats) const = 0;
@@ -96,10 +103,14 @@ class Backend {
   virtual void remove_plant(std::uint32_t plant) = 0;
 
   virtual void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) = 0;
-  /// Bytes of chunks that upload_chunk accepts in this frame. A chunk larger than limits().sizes.max_staged_bytes needs no staging.
+  /// Bytes of chunks that upload_chunk accepts in this frame.
   [[nodiscard]] virtual std::uint64_t staging_bytes() const = 0;
+  /// Copies at most about max_bytes of a chunk (a page whole), and returns true once the chunk is whole. Further calls go on from there, in
+  /// this frame or in later ones. One chunk is uploaded in parts at a time; others may come in between, whole: with max_bytes UINT64_MAX.
   /// errors  out_of_memory: the chunk is not resident, try again; others: it never will be
-  virtual Result<void> upload_chunk(const DecodedChunk& chunk) = 0;
+  virtual Result<bool> upload_chunk(const DecodedChunk& chunk, std::uint64_t max_bytes) = 0;
+  /// Forgets the chunk that is being uploaded in parts.
+  virtual void abandon_upload() = 0;
   /// From here on no new frame may draw the chunk. drop_chunk follows once the frames that may have drawn it are finished.
   virtual void hide_chunk(ChunkId id) = 0;
   virtual void drop_chunk(ChunkId id) = 0;

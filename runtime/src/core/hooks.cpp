@@ -32,12 +32,12 @@ DefaultHooks& defaults_of(void* user) {
   return *static_cast<DefaultHooks*>(user);
 }
 
-void submit_to_pool(void* user, void (*function)(void* argument), void* argument) {
-  defaults_of(user).pool->submit(function, argument);
-}
-
-void submit_long_to_pool(void* user, void (*function)(void* argument), void* argument) {
-  defaults_of(user).pool->submit_long(function, argument);
+void submit_to_pool(void* user, const coppice_job* job) {
+  ThreadPool& pool = *defaults_of(user).pool;
+  if (job->priority == COPPICE_PRIORITY_LOW)
+    pool.submit_long(job->function, job->argument);
+  else
+    pool.submit(job->function, job->argument);
 }
 
 std::int64_t open_file(void*, const char* path, std::uint64_t* file_bytes) {
@@ -146,8 +146,13 @@ Result<HookSet> complete_hooks(const Hooks& hooks, Reading reading) {
   const Given io = given(hooks.io.open, hooks.io.close, hooks.io.read);
   const Given jobs = given(hooks.jobs.submit);
   if (allocator == Given::none) set.hooks.allocator = default_allocator();
-  set.hooks.long_jobs = hooks.jobs;
-  if (io == Given::all && jobs == Given::all) return set;
+  const auto put_in_order = [&set]() -> Result<HookSet> {
+    set.order.reset(new (std::nothrow) JobOrder(set.hooks.jobs, set.hooks.allocator, now_ns));
+    if (!set.order) return Error{Status::out_of_memory, "default hooks"};
+    set.hooks.jobs = set.order->hook();
+    return std::move(set);
+  };
+  if (io == Given::all && jobs == Given::all) return put_in_order();
 
   set.defaults.reset(new (std::nothrow) DefaultHooks);
   if (!set.defaults) return Error{Status::out_of_memory, "default hooks"};
@@ -158,14 +163,11 @@ Result<HookSet> complete_hooks(const Hooks& hooks, Reading reading) {
   if (jobs == Given::none || (io == Given::none && !by_uring)) {
     COPPICE_CHECK(move_into(set.defaults->pool, ThreadPool::create(0)));
   }
-  if (jobs == Given::none) {
-    set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};
-    set.hooks.long_jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_long_to_pool};
-  }
+  if (jobs == Given::none) set.hooks.jobs = {sizeof(coppice_jobs), set.defaults.get(), submit_to_pool};
   set.real_files = io == Given::none;
   if (io == Given::none)
-    set.hooks.io = {sizeof(coppice_io), set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool};
-  return set;
+    set.hooks.io = {sizeof(coppice_io), set.defaults.get(), open_file, close_file, by_uring ? read_by_uring : read_on_pool, nullptr};
+  return put_in_order();
 }
 
 std::uint64_t now_ns() {

@@ -11,21 +11,20 @@
 #include <utility>
 
 #include "coppice/coppice.h"
+#include "job_order.h"
 #include "result.h"
 #include "thread_pool.h"
 #include "uring_io.h"
 
 namespace coppice {
 
-/// Complete hooks: every function pointer but log.write is set.
+/// Complete hooks: every function pointer is set but log.write, trace.span and io.cancel.
 struct Hooks {
   coppice_allocator allocator{};
   coppice_jobs jobs{};
   coppice_io io{};
   coppice_log log{};
   coppice_trace trace{};
-  /// for jobs that may take long, such as pipelines: the default pool runs them after the others. Otherwise the same as `jobs`
-  coppice_jobs long_jobs{};
 };
 
 /// The objects behind the default jobs and io hooks.
@@ -39,10 +38,11 @@ struct DefaultHooks {
 enum class Reading : std::uint8_t { automatic, thread_pool };  ///< automatic: io_uring if the kernel has it
 
 /// Hooks with defaults filled in: malloc, a thread pool of the context's own for jobs, io_uring for files (or pread on that pool if the
-/// kernel has none). log and trace stay as they are.
+/// kernel has none). Jobs go through a JobOrder. log and trace stay as they are.
 struct HookSet {
   Hooks hooks;
   bool real_files = false;                 ///< the io hook is ours, so paths are the file system's
+  std::unique_ptr<JobOrder> order;         ///< behind hooks.jobs
   std::unique_ptr<DefaultHooks> defaults;  ///< null if the engine has set its own jobs and io. Must outlive every use of `hooks`
 };
 
@@ -109,6 +109,12 @@ class HookArray {
   /// Allocates `count` elements; 0 gives an empty array without a call to the hook.
   /// errors  out_of_memory: the hook returned null, or the size in bytes does not fit size_t
   static Result<HookArray> allocate(const coppice_allocator& allocator, std::size_t count) {
+    Result<HookArray> array = allocate_for_overwrite(allocator, count);
+    if (array) std::uninitialized_value_construct_n(array->data_, count);
+    return array;
+  }
+  /// The same without values: whoever fills it also takes the page faults of a large array, which may be a job or the kernel.
+  static Result<HookArray> allocate_for_overwrite(const coppice_allocator& allocator, std::size_t count) {
     HookArray array;
     array.allocator_ = allocator;
     if (count == 0) return array;
@@ -116,7 +122,6 @@ class HookArray {
     array.data_ = static_cast<T*>(allocator.allocate(allocator.user, count * kElementBytes, alignof(T)));
     if (array.data_ == nullptr) return Error{Status::out_of_memory, "the allocator hook returned null"};
     array.size_ = count;
-    std::uninitialized_value_construct_n(array.data_, count);
     return array;
   }
 

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t kFirstPause_ns = 50'000'000;
 constexpr std::uint64_t kLongestSleep_ns = 5'000'000;
+constexpr std::uint64_t kFirstReread_ns = 5'000'000'000, kMaxReread_ns = 60'000'000'000;
 
 /// -1 is EPERM, but also the result of a hook that knows no reason.
 std::string reason_of(std::int64_t result) {
@@ -35,6 +36,17 @@ Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t of
 bool ReadRetry::pause(std::uint64_t now_ns) {
   if (++failed_attempts >= kReadAttempts) return false;
   again_ns = now_ns + (kFirstPause_ns << 2 * (failed_attempts - 1));
+  return true;
+}
+
+void Reread::schedule(std::uint64_t now_ns, bool again) {
+  if (!again) count = 0;
+  if (at_ns == 0) at_ns = now_ns + std::min(kFirstReread_ns << std::min(count++, 4u), kMaxReread_ns);
+}
+
+bool Reread::take(std::uint64_t (*clock_ns)()) {
+  if (at_ns == 0 || clock_ns() < at_ns) return false;
+  at_ns = 0;
   return true;
 }
 

@@ -21,6 +21,11 @@ Error open_error(std::int64_t result);
 /// Error of a read that failed (negative, with the reason) or came short of `expected`. -ENOMEM is out_of_memory
 Error read_error(std::int64_t bytes_read, std::size_t expected, std::uint64_t offset);
 
+/// Says that nobody needs the bytes of a running read. argument: the read's
+inline void cancel_read(const coppice_io& io, std::int64_t file, void* argument) {
+  if (io.cancel != nullptr) io.cancel(io.user, file, argument);
+}
+
 /// Number of attempts at a read. The pauses between them are 50, 200 and 800 ms.
 inline constexpr std::uint32_t kReadAttempts = 4;
 
@@ -32,6 +37,17 @@ struct ReadRetry {
 
   /// Notes a failed attempt and schedules the next one at again_ns. False if it was the last.
   bool pause(std::uint64_t now_ns);
+};
+
+/// Says when something that no attempt could read is read again: after 5, 10, 20 and 40 s, then once a minute.
+struct Reread {
+  std::uint64_t at_ns = 0;  ///< 0: nothing waits
+  std::uint32_t count = 0;  ///< rereads since the last first failure
+
+  /// Schedules a reread, unless one is scheduled. again: what has failed had failed before
+  void schedule(std::uint64_t now_ns, bool again);
+  /// True if it is time; that reread is done then.
+  [[nodiscard]] bool take(std::uint64_t (*clock_ns)());
 };
 
 /// Sleeps until the clock reaches a time, for callers that may block.
@@ -50,6 +66,9 @@ class AwaitedRead {
   /// True if it has returned.
   [[nodiscard]] bool back() const { return queue_.all_back(); }
   void wait() const { queue_.wait_for_all(); }
+  void cancel(const coppice_io& io, std::int64_t file) {
+    if (!back()) cancel_read(io, file, &read_);
+  }
   /// True if it gave all its bytes. before: back(), here and below
   [[nodiscard]] bool whole() const { return read_.bytes_read == static_cast<std::int64_t>(read_.out.size()); }
   /// Starts the same read again.

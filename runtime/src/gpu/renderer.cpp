@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <new>
+#include <utility>
 
 #include "check.h"
 
@@ -26,6 +27,17 @@ std::uint64_t block_bytes(std::uint64_t budget_bytes) {
   return std::clamp(budget_bytes / kBlockShare, DeviceMemory::kMinBlockBytes, DeviceMemory::kMaxBlockBytes);
 }
 
+/// Number of clusters in the rasteriser's lists, which take the same share of every budget up to 256 MiB.
+std::uint32_t work_clusters(std::uint64_t budget_bytes) {
+  constexpr std::uint64_t kBytesPerCluster = (256ull << 20) / kWorkClusters, kMinClusters = 1u << 14;
+  return static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(budget_bytes / kBytesPerCluster / kMinClusters * kMinClusters, kMinClusters, kWorkClusters));
+}
+
+Capacity at_least(const Capacity& a, const Capacity& b) {
+  return {std::max(a.slots, b.slots), std::max(a.plants, b.plants), b.clusters};
+}
+
 }  // namespace
 
 Renderer::Renderer(const RendererDesc& desc)
@@ -36,6 +48,7 @@ Renderer::Renderer(const RendererDesc& desc)
       deletion_(device_),
       uploads_(device_, deletion_, desc.allocator),
       growing_(device_),
+      triangles_(device_, pipelines_),
       texture_sets_(device_),
       plants_(device_, deletion_, uploads_, texture_sets_, desc.allocator),
       wind_maps_(device_, desc.allocator),
@@ -58,6 +71,7 @@ Result<void> Renderer::create() {
   COPPICE_CHECK(uploads_.create());
   COPPICE_CHECK(plants_.create());
   COPPICE_CHECK(views_.create(desc_.views, texture_sets_));
+  COPPICE_CHECK(triangles_.create());
   if (desc_.views.pass_times) COPPICE_CHECK(timer_.create(device_));
   COPPICE_CHECK(create_buffers());
   // Blocks are small up to here, so the memory before any plant does not depend on the budget.
@@ -83,10 +97,9 @@ void Renderer::lower_limits() {
   if (device_.reads_texels) lower(desc_.views.max_instances, device_.max_texel_count / (sizeof(Instance) / sizeof(vec4)));
 }
 
-BufferSizes Renderer::sizes(const Capacity& needed) {
+BufferSizes Renderer::sizes(const Capacity& capacity) {
   constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   constexpr VkBufferUsageFlags kTo = VK_BUFFER_USAGE_TRANSFER_DST_BIT, kFrom = VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
-  const Capacity capacity{std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
   const std::uint64_t slots = std::max(capacity.slots, std::min(kFirstSlots, desc_.views.max_instances)), plants = capacity.plants;
   BufferSizes sizes;
   sizes.add({&scene_.instances, "coppice instances", slots * sizeof(Instance), kTexels | kTo | kFrom, true, VK_FORMAT_R32G32B32A32_UINT});
@@ -102,34 +115,56 @@ BufferSizes Renderer::sizes(const Capacity& needed) {
 
 Result<void> Renderer::create_buffers() {
   capacity_.plants = std::min(kFirstPlants, desc_.max_plants);
-  BufferSizes first = sizes({});
+  BufferSizes first = sizes(capacity_);
   first.add({&scene_.quad_indices, "coppice quad indices", std::uint64_t{kClusterLeaves} * 6 * sizeof(std::uint16_t),
              VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT});
-  for (const BufferSize& size : first.span()) {
-    COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.desc(MemoryKind::device))));
-  }
+  for (const BufferSize& size : first.span())
+    if (size.bytes > 0) COPPICE_CHECK(move_into(*size.buffer, create_buffer(device_, size.desc(MemoryKind::lasting))));
   COPPICE_CHECK(plants_.reserve(capacity_.plants));
   return views_.reserve_plants(capacity_.plants);
 }
 
 std::uint64_t Renderer::reserve_bytes(const Capacity& needed) {
-  return growing_.reserve_bytes(sizes(needed));
+  const Capacity capacity = at_least(needed, capacity_);
+  return capacity == capacity_ ? 0 : growing_.reserve_bytes(sizes(capacity));
 }
 
 Result<void> Renderer::reserve(const Capacity& needed) {
   COPPICE_ASSERT(needed.slots <= desc_.views.max_instances && needed.plants <= desc_.max_plants);
   COPPICE_CHECK(plants_.reserve(needed.plants));
   COPPICE_CHECK(views_.reserve_plants(needed.plants));
-  COPPICE_CHECK(growing_.reserve(sizes(needed)));
-  capacity_ = {std::max(needed.slots, capacity_.slots), std::max(needed.plants, capacity_.plants)};
+  const Capacity capacity = at_least(needed, capacity_);
+  if (capacity == capacity_) return {};
+  COPPICE_CHECK(growing_.reserve(sizes(capacity)));
+  capacity_ = capacity;
   return {};
+}
+
+bool Renderer::shrink(std::uint32_t slots) {
+  Capacity capacity = capacity_;
+  capacity.slots = std::min(capacity.slots, slots);
+  if (!growing_.shrink(sizes(capacity))) return false;
+  capacity_ = capacity;
+  return true;
+}
+
+std::uint64_t Renderer::picture_bytes(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t eye_count) const {
+  const PictureSize size = picture_size(width_px, height_px, eye_count);
+  return has_raster() ? size.picture_bytes + size.tile_bytes : 0;
+}
+
+std::uint64_t Renderer::lasting_bytes(std::uint32_t slots, std::uint64_t budget_bytes) {
+  const BufferSizes needed = sizes({slots, capacity_.plants, work_clusters(budget_bytes)});
+  const std::uint64_t now = gpu::lasting_bytes(device_.memory, block_bytes(budget_bytes)) - deletion_.bytes();
+  if (slots > capacity_.slots) return now + growing_.reserve_bytes(needed) + views_.max_command_bytes(budget_bytes);
+  return now - growing_.excess_bytes(needed) - views_.picture_bytes();
 }
 
 void Renderer::begin_wind_map(FrameWind& wind) {
   Result<void> result;
   if (wind.now.wind.map != nullptr && !has_wind_maps_) {
     has_wind_maps_ = true;
-    const BufferSizes needed = sizes({});
+    const BufferSizes needed = sizes(capacity_);
     if (fits_buffer(device_, growing_.reserve_bytes(needed)))
       result = growing_.reserve(needed);
     else
@@ -155,6 +190,10 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
   completed_ = completed_number;
   upload_state_ = UploadState::none;
   pipelines_.collect();
+  if (lists_may_grow_) {
+    const BufferSizes needed = sizes(capacity_);
+    lists_may_grow_ = !fits_buffer(device_, growing_.reserve_bytes(needed)) || !growing_.reserve(needed);
+  }
   deletion_.begin_frame(frame_number, completed_number);
   uploads_.begin_frame(frame_number, completed_number);
   views_.begin_frame(frame_number, completed_number);
@@ -164,6 +203,7 @@ void Renderer::begin_frame(std::uint64_t frame_number, std::uint64_t completed_n
 void Renderer::record_upload_begin(VkCommandBuffer cmd) {
   upload_cmd_ = cmd;
   upload_state_ = UploadState::recording;
+  if (std::exchange(gives_pictures_back_, false)) views_.release_pictures();
   if (growing_.replace(uploads_, deletion_)) views_.buffers_changed();
 }
 
@@ -173,10 +213,10 @@ Result<void> Renderer::upload_page(const PageUpload& upload) {
   return {};
 }
 
-Result<void> Renderer::upload_mesh(const MeshUpload& upload) {
-  COPPICE_CHECK(plants_.upload_mesh(upload));
-  views_.request_mesh(upload.plant, upload.mesh);
-  return {};
+Result<bool> Renderer::upload_mesh(const MeshUpload& upload, std::uint64_t max_bytes) {
+  COPPICE_TRY(whole, plants_.upload_mesh(upload, max_bytes));
+  if (whole) views_.request_mesh(upload.plant, upload.mesh);
+  return whole;
 }
 
 Result<void> Renderer::stage_indices() {
@@ -242,7 +282,7 @@ Result<void> Renderer::record_upload_end(InstanceTable& instances, std::span<con
 Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
   COPPICE_TRY(view, views_.add(attachments, capacity_));
   // The first view of its kind may need lists that views share.
-  if (auto shared = growing_.reserve(sizes({})); !shared) {
+  if (auto shared = growing_.reserve(sizes(capacity_)); !shared) {
     remove_view(view);
     return shared.error();
   }
@@ -251,26 +291,16 @@ Result<std::uint32_t> Renderer::add_view(const AttachmentDesc& attachments) {
 
 void Renderer::remove_view(std::uint32_t view) {
   BufferSizes sizes;
-  views_.view(view).add_sizes({.slots = 1}, sizes);  // all buffers that it may have
+  views_.view(view).add_sizes({}, sizes);
   growing_.forget(sizes);
   views_.remove(view);
 }
 
 void Renderer::set_memory_budget(std::uint64_t bytes) {
+  lists_may_grow_ = bytes > desc_.memory_budget_bytes;
   desc_.memory_budget_bytes = bytes;
+  capacity_.clusters = work_clusters(bytes);
   set_block_bytes(device_, block_bytes(bytes), kPageBytes);
-}
-
-// A larger budget has larger blocks.
-std::uint64_t Renderer::min_budget_bytes(std::uint64_t reserved_bytes) const {
-  const std::uint64_t without_block = reserved_bytes - committed_bytes(device_.memory);
-  DeviceMemory memory = device_.memory;
-  std::uint64_t minimum = 0;
-  for (std::uint64_t next = reserved_bytes; next != minimum; next = without_block + committed_bytes(memory)) {
-    minimum = next;
-    memory.block_bytes = whole_units(memory, block_bytes(minimum));
-  }
-  return minimum;
 }
 
 std::uint64_t Renderer::staging_bytes() const {

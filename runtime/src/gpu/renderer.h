@@ -19,6 +19,7 @@
 #include "pipelines.h"
 #include "plant_store.h"
 #include "result.h"
+#include "triangles.h"
 #include "uploads.h"
 #include "views.h"
 #include "wind_maps.h"
@@ -58,6 +59,14 @@ class Renderer {
   /// Reserves buffers for at least this much, <= max_instances() and max_plants(). Larger buffers take over in the next
   /// record_upload_begin. errors  out_of_memory; nothing has changed
   Result<void> reserve(const Capacity& needed);
+  /// Makes buffers smaller that are larger than these slots, or the budget, need. False: call it again in the next frame
+  [[nodiscard]] bool shrink(std::uint32_t slots);
+  /// Gives the pictures of all views back in the next upload; views that are drawn make others if those fit.
+  void release_pictures() { gives_pictures_back_ = true; }
+  /// As Backend::lasting_bytes.
+  [[nodiscard]] std::uint64_t lasting_bytes(std::uint32_t slots, std::uint64_t budget_bytes);
+  /// Bytes that a view's picture takes.
+  [[nodiscard]] std::uint64_t picture_bytes(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t eye_count) const;
   /// Bytes that reserve() allocates at once. The replaced buffers are deleted once the GPU is done with them.
   [[nodiscard]] std::uint64_t reserve_bytes(const Capacity& needed);
   /// Temporary bytes for bringing up to slot_count new slots to the GPU in one frame.
@@ -74,10 +83,12 @@ class Renderer {
   void record_upload_begin(VkCommandBuffer cmd);
   /// errors  as PlantStore's
   Result<void> upload_page(const PageUpload& upload);
-  Result<void> upload_mesh(const MeshUpload& upload);
-  Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes) {
-    return plants_.upload_texture(plant, texture, bytes);
+  Result<bool> upload_mesh(const MeshUpload& upload, std::uint64_t max_bytes = PlantStore::kWhole);
+  Result<bool> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes,
+                              std::uint64_t max_bytes = PlantStore::kWhole) {
+    return plants_.upload_texture(plant, texture, bytes, max_bytes);
   }
+  [[nodiscard]] TriangleWriter& triangles() { return triangles_; }
   /// For hiding and dropping chunks.
   [[nodiscard]] PlantStore& plants() { return plants_; }
   /// instances: no more slots than capacity(). plants: all that were ever added; leaf_meshes_resident is set only if all of them have
@@ -96,8 +107,6 @@ class Renderer {
 
   /// True if the frame's upload succeeded: only then its views may be culled.
   [[nodiscard]] bool can_cull() const { return upload_state_ == UploadState::uploaded; }
-  /// Minimum of the memory budget if reserved_bytes of the ledger are reserved before any plant.
-  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const;
   /// errors  device_lost: a Vulkan call said so, now or earlier; nothing that is recorded from then on draws
   [[nodiscard]] Result<void> device_state() const { return check_alive(device_); }
   [[nodiscard]] const PipelineSet& pipelines() const { return pipelines_; }
@@ -106,8 +115,6 @@ class Renderer {
   void set_memory_budget(std::uint64_t bytes);
   /// Rounding of images and buffers in an upload.
   static constexpr std::uint64_t kSlackBytes = 64ull << 10;
-  /// A chunk that needs more than this on the GPU is staged in a buffer of its own.
-  static constexpr std::uint64_t kStagingSliceBytes = Uploads::kSliceBytes;
   /// Bytes of the ring for chunks.
   [[nodiscard]] std::uint64_t staging_bytes() const;
 
@@ -119,7 +126,7 @@ class Renderer {
   Result<void> create();
   void lower_limits();
   Result<void> create_buffers();
-  [[nodiscard]] BufferSizes sizes(const Capacity& needed);
+  [[nodiscard]] BufferSizes sizes(const Capacity& capacity);
   Result<void> stage_frame(InstanceTable& instances, std::span<const LodPlant> plants);
   Result<void> stage_indices();
   Result<void> stage_instances(InstanceTable& instances);
@@ -131,6 +138,7 @@ class Renderer {
   DeferredDeletion deletion_;
   Uploads uploads_;
   GrowingBuffers growing_;
+  TriangleWriter triangles_;
   TextureSets texture_sets_;
   PlantStore plants_;
   WindMaps wind_maps_;
@@ -144,6 +152,8 @@ class Renderer {
   VkCommandBuffer upload_cmd_ = VK_NULL_HANDLE;
   UploadState upload_state_ = UploadState::none;
   bool has_indices_ = false;
+  bool gives_pictures_back_ = false;
+  bool lists_may_grow_ = false;  ///< the budget has grown, and the rasteriser's lists have not yet
 };
 
 }  // namespace coppice::gpu

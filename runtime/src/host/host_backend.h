@@ -15,8 +15,11 @@ class HostBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved_bytes) const override { return reserved_bytes; }
   void set_memory_budget(std::uint64_t) override {}
+  [[nodiscard]] std::uint64_t reserved_bytes() const override { return 0; }
+  [[nodiscard]] std::uint64_t lasting_bytes(std::uint32_t, std::uint64_t) override { return 0; }
+  [[nodiscard]] bool shrink(std::uint32_t) override { return true; }
+  void release_pictures() override {}
   [[nodiscard]] Result<void> device_state() const override { return {}; }
   void fill_stats(coppice_stats&) const override {}
   [[nodiscard]] std::uint32_t plant_capacity() const override { return limits_.max_plants; }
@@ -29,7 +32,8 @@ class HostBackend final : public Backend {
   void remove_plant(std::uint32_t) override {}
   void begin_frame(std::uint64_t, std::uint64_t, const FrameWind&) override {}
   [[nodiscard]] std::uint64_t staging_bytes() const override { return 0; }
-  Result<void> upload_chunk(const DecodedChunk&) override { return {}; }
+  Result<bool> upload_chunk(const DecodedChunk&, std::uint64_t) override { return true; }
+  void abandon_upload() override {}
   void hide_chunk(ChunkId) override {}
   void drop_chunk(ChunkId) override {}
   Result<void> end_upload(gpu::InstanceTable&, std::span<const LodPlant>) override { return {}; }

@@ -15,8 +15,21 @@ namespace {
 
 static_assert(kDirtyBlockSlots == 64, "a bit of Block::used each");
 
-std::uint32_t slot_of(coppice_instance handle) {
-  return unpack_handle(handle).index;
+static_assert(InstanceSphere::kNoPlant == kNoPlant);
+
+/// Effort of sorting in a frame, about 0.1 ms, and number of blocks that end_growth looks at. What they change fits the staging ring.
+constexpr std::int32_t kSortEffort = 8192;
+constexpr std::uint32_t kSweptBlocks = 64;
+
+/// Seeds are as wide as the bits beside a plant.
+constexpr std::uint32_t kSeedMask = (1u << (32 - kPlantBits)) - 1;
+
+/// Copies as many elements as `to` has then.
+template <class T>
+Result<void> copy_resized(const HookArray<T>& from, const coppice_allocator& allocator, std::size_t count, HookArray<T>& to) {
+  COPPICE_CHECK(allocate_into(to, allocator, count));
+  std::ranges::copy(from.span().first(std::min(from.size(), count)), to.data());
+  return {};
 }
 
 constexpr std::size_t block_count(std::size_t slot_count, std::uint32_t block_slots) {
@@ -106,12 +119,13 @@ coppice_placement PlacementRecords::operator[](std::size_t index) const {
   return placement;
 }
 
-Result<DirtySlots> DirtySlots::enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const {
-  DirtySlots larger;
-  COPPICE_CHECK(move_into(larger.flags_, enlarged_copy(flags_, allocator, block_count(slot_count, kDirtyBlockSlots))));
-  larger.first_ = first_;
-  larger.end_ = end_;
-  return larger;
+Result<DirtySlots> DirtySlots::resized(const coppice_allocator& allocator, std::uint32_t slot_count) const {
+  DirtySlots copy;
+  const auto count = static_cast<std::uint32_t>(block_count(slot_count, kDirtyBlockSlots));
+  COPPICE_CHECK(copy_resized(flags_, allocator, count, copy.flags_));
+  copy.first_ = first_;
+  copy.end_ = std::min(end_, count);
+  return copy;
 }
 
 void DirtySlots::mark(SlotRange range) {
@@ -134,33 +148,39 @@ SlotRange DirtySlots::take() {
 }
 
 std::uint64_t InstanceTable::Arrays::bytes() const {
-  return instances.bytes() + spheres.bytes() + generations.bytes() + blocks.bytes() + freed_blocks.bytes() + bounds.bytes() +
+  return instances.bytes() + spheres.bytes() + owners.bytes() + handles.bytes() + blocks.bytes() + freed_blocks.bytes() + bounds.bytes() +
          moved.bytes() + dirty.bytes() + told.bytes() + unbounded.bytes();
 }
 
-Result<InstanceTable::Arrays> InstanceTable::enlarged(std::uint32_t slot_count) const {
+Result<InstanceTable::Arrays> InstanceTable::resized(std::uint32_t slot_count) const {
   Arrays larger;
   const auto enlarge = [&](auto& to, const auto& from, std::uint32_t block_slots) -> Result<void> {
-    return move_into(to, enlarged_copy(from, allocator_, block_count(slot_count, block_slots)));
+    return copy_resized(from, allocator_, block_count(slot_count, block_slots), to);
   };
   COPPICE_CHECK(enlarge(larger.instances, arrays_.instances, 1));
   COPPICE_CHECK(enlarge(larger.spheres, arrays_.spheres, 1));
-  COPPICE_CHECK(enlarge(larger.generations, arrays_.generations, 1));
+  COPPICE_CHECK(enlarge(larger.owners, arrays_.owners, 1));
+  // Handles stay when slots go: one must not come to life again.
+  COPPICE_CHECK(copy_resized(arrays_.handles, allocator_, std::max<std::size_t>(slot_count, arrays_.handles.size()), larger.handles));
   COPPICE_CHECK(enlarge(larger.blocks, arrays_.blocks, kDirtyBlockSlots));
   COPPICE_CHECK(enlarge(larger.freed_blocks, arrays_.freed_blocks, kDirtyBlockSlots));
   COPPICE_CHECK(enlarge(larger.bounds, arrays_.bounds, kInstanceBlockSlots));
   COPPICE_CHECK(enlarge(larger.moved, arrays_.moved, kMovedShare));
-  COPPICE_CHECK(move_into(larger.told, arrays_.told.enlarged(allocator_, slot_count)));
-  COPPICE_CHECK(move_into(larger.dirty, arrays_.dirty.enlarged(allocator_, slot_count)));
-  COPPICE_CHECK(move_into(larger.unbounded, arrays_.unbounded.enlarged(allocator_, slot_count)));
-  for (Instance& instance : larger.instances.span().subspan(capacity())) instance.plant = kNoPlant;
+  COPPICE_CHECK(move_into(larger.told, arrays_.told.resized(allocator_, slot_count)));
+  COPPICE_CHECK(move_into(larger.dirty, arrays_.dirty.resized(allocator_, slot_count)));
+  COPPICE_CHECK(move_into(larger.unbounded, arrays_.unbounded.resized(allocator_, slot_count)));
+  for (Instance& instance : larger.instances.span().subspan(std::min(slot_count, capacity())))
+    instance.plant_seed = pack_plant(kNoPlant, 0);
   if (const std::uint32_t rest = slot_count % kDirtyBlockSlots; rest > 0)
     larger.blocks[slot_count / kDirtyBlockSlots].used = ~std::uint64_t{0} << rest;
   return larger;
 }
 
 std::uint64_t InstanceTable::growth_bytes(std::uint32_t slot_count) const {
-  if (slot_count <= capacity()) return 0;
+  return slot_count <= capacity() ? 0 : slot_bytes(slot_count) + slot_count * sizeof(HandleEntry);
+}
+
+std::uint64_t InstanceTable::slot_bytes(std::uint32_t slot_count) {
   return slot_count * std::uint64_t{sizeof(Instance) + sizeof(InstanceSphere) + sizeof(std::uint32_t)} +
          block_count(slot_count, kDirtyBlockSlots) * (sizeof(Block) + sizeof(std::uint32_t) + 3 * sizeof(std::uint8_t)) +
          block_count(slot_count, kMovedShare) * sizeof(Instance) + block_count(slot_count, kInstanceBlockSlots) * sizeof(InstanceBounds);
@@ -168,13 +188,30 @@ std::uint64_t InstanceTable::growth_bytes(std::uint32_t slot_count) const {
 
 Result<void> InstanceTable::reserve(std::uint32_t slot_count) {
   if (slot_count <= capacity()) return {};
-  COPPICE_TRY(larger, enlarged(roomy(slot_count)));
+  COPPICE_TRY(larger, resized(roomy(slot_count)));
   take(std::move(larger));
   return {};
 }
 
 std::uint32_t InstanceTable::roomy(std::uint32_t slot_count) const {
   return roomy_count({.now = capacity(), .needed = slot_count, .first = kFirstSlots, .maximum = max_instances_, .step = kDirtyBlockSlots});
+}
+
+std::uint32_t InstanceTable::min_capacity() {
+  if (count_ == 0) moved_count_ = 0;
+  const auto is_empty = [this](const Block& block) { return block.used == 0 && !block.is_tile(); };
+  while (block_end_ > 0 && is_empty(arrays_.blocks[block_end_ - 1])) --block_end_;
+  const auto freed = arrays_.freed_blocks.span().first(freed_block_count_);
+  freed_block_count_ -=
+      static_cast<std::uint32_t>(std::ranges::remove_if(freed, [this](std::uint32_t block) { return block >= block_end_; }).size());
+  if (slot_count_ > block_end_ * kDirtyBlockSlots) {
+    slot_count_ = block_end_ * kDirtyBlockSlots;
+    sort_ = {};
+    unsorted_ = true;
+  }
+  return std::min(
+      std::max(block_end_, static_cast<std::uint32_t>(block_count(moved_count_ * kMovedShare, kDirtyBlockSlots))) * kDirtyBlockSlots,
+      capacity());
 }
 
 Result<std::uint32_t> InstanceTable::slots_for(std::size_t added) const {
@@ -215,7 +252,7 @@ Result<void> InstanceTable::add(std::uint32_t plant, const PlacementRecords& pla
   for (std::size_t i = 0; i < placements.count; ++i) {
     const std::uint32_t slot = take_slot();
     write(slot, plant, placements[i], origin_);
-    if (!handles.empty()) handles[i] = handle_of(slot);
+    if (!handles.empty()) handles[i] = handle_at(slot);
   }
   return {};
 }
@@ -249,33 +286,32 @@ TileMember InstanceTable::member_at(std::uint32_t slot) const {
 }
 
 PlacedInstance InstanceTable::placed_at(std::uint32_t slot) const {
-  return {placement_of(arrays_.instances[slot]), plant_of(slot)};
+  return {placement_of(arrays_.instances[slot]), plant_at(slot)};
 }
 
 void InstanceTable::set_member(std::uint32_t slot, const PlacedInstance& placed) {
   Block& block = arrays_.blocks[slot / kDirtyBlockSlots];
   COPPICE_ASSERT(block.is_tile());
-  if (plant_of(slot) != kNoPlant) remove_slot(slot);
+  if (plant_at(slot) != kNoPlant) remove_slot(slot);
   if (placed.plant == kNoPlant) return;
   block.used |= std::uint64_t{1} << slot % kDirtyBlockSlots;
+  // The same in every run of a program, whichever slots the tile has.
+  const TileMember member = member_at(slot);
+  arrays_.instances[slot].plant_seed = pack_plant(kNoPlant, (lod::coppice_hash(member.tile) + member.number) & kSeedMask);
   write(slot, placed.plant, placed.placement, {0, 0, 0});
 }
 
-void InstanceTable::scale_tile(const InstanceTile& tile, float factor) {
+void InstanceTable::grow_tile(const InstanceTile& tile, std::uint32_t frames) {
   for (std::uint32_t block = tile.first_block; block != kNoBlock; block = arrays_.blocks[block].next) {
     COPPICE_ASSERT(arrays_.blocks[block].is_tile());
-    for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
-      const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
-      Instance& instance = arrays_.instances[slot];
-      InstanceSphere& sphere = arrays_.spheres[slot];
-      tell_before(slot, kCame);  // it grows up
-      instance.scale *= factor;
-      sphere.radius_m *= factor;
-      const dvec3 foot = place_of(instance);
-      sphere.center_m = foot + (sphere.center_m - foot) * double{factor};
-    }
-    mark_changed(block * kDirtyBlockSlots);
+    for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1)
+      start_growth(block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left)), frames);
   }
+}
+
+void InstanceTable::grow(coppice_instance handle, std::uint32_t frames) {
+  COPPICE_ASSERT(is_live(handle));
+  start_growth(slot_of(handle), frames);
 }
 
 void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const Pose& then) {
@@ -284,8 +320,8 @@ void InstanceTable::move_tile(const InstanceTile& tile, const Pose& first, const
     for (std::uint64_t left = arrays_.blocks[block].used; left != 0; left &= left - 1) {
       const std::uint32_t slot = block * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
       // A tile is left empty once its plants have closed.
-      if (plant_of(slot) == kNoPlant) continue;
-      write(slot, plant_of(slot), placed_in(then, placed_in(first, placement_of(arrays_.instances[slot]))), {0, 0, 0});
+      if (plant_at(slot) == kNoPlant) continue;
+      write(slot, plant_at(slot), placed_in(then, placed_in(first, placement_of(arrays_.instances[slot]))), {0, 0, 0});
     }
   }
 }
@@ -332,22 +368,35 @@ std::uint32_t InstanceTable::take_slot() {
   arrays_.blocks[block].used |= std::uint64_t{1} << place;
   --free_slot_count_;
   if (arrays_.blocks[block].used == ~std::uint64_t{0}) unlink(block);
-  return block * kDirtyBlockSlots + place;
+  const std::uint32_t slot = block * kDirtyBlockSlots + place;
+  const std::uint32_t index = free_index_ != kNoIndex ? std::exchange(free_index_, arrays_.handles[free_index_].slot) : index_end_++;
+  arrays_.handles[index].slot = slot;
+  arrays_.owners[slot] = index;
+  arrays_.instances[slot].plant_seed = pack_plant(kNoPlant, index & kSeedMask);
+  return slot;
 }
 
-coppice_instance InstanceTable::handle_of(std::uint32_t slot) const {
-  return pack_handle({HandleKind::instance, context_tag_, arrays_.generations[slot], slot});
+coppice_instance InstanceTable::handle_of(std::uint32_t index) const {
+  return pack_handle({HandleKind::instance, context_tag_, arrays_.handles[index].generation, index});
+}
+
+std::uint32_t InstanceTable::slot_of(coppice_instance handle) const {
+  return arrays_.handles[unpack_handle(handle).index].slot;
 }
 
 bool InstanceTable::is_live(coppice_instance handle) const {
-  const std::uint32_t slot = slot_of(handle);
-  return slot < slot_count_ && handle == handle_of(slot) && plant_of(slot) != kNoPlant &&
+  const std::uint32_t index = unpack_handle(handle).index;
+  if (index >= index_end_ || handle != handle_of(index)) return false;
+  // An index without an instance has no slot, but the next such index.
+  const std::uint32_t slot = arrays_.handles[index].slot;
+  return slot < slot_count_ && arrays_.owners[slot] == index && plant_at(slot) != kNoPlant &&
          !arrays_.blocks[slot / kDirtyBlockSlots].is_tile();
 }
 
 void InstanceTable::move(coppice_instance handle, const coppice_placement& placement) {
   COPPICE_ASSERT(is_live(handle));
-  write(slot_of(handle), plant_of(slot_of(handle)), placement, origin_);
+  const std::uint32_t slot = slot_of(handle);
+  write(slot, plant_at(slot), placement, origin_);
 }
 
 void InstanceTable::remove(coppice_instance handle) {
@@ -357,7 +406,7 @@ void InstanceTable::remove(coppice_instance handle) {
 
 void InstanceTable::remove_plant(std::uint32_t plant) {
   for (std::uint32_t slot = 0; slot < slot_count_ && plant_count(plant) > 0; ++slot)
-    if (plant_of(slot) == plant) remove_slot(slot);
+    if (plant_at(slot) == plant) remove_slot(slot);
   plants_[plant] = {};
 }
 
@@ -365,7 +414,7 @@ void InstanceTable::replace_plant(std::uint32_t from, std::uint32_t to) {
   std::uint32_t left = plant_count(from);
   for (std::uint32_t slot = 0; slot < slot_count_ && left > 0; ++slot) {
     const Instance& instance = arrays_.instances[slot];
-    if (plant_of(slot) != from) continue;
+    if (plant_at(slot) != from) continue;
     --left;
     write(slot, to, placement_of(instance), {0, 0, 0});
     --plants_[from].count;
@@ -388,15 +437,16 @@ void InstanceTable::update_bounds() {
 }
 
 void InstanceTable::mark_changed(std::uint32_t slot) {
-  arrays_.dirty.mark({slot, 1});
-  arrays_.unbounded.mark({slot, 1});
+  arrays_.dirty.mark(slot);
+  arrays_.unbounded.mark(slot);
 }
 
 void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement, const dvec3& origin) {
   Instance& instance = arrays_.instances[slot];
   const Instance then = instance;
   PlantInstances& of = plants_[plant];
-  if (plant_of(slot) == kNoPlant) {
+  const bool is_new = plant_at(slot) == kNoPlant;
+  if (is_new) {
     ++count_;
     ++of.count;
     slot_count_ = std::max(slot_count_, slot + 1);
@@ -413,42 +463,139 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   instance.layer_mask = placement.layer_mask;
   instance.user_data = placement.user_data;
 
-  instance.plant = of.known ? plant : kNoPlant;
+  const PlaceCode code(arrays_.spheres[slot].center_m);
+  instance.plant_seed = pack_plant(of.known ? plant : kNoPlant, seed_of(instance));
   arrays_.spheres[slot] = {.center_m = world_place(at) + dvec3(oriented(instance.rotation, instance.scale * of.center)),
                            .radius_m = of.radius_m * instance.scale,
                            .plant = plant,
                            .layer_mask = placement.layer_mask,
                            .threshold_share = std::exp2(of_half(bias))};
-  if (then.plant == kNoPlant) {
-    tell_before(slot, kCame);
-  } else if (then.before == 0 && !stands_alike(then, instance)) {
-    const bool room = moved_count_ < max_moved(capacity());
-    if (room) arrays_.moved[moved_count_++] = then;
-    tell_before(slot, room ? moved_count_ : kCame);
-  }
+  if (!arrays_.blocks[slot / kDirtyBlockSlots].is_tile() && (is_new || code != PlaceCode(arrays_.spheres[slot].center_m))) unsorted_ = true;
+  note_motion(slot, then);
   mark_changed(slot);
+}
+
+// An instance that grows up goes on with it; one that was not shown begins.
+void InstanceTable::note_motion(std::uint32_t slot, const Instance& then) {
+  const Instance& instance = arrays_.instances[slot];
+  const bool was_shown = plant_of(then) != kNoPlant, grows = has_growth(then.before);
+  if (grows && !was_shown) return start_growth(slot, then.before >> 16u & kMaxGrowthFrames);
+  if (!was_shown) return tell_before(slot, kCame);
+  if (grows && grown_share(then.before, frame_) < 1.0f) return;
+  if ((then.before != 0 && !grows) || stands_alike(then, instance)) return;
+  const bool room = moved_count_ < max_moved(capacity());
+  if (room) {
+    arrays_.moved[moved_count_] = then;
+    arrays_.moved[moved_count_++].before = 0;
+  }
+  tell_before(slot, room ? moved_count_ : kCame);
+}
+
+void InstanceTable::start_growth(std::uint32_t slot, std::uint32_t frames) {
+  arrays_.instances[slot].before = pack_growth(frames, frame_);
+  arrays_.blocks[slot / kDirtyBlockSlots].grows = true;
+  grown_frame_ = std::max(grown_frame_, frame_ + frames);
+  arrays_.dirty.mark(slot);
+}
+
+void InstanceTable::begin_frame() {
+  ++frame_;
+  end_growth();
+  sort_some();
+}
+
+// Blocks take turns. The GPU knows when an instance has grown up; this only keeps it from growing again when 16 bits of frames are over.
+void InstanceTable::end_growth() {
+  for (std::uint32_t i = 0; i < std::min(kSweptBlocks, block_end_); ++i) {
+    if (swept_block_ >= block_end_) swept_block_ = 0;
+    if (arrays_.blocks[swept_block_].grows) end_growth(swept_block_);
+    ++swept_block_;
+  }
+}
+
+void InstanceTable::end_growth(std::uint32_t index) {
+  Block& block = arrays_.blocks[index];
+  block.grows = false;
+  for (std::uint64_t left = block.used; left != 0; left &= left - 1) {
+    const std::uint32_t slot = index * kDirtyBlockSlots + static_cast<std::uint32_t>(std::countr_zero(left));
+    if (slot >= slot_count_) break;
+    Instance& instance = arrays_.instances[slot];
+    if (!has_growth(instance.before)) continue;
+    if (plant_of(instance) == kNoPlant || grown_share(instance.before, frame_) < 1.0f) {
+      block.grows = true;
+      continue;
+    }
+    instance.before = 0;
+    arrays_.dirty.mark(slot);
+  }
+}
+
+/// What PlaceSort sees of the table: the slots of instances with handles.
+struct InstanceTable::SortedSlots {
+  InstanceTable& table;
+
+  [[nodiscard]] std::uint64_t used(std::uint32_t block) const {
+    const Block& of = table.arrays_.blocks[block];
+    return of.is_tile() ? 0 : of.used;
+  }
+  [[nodiscard]] bool is_used(std::uint32_t slot) const { return (used(slot / kDirtyBlockSlots) >> slot % kDirtyBlockSlots & 1u) != 0; }
+  [[nodiscard]] std::uint32_t after(std::uint32_t slot) const {
+    const std::uint64_t left = used(slot / kDirtyBlockSlots) >> slot % kDirtyBlockSlots;
+    return left != 0 ? slot + static_cast<std::uint32_t>(std::countr_zero(left)) : (slot / kDirtyBlockSlots + 1) * kDirtyBlockSlots;
+  }
+  [[nodiscard]] std::uint32_t before(std::uint32_t slot) const {
+    const std::uint64_t left = used(slot / kDirtyBlockSlots) << (kDirtyBlockSlots - 1 - slot % kDirtyBlockSlots);
+    return left != 0 ? slot + 1 - static_cast<std::uint32_t>(std::countl_zero(left)) : slot / kDirtyBlockSlots * kDirtyBlockSlots;
+  }
+  [[nodiscard]] PlaceCode code(std::uint32_t slot) const { return PlaceCode(table.arrays_.spheres[slot].center_m); }
+  void swap(std::uint32_t a, std::uint32_t b) { table.swap_slots(a, b); }
+};
+
+void InstanceTable::sort_some() {
+  if (sort_.is_done()) {
+    if (!std::exchange(unsorted_, false)) return;
+    sort_.begin(slot_count_);
+  }
+  SortedSlots slots{*this};
+  sort_.run(slots, kSortEffort);
+}
+
+void InstanceTable::swap_slots(std::uint32_t a, std::uint32_t b) {
+  std::swap(arrays_.instances[a], arrays_.instances[b]);
+  std::swap(arrays_.spheres[a], arrays_.spheres[b]);
+  std::swap(arrays_.owners[a], arrays_.owners[b]);
+  for (const std::uint32_t slot : {a, b}) {
+    arrays_.handles[arrays_.owners[slot]].slot = slot;
+    const std::uint32_t before = arrays_.instances[slot].before;
+    if (has_growth(before))
+      arrays_.blocks[slot / kDirtyBlockSlots].grows = true;
+    else if (before != 0)
+      arrays_.told.mark(slot);
+    mark_changed(slot);
+  }
 }
 
 void InstanceTable::tell_before(std::uint32_t slot, std::uint32_t before) {
   arrays_.instances[slot].before = before;
-  arrays_.told.mark({slot, 1});
+  arrays_.told.mark(slot);
 }
 
 void InstanceTable::forget_moves() {
   moved_count_ = 0;
   for (SlotRange range = arrays_.told.take(); range.count > 0; range = arrays_.told.take()) {
     range.count = std::min(range.count, slot_count_ - std::min(range.first, slot_count_));
-    for (Instance& instance : arrays_.instances.span().subspan(range.first, range.count)) instance.before = 0;
+    for (Instance& instance : arrays_.instances.span().subspan(range.first, range.count))
+      if (!has_growth(instance.before)) instance.before = 0;
     arrays_.dirty.mark(range);
   }
 }
 
 void InstanceTable::clear_slot(std::uint32_t slot) {
-  --plants_[plant_of(slot)].count;
+  --plants_[plant_at(slot)].count;
   --count_;
-  arrays_.instances[slot].plant = kNoPlant;
+  arrays_.instances[slot].plant_seed = pack_plant(kNoPlant, 0);
+  arrays_.instances[slot].before = 0;
   arrays_.spheres[slot].plant = InstanceSphere::kNoPlant;
-  ++arrays_.generations[slot];
   mark_changed(slot);
 }
 
@@ -459,6 +606,9 @@ void InstanceTable::remove_slot(std::uint32_t slot) {
   const bool was_full = block.used == ~std::uint64_t{0};
   block.used &= ~(std::uint64_t{1} << slot % kDirtyBlockSlots);
   if (block.is_tile()) return;  // remove_tile frees the block
+  const std::uint32_t handle = arrays_.owners[slot];
+  ++arrays_.handles[handle].generation;
+  arrays_.handles[handle].slot = std::exchange(free_index_, handle);
   ++free_slot_count_;
   if (was_full) link(index);
   if (block.used != 0) return;

@@ -2,16 +2,19 @@
 
 // All placed plants: the CPU's copy of the device's instance buffer, and the handles of the engine.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "cells.h"
 #include "coppice/coppice.h"
+#include "coppice_instance.h"
 #include "coppice_light.h"
 #include "coppice_shared.h"
 #include "hooks.h"
 #include "instance_blocks.h"
+#include "place_sort.h"
 #include "result.h"
 #include "select.h"
 
@@ -89,10 +92,16 @@ struct SlotRange {
 /// without a change costs nothing.
 class DirtySlots {
  public:
-  /// Returns a copy for more slots. errors  out_of_memory: the allocator hook
-  [[nodiscard]] Result<DirtySlots> enlarged(const coppice_allocator& allocator, std::uint32_t slot_count) const;
+  /// Returns a copy for another number of slots. errors  out_of_memory: the allocator hook
+  [[nodiscard]] Result<DirtySlots> resized(const coppice_allocator& allocator, std::uint32_t slot_count) const;
 
   void mark(SlotRange range);
+  void mark(std::uint32_t slot) {
+    const std::uint32_t block = slot / kDirtyBlockSlots;
+    flags_[block] = 1;
+    first_ = std::min(first_, block);
+    end_ = std::max(end_, block + 1);
+  }
   /// Returns the first run of changed blocks and marks it clean; empty if there is none. It may end behind the last slot used.
   SlotRange take();
   [[nodiscard]] std::size_t bytes() const { return flags_.bytes(); }
@@ -103,7 +112,8 @@ class DirtySlots {
 };
 
 /// Slots are assigned in blocks of kDirtyBlockSlots. A block holds either instances with handles, which were added one by one, or those of
-/// one tile, so instances in a block are near each other and come and go together. An empty block can become either kind.
+/// one tile, so instances in a block are near each other and come and go together. An empty block can become either kind. Instances with
+/// handles change their slots: begin_frame sorts them by their places.
 class InstanceTable {
   struct Arrays;
 
@@ -121,11 +131,15 @@ class InstanceTable {
   [[nodiscard]] Result<std::uint32_t> slots_for_tile(std::size_t added) const;
   /// Returns at least slot_count, and more if the arrays must grow, so that they seldom do.
   [[nodiscard]] std::uint32_t roomy(std::uint32_t slot_count) const;
-  /// Bytes that enlarged() allocates; 0 if it need not.
+  /// Bytes that resized() allocates; 0 if it need not.
   [[nodiscard]] std::uint64_t growth_bytes(std::uint32_t slot_count) const;
-  /// Returns a copy of the arrays for slot_count slots, > capacity(), for take(). errors  out_of_memory: the allocator hook
-  [[nodiscard]] Result<Arrays> enlarged(std::uint32_t slot_count) const;
-  /// Before: nothing has changed since enlarged().
+  /// Bytes of the arrays that become smaller with fewer slots.
+  [[nodiscard]] static std::uint64_t slot_bytes(std::uint32_t slot_count);
+  /// Returns a copy of the arrays for slot_count slots, >= min_capacity(), for take(). errors  out_of_memory: the allocator hook
+  [[nodiscard]] Result<Arrays> resized(std::uint32_t slot_count) const;
+  /// Forgets empty blocks of slots at the end. Returns the least number of slots that the arrays can have; 0 without an instance
+  std::uint32_t min_capacity();
+  /// Before: nothing has changed since resized().
   void take(Arrays&& arrays) { arrays_ = std::move(arrays); }
   /// Does both if needed. errors  out_of_memory: the allocator hook; nothing has changed
   Result<void> reserve(std::uint32_t slot_count);
@@ -150,8 +164,16 @@ class InstanceTable {
   /// Sets the origin of placements with handles; those of tiles do not count from it.
   void set_origin(const dvec3& origin) { origin_ = origin; }
   [[nodiscard]] const dvec3& origin() const { return origin_; }
-  /// Multiplies the scale of a tile's instances, about their feet.
-  void scale_tile(const InstanceTile& tile, float factor);
+  /// Lets a tile's instances, or one with a handle, grow up about their feet in the next frames. frames: 1 to kMaxGrowthFrames
+  void grow_tile(const InstanceTile& tile, std::uint32_t frames);
+  void grow(coppice_instance handle, std::uint32_t frames);
+  static constexpr std::uint32_t kMaxGrowthFrames = 255;
+  /// True if an instance has not grown up yet.
+  [[nodiscard]] bool is_growing() const { return frame_ < grown_frame_; }
+  /// The share of its size that the instance in a slot has in this frame; spheres() have all of it.
+  [[nodiscard]] float grown_share_at(std::uint32_t slot) const { return grown_share(arrays_.instances[slot].before, frame_); }
+  /// Number of frames that have begun: View::frame.
+  [[nodiscard]] std::uint32_t frame() const { return frame_; }
   /// Moves a tile's instances by one pose, and then by another.
   void move_tile(const InstanceTile& tile, const Pose& first, const Pose& then);
   void remove_tile(const InstanceTile& tile);
@@ -166,10 +188,15 @@ class InstanceTable {
   /// Turns all instances of `from` into instances of `to`, at their places.
   void replace_plant(std::uint32_t from, std::uint32_t to);
 
+  /// Begins a frame: instances grow, and some of those with handles are sorted. Takes a bounded time, whatever has changed.
+  void begin_frame();
+  /// True if instances with handles lie in the order of their places.
+  [[nodiscard]] bool is_sorted() const { return !unsorted_ && sort_.is_done(); }
+
   [[nodiscard]] std::span<const Instance> slots() const { return arrays_.instances.span().first(slot_count_); }
   /// Returns the handle in a slot of slots(), which is not empty; 0 for an instance of a tile.
   [[nodiscard]] coppice_instance handle_at(std::uint32_t slot) const {
-    return arrays_.blocks[slot / kDirtyBlockSlots].is_tile() ? 0 : handle_of(slot);
+    return arrays_.blocks[slot / kDirtyBlockSlots].is_tile() ? 0 : handle_of(arrays_.owners[slot]);
   }
   [[nodiscard]] std::span<const InstanceSphere> spheres() const { return arrays_.spheres.span().first(slot_count_); }
   /// Their bounds are those of the last update_bounds().
@@ -202,15 +229,23 @@ class InstanceTable {
     std::uint32_t previous = kNoBlock, next = kNoBlock;
     // For a tile's block: TileMember of the first slot.
     std::uint32_t tile = TileMember::kNoTile, first_number = 0;
+    bool grows = false;  ///< an instance may have pack_growth in Instance::before
 
     [[nodiscard]] bool is_tile() const { return tile != TileMember::kNoTile; }
   };
   static constexpr std::uint32_t kNoBlock = InstanceTile::kNoBlock;
-  /// All arrays by slot or by block of slots.
+  /// What a handle's index names.
+  struct HandleEntry {
+    std::uint32_t slot = 0;  ///< of an index without an instance: the next such index, or kNoIndex
+    std::uint32_t generation = 0;
+  };
+  static constexpr std::uint32_t kNoIndex = 0xffffffffu;
+  /// All arrays by slot, by block of slots or by index of a handle.
   struct Arrays {
     HookArray<Instance> instances;
     HookArray<InstanceSphere> spheres;
-    HookArray<std::uint32_t> generations;
+    HookArray<std::uint32_t> owners;  ///< index of the handle of the instance in the slot
+    HookArray<HandleEntry> handles;   ///< by index of a handle, as many as slots
     HookArray<Block> blocks;
     HookArray<std::uint32_t> freed_blocks;  ///< [freed_block_count_] a stack of blocks that were used and are empty now
     HookArray<InstanceBounds> bounds;       ///< per kInstanceBlockSlots slots
@@ -230,10 +265,11 @@ class InstanceTable {
 
   static_assert(sizeof(PlantInstances) == kPlantBytes);
   /// The plant in a slot, also if the GPU does not see it; kNoPlant if the slot is empty.
-  [[nodiscard]] std::uint32_t plant_of(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
+  [[nodiscard]] std::uint32_t plant_at(std::uint32_t slot) const { return arrays_.spheres[slot].plant; }
   /// origin: the one that the placement counts from
   void write(std::uint32_t slot, std::uint32_t plant, const coppice_placement& placement, const dvec3& origin);
-  [[nodiscard]] coppice_instance handle_of(std::uint32_t slot) const;
+  [[nodiscard]] coppice_instance handle_of(std::uint32_t index) const;
+  [[nodiscard]] std::uint32_t slot_of(coppice_instance handle) const;
   std::uint32_t take_slot();
   std::uint32_t take_block();
   void link(std::uint32_t block);
@@ -242,6 +278,14 @@ class InstanceTable {
   void remove_slot(std::uint32_t slot);
   void mark_changed(std::uint32_t slot);
   void tell_before(std::uint32_t slot, std::uint32_t before);
+  /// Sets Instance::before. then: the content of the slot before it was written
+  void note_motion(std::uint32_t slot, const Instance& then);
+  void start_growth(std::uint32_t slot, std::uint32_t frames);
+  void end_growth();
+  void end_growth(std::uint32_t block);
+  struct SortedSlots;
+  void sort_some();
+  void swap_slots(std::uint32_t a, std::uint32_t b);
 
   coppice_allocator allocator_{};
   Arrays arrays_;
@@ -256,6 +300,12 @@ class InstanceTable {
   std::uint32_t block_end_ = 0;             ///< blocks from here on were never used
   std::uint32_t first_partial_ = kNoBlock;  ///< list of blocks with free slots
   std::uint32_t free_slot_count_ = 0;       ///< slots in that list
+  std::uint32_t free_index_ = kNoIndex;     ///< list of indices of handles that were used
+  std::uint32_t index_end_ = 0;             ///< indices from here on were never used
+  std::uint32_t frame_ = 0, grown_frame_ = 0;
+  std::uint32_t swept_block_ = 0;  ///< the next block for end_growth
+  bool unsorted_ = false;          ///< instances with handles have come or moved since the last sort began
+  PlaceSort sort_;
 };
 
 }  // namespace coppice::gpu

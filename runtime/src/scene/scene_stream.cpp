@@ -21,11 +21,20 @@ constexpr std::uint64_t kRetryFrames = 60;
 
 enum class TileState : std::uint8_t {
   absent,
-  reading,   ///< the I/O hook or a job works on it
-  decoded,   ///< waits for its species, or for its turn
-  resident,  ///< its instances are placed
-  failed,    ///< logged once, never requested again
+  unread,      ///< absent; no attempt could read it, so the next is a single one and is not logged
+  reading,     ///< the I/O hook or a job works on it
+  decoded,     ///< waits for its species, or for its turn
+  resident,    ///< its instances are placed
+  unreadable,  ///< logged once, read again later
+  damaged,     ///< logged once
 };
+
+bool is_absent(TileState state) {
+  return state == TileState::absent || state == TileState::unread;
+}
+bool has_failed(TileState state) {
+  return state == TileState::unreadable || state == TileState::damaged;
+}
 
 enum class ReadStage : std::uint8_t {
   idle,
@@ -38,6 +47,8 @@ enum class ReadStage : std::uint8_t {
 /// A tile that is being loaded. While a hook owns it, the frame's thread leaves it alone.
 struct Read {
   ReadStage stage = ReadStage::idle;
+  bool again = false;      ///< its tile was TileState::unread
+  bool cancelled = false;  ///< nobody needs its bytes
   CompletionQueue<Read>* queue = nullptr;
   const SceneFile* scene = nullptr;
   std::uint32_t tile = 0;
@@ -93,6 +104,7 @@ struct SceneStream::State {
   HookArray<Read> reads;
   CompletionQueue<Read> queue;
   std::uint64_t frame = 0, retry_frame = 0;
+  Reread reread;  ///< of unreadable tiles
 
   // They have their maximum size from the start, so that the scene's memory does not grow with the view.
   BoundedList<TileSize> sizes;            ///< scratch: tiles near the threshold, in this frame
@@ -106,6 +118,8 @@ struct SceneStream::State {
   SceneStats counters;
 
   ~State() {
+    for (Read& read : reads.span())
+      if (read.stage == ReadStage::reading) cancel_read(hooks.io, io_file, &read);
     queue.wait_for_all();
     if (io_file >= 0) hooks.io.close(hooks.io.user, io_file);
     ledger.release(reserved_bytes);
@@ -121,7 +135,8 @@ struct SceneStream::State {
   void fail_read(Read& read);
   void collect();
   void finish(Read& read);
-  void fail(std::uint32_t tile, const Error& error);
+  void tell_failure(std::uint32_t tile, const Error& error);
+  void forget_failures(bool unreadable_only);
   void free_bytes(Read& read);
   void free_read(Read& read);
   void give_up_tile(std::uint32_t tile);
@@ -254,7 +269,7 @@ void SceneStream::State::free_read(Read& read) {
   read.instances = {};
   read.outcome = {};
   read.retry = {};
-  read.species_settled = false;
+  read.again = read.cancelled = read.species_settled = false;
   read.stage = ReadStage::idle;
 }
 
@@ -265,9 +280,17 @@ void SceneStream::State::start_read(Read& read) {
 }
 
 void SceneStream::State::retry_reads() {
+  if (reread.take(options.clock_ns)) forget_failures(true);
   for (Read& read : reads.span()) {
-    if (read.stage != ReadStage::paused) continue;
-    if (tile_size_px(file.tiles[read.tile], eyes) < kKeepShare * threshold_px) {
+    const bool can_cancel = read.stage == ReadStage::reading && !read.cancelled && hooks.io.cancel != nullptr;
+    if (read.stage != ReadStage::paused && !can_cancel) continue;
+    const bool too_small = tile_size_px(file.tiles[read.tile], eyes) < kKeepShare * threshold_px;
+    if (can_cancel && too_small) {
+      read.cancelled = true;
+      cancel_read(hooks.io, io_file, &read);
+    } else if (can_cancel) {
+      continue;
+    } else if (too_small) {
       give_up_tile(read.tile);
       free_read(read);
     } else if (options.clock_ns() >= read.retry.again_ns) {
@@ -282,11 +305,15 @@ void SceneStream::State::fail_read(Read& read) {
   if (error.status == Status::out_of_memory) {
     out_of_memory(error);
     give_up_tile(read.tile);
-  } else if (read.retry.pause(options.clock_ns())) {
+  } else if (!read.again && read.retry.pause(options.clock_ns())) {
     read.stage = ReadStage::paused;
     return;
   } else {
-    fail(read.tile, error);
+    reread.schedule(options.clock_ns(), read.again);
+    if (!read.again) tell_failure(read.tile, error);
+    give_up_tile(read.tile);
+    tiles[read.tile] = TileState::unreadable;
+    ++counters.tiles_failed;
   }
   free_read(read);
 }
@@ -296,11 +323,15 @@ void SceneStream::State::give_up_tile(std::uint32_t tile) {
   used_blocks -= tile_blocks(file.tiles[tile]);
 }
 
-void SceneStream::State::fail(std::uint32_t tile, const Error& error) {
+void SceneStream::State::tell_failure(std::uint32_t tile, const Error& error) {
   log_line(hooks.log, COPPICE_LOG_ERROR, "%s: tile %u: %s", path.data(), tile, error.message().c_str());
-  give_up_tile(tile);
-  tiles[tile] = TileState::failed;
-  ++counters.tiles_failed;
+}
+
+void SceneStream::State::forget_failures(bool unreadable_only) {
+  for (TileState& tile : tiles.span())
+    if (tile == TileState::unreadable || (tile == TileState::damaged && !unreadable_only))
+      tile = unreadable_only ? TileState::unread : TileState::absent;
+  counters.tiles_failed = static_cast<std::uint64_t>(std::ranges::count_if(tiles.span(), has_failed));
 }
 
 void SceneStream::State::out_of_memory(const Error& error) {
@@ -310,15 +341,23 @@ void SceneStream::State::out_of_memory(const Error& error) {
 
 void SceneStream::State::finish(Read& read) {
   const SceneTile& tile = file.tiles[read.tile];
+  if (read.stage == ReadStage::reading && read.cancelled) {
+    give_up_tile(read.tile);
+    return free_read(read);
+  }
   if (read.stage == ReadStage::reading) {
     if (read.bytes_read != static_cast<std::int64_t>(read.bytes.size())) return fail_read(read);
     read.stage = ReadStage::decoding;
     queue.expect();
-    hooks.jobs.submit(hooks.jobs.user, run_decode, &read);
+    const coppice_job job = make_job(COPPICE_JOB_DECODE, COPPICE_PRIORITY_HIGH, run_decode, &read);
+    hooks.jobs.submit(hooks.jobs.user, &job);
     return;
   }
   if (!read.outcome) {
-    fail(read.tile, read.outcome.error());
+    tell_failure(read.tile, read.outcome.error());
+    give_up_tile(read.tile);
+    tiles[read.tile] = TileState::damaged;
+    ++counters.tiles_failed;
     return free_read(read);
   }
   // By now it is far too small: it was decoded in vain.
@@ -336,7 +375,7 @@ void SceneStream::State::finish(Read& read) {
 // Chooses the largest tiles that fit, and requests them by size until reads run out.
 void SceneStream::State::choose(std::uint32_t block_count) {
   sizes.count = gather_tiles(file, eyes, options.min_px, tile_scratch.span(), sizes.items.span());
-  for (TileSize& size : sizes.span()) size.kept = tiles[size.tile] != TileState::absent && tiles[size.tile] != TileState::failed;
+  for (TileSize& size : sizes.span()) size.kept = !is_absent(tiles[size.tile]) && !has_failed(tiles[size.tile]);
   threshold_px = fit_tiles(file, sizes.span(), options.min_px, block_count, tile_scratch.span());
   for (const TileSize& size : sizes.span())
     if (size.wanted) wanted_frame[size.tile] = frame;
@@ -372,9 +411,9 @@ void SceneStream::State::request_tiles(std::uint32_t block_count) {
   for (const TileSize& size : sizes.span()) {
     if (!size.wanted) continue;
     ++counters.wanted_tiles;
-    if (tiles[size.tile] == TileState::resident || tiles[size.tile] == TileState::failed) continue;
+    if (tiles[size.tile] == TileState::resident || has_failed(tiles[size.tile])) continue;
     ++counters.missing_tiles;
-    if (tiles[size.tile] != TileState::absent) continue;
+    if (!is_absent(tiles[size.tile])) continue;
     requests.push_back(size);
     missing_blocks += tile_blocks(file.tiles[size.tile]);
   }
@@ -404,7 +443,7 @@ bool SceneStream::State::start_tile(std::uint32_t index) {
   read.tile = index;
   read.bytes = *std::move(bytes);
   read.instances = *std::move(instances);
-  tiles[index] = TileState::reading;
+  read.again = std::exchange(tiles[index], TileState::reading) == TileState::unread;
   used_blocks += tile_blocks(tile);
   ledger.reserve(needed_bytes);
   start_read(read);
@@ -505,6 +544,11 @@ void add_stats(SceneStats& sum, const SceneStats& other) {
   sum.tiles_dropped += other.tiles_dropped;
   sum.tiles_failed += other.tiles_failed;
   sum.species_failed += other.species_failed;
+}
+
+void SceneStream::retry_failed() {
+  state_->reread = {};
+  state_->forget_failures(false);
 }
 
 SceneStats SceneStream::stats() const {

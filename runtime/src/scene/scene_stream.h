@@ -100,6 +100,9 @@ class SceneStream {
   /// The path joined to the scene's folder.
   [[nodiscard]] const char* species_path(std::uint32_t species) const;
 
+  /// Lets tiles that have failed be requested again. Unreadable ones are read again after some seconds by themselves.
+  void retry_failed();
+
   [[nodiscard]] SceneStats stats() const;
 
  private:

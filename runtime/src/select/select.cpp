@@ -42,10 +42,10 @@ lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t
   return table;
 }
 
-InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_index, const LodPlant& plant, const LodView& view) {
+InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t seed, const LodPlant& plant, const LodView& view) {
   const float size_px =
       lod::coppice_projected_size_px(size_distance_m(view, instance.center_m), instance.radius_m, view.near_m, view.focal_px);
-  const float threshold_px = lod::coppice_instance_threshold_px(view.error_px * instance.threshold_share, instance_index);
+  const float threshold_px = lod::coppice_instance_threshold_px(view.error_px * instance.threshold_share, seed);
   const auto finest = static_cast<float>(plant.resident_leaf_count);
   const lod::CoppiceColumn column = lod::coppice_column(plant.table, size_px);
   InstanceLod result;

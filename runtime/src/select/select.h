@@ -74,11 +74,11 @@ inline float size_distance_m(const LodView& view, const dvec3& place_m) {
 struct InstanceSphere {
   dvec3 center_m{0, 0, 0};
   float radius_m = 0.0f;
-  std::uint32_t plant = kNoPlant;          ///< index of its plant; kNoPlant: an empty slot, skipped
+  std::uint32_t plant = kNoPlant;          ///< index of its plant, of 17 bits; kNoPlant: an empty slot, skipped
   std::uint32_t layer_mask = 0xffffffffu;  ///< not drawn if it shares no bit with the view's
   float threshold_share = 1.0f;            ///< its error threshold divided by the view's
 
-  static constexpr std::uint32_t kNoPlant = 0xffffffffu;
+  static constexpr std::uint32_t kNoPlant = 0x1ffffu;
 };
 
 /// A plant for selection.
@@ -104,10 +104,11 @@ Result<HookArray<std::uint32_t>> pack_lod_table(const PlantFile& file, const cop
 /// Makes a view of the table for C++. words must stay alive; first_word is 0.
 lod::CoppiceTable lod_table(const PlantFile& file, std::span<const std::uint32_t> words);
 
-/// Selects for one instance. instance_index: offsets the threshold, see coppice_instance_threshold_px.
-InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t instance_index, const LodPlant& plant, const LodView& view);
+/// Selects for one instance. seed: offsets the threshold, see coppice_instance_threshold_px.
+InstanceLod select_lod(const InstanceSphere& instance, std::uint32_t seed, const LodPlant& plant, const LodView& view);
 
-/// Selects for all instances. out: [instances.size()]; empty slots get leaf_count 0. plants is indexed by InstanceSphere::plant (asserted).
+/// Selects for all instances; their indices are their seeds. out: [instances.size()]; empty slots get leaf_count 0. plants is indexed by
+/// InstanceSphere::plant (asserted).
 void select_lods(std::span<const InstanceSphere> instances, std::span<const LodPlant> plants, const LodView& view,
                  std::span<InstanceLod> out);
 

@@ -62,7 +62,9 @@ std::uint64_t limit_bytes(const Budget& budget, const PlantSet& plants) {
 Error refusal(const Budget& budget, const PlantSet& plants, std::uint64_t bytes) {
   if (can_be_free(budget, plants, bytes))
     return {Status::out_of_memory, "memory budget: no room now; some is being made, try again in a few frames"};
-  return {Status::out_of_memory, "memory budget: needs more than all there is to free, bytes", Error::kNoOffset, std::to_string(bytes)};
+  const std::uint64_t needed = floor_bytes(budget, plants) + bytes;
+  return {Status::out_of_memory, "memory budget: too small whatever is freed; it must be at least, bytes", Error::kNoOffset,
+          std::to_string(needed)};
 }
 
 }  // namespace coppice

@@ -52,7 +52,7 @@ void trim(Budget& budget, PlantStream& plant);
 /// Bytes that may be reserved in all: the budget minus the bytes refused lately (if they can be freed at all), but at least minus
 /// slack_bytes.
 [[nodiscard]] std::uint64_t limit_bytes(const Budget& budget, const PlantSet& plants);
-/// The error for bytes that the ledger has refused.
+/// The error for bytes that the ledger has refused. It names the budget that they need.
 [[nodiscard]] Error refusal(const Budget& budget, const PlantSet& plants, std::uint64_t bytes);
 
 }  // namespace coppice

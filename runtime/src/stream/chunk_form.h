@@ -20,7 +20,7 @@ struct MeshLayout {
   std::size_t indices = 0, vertices = 0, vertex_bytes = 0;
 };
 
-/// Jobs call build_page and build_mesh, at the same time for different chunks; the frame's thread calls the rest.
+/// Jobs call prepare_page, build_page and build_mesh, at the same time for different chunks; the frame's thread calls the rest.
 class ChunkForm {
  public:
   ChunkForm() = default;

@@ -125,10 +125,12 @@ float weight_of(Side side) {
   return side == Side::out ? kOutsideWeight : 1.0f;
 }
 
-void count_instance(const InstanceSphere& instance, const LodView& view, std::span<PlantDemand> demands) {
+/// of_block: the side of a block that the instance is in
+void count_instance(const InstanceSphere& instance, Side of_block, const LodView& view, std::span<PlantDemand> demands) {
   if (instance.plant == InstanceSphere::kNoPlant || (instance.layer_mask & view.layer_mask) == 0) return;
   COPPICE_ASSERT(instance.plant < demands.size());
-  const Side side = side_of(instance.center_m, instance.radius_m + wind_reach_m(view, instance.radius_m), view);
+  const Side side =
+      of_block != Side::across ? of_block : side_of(instance.center_m, instance.radius_m + wind_reach_m(view, instance.radius_m), view);
   if (side == Side::out && !view.looks_around) return;
   const float size_px = size_share(side) * lod::coppice_projected_size_px(size_distance_m(view, instance.center_m),
                                                                           demand_radius_m(instance), view.near_m, view.focal_px);
@@ -140,23 +142,42 @@ void count_instance(const InstanceSphere& instance, const LodView& view, std::sp
 /// A block is measured as a whole from this many of its radii on: sizes in it then differ by less than a bin.
 constexpr float kFarRadii = 8.0f;
 
+/// Counts instances of a block in which all distances are about the same. Sizes are proportional to radii: one division is for all.
+struct FarBlock {
+  const LodView& view;
+  float nearest_m, share, weight;
+  float at_center_px, at_most_px;  ///< size of 1 m at the block's centre, and in front of all instances
+
+  FarBlock(const InstanceBounds& block, Side side, const LodView& of_view)
+      : view(of_view), share(size_share(side)), weight(weight_of(side)) {
+    const float center_m = size_distance_m(view, block.center_m);
+    nearest_m = center_m - block.radius_m;
+    at_center_px = size_px(1.0f, center_m);
+    at_most_px = size_px(1.0f, nearest_m);
+  }
+
+  [[nodiscard]] float size_px(float radius_m, float distance_m) const {
+    return share * lod::coppice_projected_size_px(distance_m, radius_m, view.near_m, view.focal_px);
+  }
+  void count(PlantDemand& demand, float mean_radius_m, float max_radius_m, std::uint32_t instance_count) const {
+    if (max_radius_m * at_most_px > demand.max_size_px)
+      demand.max_size_px = std::max(demand.max_size_px, size_px(max_radius_m, nearest_m + max_radius_m));
+    demand.instances[bin_of(mean_radius_m * at_center_px)] += weight * static_cast<float>(instance_count);
+  }
+};
+
 void count_far_block(std::span<const InstanceSphere> members, const InstanceBounds& block, Side side, const LodView& view,
                      std::span<PlantDemand> demands) {
-  const float block_m = size_distance_m(view, block.center_m);
-  const auto count = [&](std::uint32_t plant, float mean_radius_m, float max_radius_m, std::uint32_t instance_count) {
-    COPPICE_ASSERT(plant < demands.size());
-    const auto size_px = [&](float radius_m, float at_m) {
-      return size_share(side) * lod::coppice_projected_size_px(at_m, radius_m, view.near_m, view.focal_px);
-    };
-    PlantDemand& demand = demands[plant];
-    demand.max_size_px = std::max(demand.max_size_px, size_px(max_radius_m, block_m - block.radius_m + max_radius_m));
-    demand.instances[bin_of(size_px(mean_radius_m, block_m))] += weight_of(side) * static_cast<float>(instance_count);
-  };
-  if (block.plant != InstanceBounds::kMixedPlants && (block.all_layers & view.layer_mask) != 0)
-    return count(block.plant, block.mean_demand_radius_m, block.max_demand_radius_m, block.instance_count);
-  for (const InstanceSphere& instance : members)
-    if (instance.plant != InstanceSphere::kNoPlant && (instance.layer_mask & view.layer_mask) != 0)
-      count(instance.plant, demand_radius_m(instance), demand_radius_m(instance), 1);
+  const FarBlock far(block, side, view);
+  if (block.plant != InstanceBounds::kMixedPlants && (block.all_layers & view.layer_mask) != 0) {
+    COPPICE_ASSERT(block.plant < demands.size());
+    return far.count(demands[block.plant], block.mean_demand_radius_m, block.max_demand_radius_m, block.instance_count);
+  }
+  for (const InstanceSphere& instance : members) {
+    if (instance.plant == InstanceSphere::kNoPlant || (instance.layer_mask & view.layer_mask) == 0) continue;
+    COPPICE_ASSERT(instance.plant < demands.size());
+    far.count(demands[instance.plant], demand_radius_m(instance), demand_radius_m(instance), 1);
+  }
 }
 
 }  // namespace
@@ -225,7 +246,7 @@ void add_demand(const InstanceBlocks& instances, std::size_t first_block, std::s
     if (side != Side::across && alike)
       count_far_block(members, block, side, view, demands);
     else
-      for (const InstanceSphere& instance : members) count_instance(instance, view, demands);
+      for (const InstanceSphere& instance : members) count_instance(instance, side, view, demands);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "loading.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "check.h"
 
@@ -21,6 +22,15 @@ bool stale(const Transfer& transfer) {
   if (transfer.cancelled || plant.closing || !demanded_recently(plant, chunk)) return true;
   if (chunk.id.kind != ChunkKind::page || chunk.id.index <= plant.decoded_page_count) return false;
   return !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1));
+}
+
+/// Cancels a running read.
+void cancel(Transfer& transfer, Budget& budget) {
+  const PlantStream& plant = *transfer.plant;
+  transfer.cancelled = true;
+  set_bytes(budget, *transfer.chunk, transfer.bytes.size());  // the hook still writes to it
+  budget.coming_bytes += transfer.bytes.size();
+  cancel_read(plant.hooks.io, plant.io_file, &transfer);
 }
 
 void free_transfer(Transfer& transfer, Budget& budget) {
@@ -45,13 +55,16 @@ void drop(Loading& loading, Budget& budget, Transfer& transfer) {
   end_transfer(transfer, budget, Residency::absent);
 }
 
-void fail(Loading& loading, Budget& budget, Transfer& transfer, Error error) {
+/// again: it has failed before, and that was logged
+void fail(Loading& loading, Budget& budget, Transfer& transfer, Error error, bool again = false) {
   Chunk& chunk = *transfer.chunk;
   PlantStream& plant = *transfer.plant;
   if (error.offset == Error::kNoOffset) error.offset = plant.file_chunk(chunk).offset;
-  log_line(plant.hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(chunk.id.kind), chunk.id.index,
-           error.message().c_str());
-  ++loading.counts_of(chunk).failed;
+  if (!again) {
+    log_line(plant.hooks.log, COPPICE_LOG_ERROR, "%s: %s %u: %s", plant.path.data(), chunk_kind_name(chunk.id.kind), chunk.id.index,
+             error.message().c_str());
+    ++loading.counts_of(chunk).failed;
+  }
   give_up(plant, chunk);
   end_transfer(transfer, budget, Residency::failed);
 }
@@ -70,8 +83,15 @@ void fail_read(Loading& loading, Budget& budget, const CurrentFrame& frame, Tran
     pause_requests(plant, frame, error);
     return drop(loading, budget, transfer);
   }
-  if (!transfer.retry.pause(loading.clock_ns())) return fail(loading, budget, transfer, error);
-  transfer.stage = TransferStage::paused;
+  const bool again = transfer.chunk->unreadable;
+  const std::uint64_t now = loading.clock_ns();
+  if (!again && transfer.retry.pause(now)) {
+    transfer.stage = TransferStage::paused;
+    return;
+  }
+  transfer.chunk->unreadable = true;
+  plant.reread.schedule(now, again);
+  fail(loading, budget, transfer, error, again);
 }
 
 void finish_read(Loading& loading, Budget& budget, const CurrentFrame& frame, Transfer& transfer) {
@@ -79,9 +99,10 @@ void finish_read(Loading& loading, Budget& budget, const CurrentFrame& frame, Tr
   if (transfer.bytes_read > 0) loading.counters.bytes_read += static_cast<std::uint64_t>(transfer.bytes_read);
   if (stale(transfer)) return drop(loading, budget, transfer);
   if (transfer.bytes_read != static_cast<std::int64_t>(transfer.bytes.size())) return fail_read(loading, budget, frame, transfer);
+  transfer.chunk->unreadable = false;
   if (transfer.chunk->id.kind == ChunkKind::page) return;  // start_page_run does this, once the page before it is being loaded
   COPPICE_ASSERT(advance(*transfer.chunk, Residency::decoding));
-  start_decode(transfer, transfer.plant->hooks.jobs);
+  start_decode(transfer, transfer.plant->hooks.jobs, COPPICE_PRIORITY_NORMAL);
 }
 
 void finish_decode(Loading& loading, Budget& budget, const CurrentFrame& frame, Transfer& transfer) {
@@ -126,7 +147,7 @@ void start_page_run(Loading& loading, Budget& budget, const CurrentFrame& frame,
     last = &*it;
     ++plant.decoding_page_count;
   }
-  if (first != nullptr) start_decode(*first, plant.hooks.jobs);
+  if (first != nullptr) start_decode(*first, plant.hooks.jobs, COPPICE_PRIORITY_NORMAL);
   for (Transfer& transfer : transfers)
     if (transfer.stage == TransferStage::read && transfer.plant == &plant && stale(transfer)) drop(loading, budget, transfer);
 }
@@ -153,13 +174,31 @@ void gather_requests(Loading& loading, const PlantSet& plants, const CurrentFram
   });
 }
 
+/// A part of begin_frame that counts as taking over reads and decodes.
+class SpentTime {
+ public:
+  explicit SpentTime(Loading& loading) : loading_(loading), start_ns_(loading.clock_ns()) {
+    const std::uint64_t left = loading.hand_over_budget_ns - std::min(loading.hand_over_budget_ns, loading.counters.hand_over_ns);
+    if (left < UINT64_MAX - start_ns_) end_ns_ = start_ns_ + left;
+  }
+  ~SpentTime() { loading_.counters.hand_over_ns += loading_.clock_ns() - start_ns_; }
+  SpentTime(const SpentTime&) = delete;
+  SpentTime& operator=(const SpentTime&) = delete;
+  /// True if the frame has time left.
+  [[nodiscard]] bool is_left() const { return loading_.clock_ns() < end_ns_; }
+
+ private:
+  Loading& loading_;
+  std::uint64_t start_ns_, end_ns_ = UINT64_MAX;
+};
+
 /// Starts the read of a chunk that fits, in a free slot. False if the allocator hook has no memory, or if an eviction since the request was
 /// gathered has taken the page before it.
 bool start_request(Transfer& transfer, Budget& budget, const CurrentFrame& frame, PlantStream& plant, Chunk& chunk) {
   if (chunk.id.kind == ChunkKind::page && chunk.id.index > plant.decoded_page_count &&
       !on_its_way(plant.chunk(ChunkKind::page, chunk.id.index - 1)))
     return false;
-  auto buffer = HookBuffer::allocate(plant.hooks.allocator, static_cast<std::size_t>(plant.file_chunk(chunk).bytes));
+  auto buffer = HookBuffer::allocate_for_overwrite(plant.hooks.allocator, static_cast<std::size_t>(plant.file_chunk(chunk).bytes));
   if (!buffer) {
     pause_requests(plant, frame, buffer.error());
     return false;
@@ -189,8 +228,11 @@ void pause_requests(PlantStream& plant, const CurrentFrame& frame, const Error& 
   plant.retry_frame = frame.number + kRetryFrames;
 }
 
+// A hook that cannot cancel goes on reading: until it is done its chunk may be in demand again.
 void retry_reads(Loading& loading, Budget& budget) {
   for (Transfer& transfer : loading.transfers.span()) {
+    if (transfer.stage == TransferStage::reading && transfer.plant->hooks.io.cancel != nullptr && !transfer.cancelled && stale(transfer))
+      cancel(transfer, budget);
     if (transfer.stage != TransferStage::paused) continue;
     if (stale(transfer))
       drop(loading, budget, transfer);
@@ -199,11 +241,15 @@ void retry_reads(Loading& loading, Budget& budget) {
   }
 }
 
+void retry_unreadable(const Loading& loading, const PlantSet& plants) {
+  for_each_open(plants, [&](PlantStream& plant) {
+    if (plant.reread.take(loading.clock_ns)) forget_failures(plant, true);
+  });
+}
+
 void collect(Loading& loading, Budget& budget, const PlantSet& plants, const CurrentFrame& frame, std::uint32_t minimum) {
-  const std::uint64_t start = loading.clock_ns();
-  const std::uint64_t left = loading.hand_over_budget_ns - std::min(loading.hand_over_budget_ns, loading.counters.hand_over_ns);
-  const std::uint64_t until = left < UINT64_MAX - start ? start + left : UINT64_MAX;
-  const auto in_time = [&] { return minimum > 0 || loading.clock_ns() < until; };
+  const SpentTime time(loading);
+  const auto in_time = [&] { return minimum > 0 || time.is_left(); };
   for (bool progress = true; progress;) {
     progress = false;
     while (in_time()) {
@@ -219,23 +265,20 @@ void collect(Loading& loading, Budget& budget, const PlantSet& plants, const Cur
     for (const auto& plant : plants.used())
       if (plant) start_page_run(loading, budget, frame, *plant);
   }
-  loading.counters.hand_over_ns += loading.clock_ns() - start;
 }
 
 void cancel_reads(Loading& loading, Budget& budget) {
   for (Transfer& transfer : loading.transfers.span()) {
     if (transfer.stage == TransferStage::read || transfer.stage == TransferStage::paused) drop(loading, budget, transfer);
-    if (transfer.stage != TransferStage::reading || transfer.cancelled) continue;
-    transfer.cancelled = true;
-    set_bytes(budget, *transfer.chunk, transfer.bytes.size());  // the hook still writes to it
-    budget.coming_bytes += transfer.bytes.size();
+    if (transfer.stage == TransferStage::reading && !transfer.cancelled) cancel(transfer, budget);
   }
 }
 
 void issue_requests(Loading& loading, Evictions& evictions, Budget& budget, const PlantSet& plants, const CurrentFrame& frame) {
   const std::span<Transfer> transfers = loading.transfers.span();
   gather_requests(loading, plants, frame);
-  while (!loading.requests.empty()) {
+  const SpentTime time(loading);
+  for (bool first = true; !loading.requests.empty() && (std::exchange(first, false) || time.is_left());) {
     const auto slot = std::ranges::find(transfers, TransferStage::idle, &Transfer::stage);
     if (slot == transfers.end()) return;
     std::ranges::pop_heap(loading.requests.span(), has_lower_priority);

@@ -24,13 +24,15 @@ struct Loading {
 /// A strict order, by value.
 bool has_lower_priority(const ValuedChunk& a, const ValuedChunk& b);
 
-/// Restarts reads whose pause is over.
+/// Restarts reads whose pause is over, and cancels those whose chunk is no longer in demand.
 void retry_reads(Loading& loading, Budget& budget);
+/// Lets chunks that no attempt could read be requested again, when it is time.
+void retry_unreadable(const Loading& loading, const PlantSet& plants);
 /// Takes over finished transfers until the frame's time for it is up, but at least `minimum` of them.
 void collect(Loading& loading, Budget& budget, const PlantSet& plants, const CurrentFrame& frame, std::uint32_t minimum);
 /// Cancels all reads: those that run end without a result.
 void cancel_reads(Loading& loading, Budget& budget);
-/// Starts reads of the chunks in demand, highest value first, as far as memory and slots are free.
+/// Starts reads of the chunks in demand, highest value first, as far as memory, slots and the frame's time go, but at least one.
 void issue_requests(Loading& loading, Evictions& evictions, Budget& budget, const PlantSet& plants, const CurrentFrame& frame);
 
 /// Logs a lack of memory, and makes no requests for the plant for some frames.

@@ -13,8 +13,7 @@ namespace {
 
 using Step = PlantOpening::Step;
 
-constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr,
-                               [](void*, void (*function)(void* argument), void* argument) { function(argument); }};
+constexpr coppice_jobs kInline{sizeof(coppice_jobs), nullptr, [](void*, const coppice_job* job) { job->function(job->argument); }};
 
 void release(PlantOpening& opening, Budget& budget) {
   budget.ledger.release(std::exchange(opening.reserved_bytes, 0));
@@ -107,7 +106,7 @@ Result<void> start_pinned(PlantOpening& opening) {
     }
   }
   for (std::size_t i = 1; i < opening.pinned.size(); ++i) opening.pinned[i - 1].next_in_run = &opening.pinned[i];
-  if (!opening.pinned.empty()) start_decode(opening.pinned[0], opening.blocking ? kInline : plant.hooks.jobs);
+  if (!opening.pinned.empty()) start_decode(opening.pinned[0], opening.blocking ? kInline : plant.hooks.jobs, COPPICE_PRIORITY_HIGH);
   return {};
 }
 
@@ -128,6 +127,11 @@ Result<void> take_pinned(PlantOpening& opening) {
 void PlantOpening::wait() {
   read.wait();
   decoded.wait_for_all();
+}
+
+void PlantOpening::cancel() {
+  cancelled = true;
+  if (plant) read.cancel(plant->hooks.io, plant->io_file);
 }
 
 Result<bool> advance_opening(Openings& openings, PlantOpening& opening, Budget& budget, const PlantSet& plants, const CurrentFrame& frame) {

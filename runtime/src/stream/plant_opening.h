@@ -18,7 +18,7 @@ struct PlantOpening {
   PlantSource source;
   std::uint32_t index = 0;            ///< index of the plant
   bool blocking = false;              ///< the caller waits: it skips the queue and decodes on its own thread
-  bool cancelled = false;             ///< removed once nothing is running
+  bool cancelled = false;             ///< see cancel()
   std::uint32_t failed_attempts = 0;  ///< failed attempts for lack of memory
   std::uint64_t start_frame = 0;      ///< queued: do not start before this frame
   Step step = Step::queued;           ///< the step that is running
@@ -38,6 +38,8 @@ struct PlantOpening {
   /// True if nothing is running.
   [[nodiscard]] bool idle() const { return read.back() && decoded.all_back(); }
   void wait();
+  /// It is removed once nothing is running.
+  void cancel();
 };
 
 struct Openings {

@@ -147,7 +147,7 @@ coppice_io memory_io(std::span<const std::uint8_t>& bytes) {
     std::ranges::copy(taken, static_cast<std::uint8_t*>(destination));
     done(argument, static_cast<std::int64_t>(taken.size()));
   };
-  return {sizeof(coppice_io), &bytes, open, [](void*, std::int64_t) {}, read};
+  return {sizeof(coppice_io), &bytes, open, [](void*, std::int64_t) {}, read, nullptr};
 }
 
 }  // namespace
@@ -240,7 +240,6 @@ ChunkBytes chunk_bytes(const PlantStream& plant, const Chunk& chunk) {
   }
   const bool stored = chunk.id.kind == ChunkKind::texture && !plant.texture_uploads[chunk.id.index].decoded;
   if (!stored) bytes.work += plant.file_chunk(chunk).bytes;  // stored ones are uploaded as they are
-  if (bytes.gpu > plant.gpu.max_staged_bytes) bytes.upload += bytes.gpu;
   return bytes;
 }
 
@@ -407,6 +406,18 @@ void give_up(PlantStream& plant, const Chunk& chunk) {
   if (in_leaf_mesh_set(plant, chunk)) plant.valued.leaf_mesh_bytes = 0;
 }
 
+void forget_failures(PlantStream& plant, bool unreadable_only) {
+  for (Chunk& chunk : plant.chunks.span()) {
+    if (chunk.residency != Residency::failed || (unreadable_only && !chunk.unreadable)) continue;
+    COPPICE_ASSERT(advance(chunk, Residency::absent));
+    if (!unreadable_only) chunk.unreadable = false;
+  }
+  measure_leaf_meshes(plant);
+  plant.loadable_page_count = plant.file.plant.page_count;
+  for (const Chunk& chunk : plant.chunks.span())
+    if (chunk.residency == Residency::failed) give_up(plant, chunk);
+}
+
 // A pinned chunk is only absent if the device had no memory for it.
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk) {
   return (chunk.pinned && !plant.closing) || demanded_by(plant, demanded, chunk);
@@ -422,8 +433,6 @@ Result<void> prepare_page(PlantStream& plant, Transfer& transfer) {
   const coppice_allocator& allocator = plant.hooks.allocator;
   PageData data;
   COPPICE_CHECK(allocate_into(data.nodes, allocator, 2 * splits));
-  COPPICE_CHECK(allocate_into(transfer.scratch, allocator, 1));
-  COPPICE_CHECK(plant.gpu.form->prepare_page(plant, transfer, data));
   plant.pages[page] = std::move(data);
   plant.page_nodes[page] = plant.pages[page].nodes.data();
   transfer.page = {{&plant.leaves.root, std::span<PageNode* const>(plant.page_nodes.data(), page + 1)}, {}};
@@ -437,6 +446,8 @@ Result<void> decode_page_chunk(Transfer& transfer) {
   const coppice_file_plant& file = plant.file.plant;
   const std::uint32_t page = transfer.chunk->id.index;
   const PageInfo info{page, file.leaf_count, file.card_count, quantised_max(file)};
+  COPPICE_CHECK(allocate_into(transfer.scratch, plant.hooks.allocator, 1));
+  COPPICE_CHECK(plant.gpu.form->prepare_page(plant, transfer, plant.pages[page]));
   COPPICE_CHECK(decode_page(transfer.bytes.span(), info, transfer.page, transfer.scratch[0], *plant.decoders));
   plant.gpu.form->build_page(plant, transfer);
   return {};
@@ -449,7 +460,8 @@ Result<void> decode_texture_chunk(Transfer& transfer) {
   COPPICE_CHECK(check_texture(plant.file, index, transfer.bytes.span()));
   if (!upload.decoded) return {};
   COPPICE_TRY(layout, texture_layout(plant.file.textures[index]));
-  COPPICE_CHECK(allocate_into(transfer.texels, plant.hooks.allocator, static_cast<std::size_t>(upload.bytes)));
+  COPPICE_CHECK(
+      move_into(transfer.texels, HookBuffer::allocate_for_overwrite(plant.hooks.allocator, static_cast<std::size_t>(upload.bytes))));
   decode_texture(layout, transfer.bytes.span(), transfer.texels.span());
   return {};
 }
@@ -465,6 +477,11 @@ Result<void> decode_chunk(Transfer& transfer) {
   if (chunk.id.kind == ChunkKind::texture) return decode_texture_chunk(transfer);
   COPPICE_TRY(mesh, decode_wood(bytes, mesh_shape(plant.file, chunk.id), plant.hooks.allocator));
   return move_into(transfer.mesh, plant.gpu.form->build_mesh(plant, mesh_kind(chunk.id), mesh));
+}
+
+bool keeps_bytes(const Transfer& transfer) {
+  const ChunkId id = transfer.chunk->id;
+  return id.kind == ChunkKind::texture && !transfer.plant->texture_uploads[id.index].decoded;
 }
 
 void accept_decoded(PlantStream& plant, Transfer& transfer) {

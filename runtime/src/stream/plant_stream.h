@@ -118,6 +118,7 @@ struct PlantStream {
   FrameDemand demanded;
   std::uint32_t loadable_page_count = 0;   ///< pages before the first that failed
   std::uint64_t leaf_mesh_load_bytes = 0;  ///< peak memory of loading all leaf meshes and the textures that only they show
+  Reread reread;                           ///< of its unreadable chunks
   std::uint64_t retry_frame = 0;           ///< no requests before this frame: the allocator hook or the device had no memory
   bool closing = false;
   std::uint64_t close_frame = 0;      ///< first begin_frame in which it is closing
@@ -200,18 +201,23 @@ DemandedDetail demanded_at(const PlantStream& plant, DemandSize size, const Dema
 PlannedBytes planned_bytes(const PlantStream& plant, const DemandedDetail& demanded);
 /// Marks a chunk that can never be loaded: nothing that needs it is in demand any more.
 void give_up(PlantStream& plant, const Chunk& chunk);
+/// Lets failed chunks be requested again, with what give_up() took away. unreadable_only: not those that are damaged
+void forget_failures(PlantStream& plant, bool unreadable_only);
 /// True if the leaf meshes can be drawn.
 bool leaf_meshes_resident(const PlantStream& plant);
 bool is_demanded(const PlantStream& plant, const DemandedDetail& demanded, const Chunk& chunk);
 /// True if the chunk is pinned, also while its plant is closing, or in plant.demanded.recent.
 bool demanded_recently(const PlantStream& plant, const Chunk& chunk);
 
-/// Allocates the output of a page's decoding; the page's chunk is in the transfer.
+/// Allocates the nodes of a page that is decoded next, which later pages refer to; its chunk is in the transfer.
 /// errors  out_of_memory: nothing stays allocated
 Result<void> prepare_page(PlantStream& plant, Transfer& transfer);
 
 /// The work of a decode job: checks the chunk's bytes and decodes them. Any thread; reads the plant's file and earlier nodes only.
 Result<void> decode_chunk(Transfer& transfer);
+
+/// True if the stored bytes are what is uploaded, and not only the job's input.
+bool keeps_bytes(const Transfer& transfer);
 
 /// Takes over the results of the job.
 void accept_decoded(PlantStream& plant, Transfer& transfer);

@@ -19,7 +19,7 @@ constexpr std::array<std::uint8_t, kResidencyCount> kAllowed = {
     bit(Residency::absent) | bit(Residency::resident) | bit(Residency::failed),  // decoded: evicted early, uploaded, or refused
     bit(Residency::evicting),                                                    // resident
     bit(Residency::absent),                                                      // evicting: the GPU is done with it
-    0,                                                                           // failed: for ever
+    bit(Residency::absent),                                                      // failed: tried again
 };
 
 }  // namespace

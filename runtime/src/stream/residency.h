@@ -12,7 +12,7 @@ enum class Residency : std::uint8_t {
   decoded,   ///< in CPU memory, for the GPU side to upload
   resident,  ///< the GPU side has acknowledged the upload
   evicting,  ///< no longer drawn, but unfinished frames of the GPU may still read it
-  failed,    ///< damaged, or unreadable in kReadAttempts attempts: logged once, never requested again
+  failed,    ///< damaged, or unreadable in kReadAttempts attempts: logged once, not requested
 };
 inline constexpr std::uint32_t kResidencyCount = 7;
 
@@ -32,6 +32,7 @@ struct Chunk {
   ChunkId id;
   Residency residency = Residency::absent;
   bool pinned = false;                     ///< page 0 and the coarsest wood: never evicted while the plant is open
+  bool unreadable = false;                 ///< its last read failed for good: it is read again later, in one attempt and without a log line
   std::uint32_t file_chunk = 0xffffffffu;  ///< index into PlantFile::chunks
   std::uint64_t bytes = 0;                 ///< all memory that it takes now
   std::uint64_t reserved_bytes = 0;        ///< the part of these that the streamer has reserved; the rest is in device memory

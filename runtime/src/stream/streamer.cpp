@@ -78,6 +78,9 @@ Result<std::unique_ptr<Streamer>> Streamer::create(const Hooks& hooks, Ledger& l
 // Reads that return must not start anything: only waiting is left.
 Streamer::~Streamer() {
   if (!state_) return;
+  cancel_reads(state_->loading, state_->budget);
+  for (const auto& opening : state_->openings.all.span())
+    if (opening) opening->cancel();
   state_->loading.completions.wait_for_all();
   state_->openings.all.reset();  // waits for their reads
 }
@@ -158,7 +161,7 @@ std::optional<Result<void>> Streamer::finish_open(std::uint32_t plant) {
 
 void Streamer::cancel_open(std::uint32_t plant) {
   PlantOpening& opening = state_->opening_at(plant);
-  opening.cancelled = true;
+  opening.cancel();
   if (opening.idle()) drop_opening(state_->openings, plant, state_->budget, state_->plants);
 }
 
@@ -240,6 +243,24 @@ Error Streamer::refusal(std::uint64_t bytes) const {
   return coppice::refusal(state_->budget, state_->plants, bytes);
 }
 
+std::uint64_t Streamer::evictable_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& plant : state_->plants.used()) {
+    if (!plant) continue;
+    if (plant->closing) bytes += plant->base_bytes;
+    for (const Chunk& chunk : plant->chunks.span())
+      if (plant->closing || !chunk.pinned) bytes += chunk.reserved_bytes;
+  }
+  return bytes;
+}
+
+void Streamer::retry_failed() {
+  for_each_open(state_->plants, [](PlantStream& plant) {
+    plant.reread = {};
+    forget_failures(plant, false);
+  });
+}
+
 std::span<const ChunkId> Streamer::release(std::uint64_t completed_number) {
   State& s = *state_;
   s.frame.completed_number = completed_number;
@@ -252,9 +273,10 @@ void Streamer::begin_frame(const StreamFrame& next) {
   State& s = *state_;
   COPPICE_ASSERT(next.frame_number > s.frame.number && s.frame.completed_number < next.frame_number);
   s.frame.last_number = std::exchange(s.frame.number, next.frame_number);
-  s.loading.counters.hand_over_ns = 0;
+  s.loading.counters.hand_over_ns = next.spent_ns;
   drop_cancelled(s.openings, s.budget, s.plants);
   s.take_demand(next);
+  retry_unreadable(s.loading, s.plants);
   update_demanded(s.threshold, s.budget, s.plants, s.frame);
   retry_reads(s.loading, s.budget);
   collect(s.loading, s.budget, s.plants, s.frame, 1);
@@ -387,15 +409,21 @@ bool Streamer::begin_upload(ChunkId id) {
   if (!is_open(id.plant)) return false;
   PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
-  if (chunk.residency != Residency::decoded) return false;
+  if (chunk.residency != Residency::decoded || chunk.pending) return false;
   const std::uint64_t bytes = chunk_bytes(plant, chunk).gpu;
-  set_bytes(state_->budget, chunk, chunk.bytes, bytes <= plant.gpu.max_staged_bytes ? bytes : 2 * bytes);
+  set_bytes(state_->budget, chunk, chunk.bytes, bytes);
+  chunk.pending = true;
   return true;
+}
+
+void Streamer::abandon_upload(ChunkId id) {
+  state_->plants.at(id.plant).chunk(id.kind, id.index).pending = false;
 }
 
 void Streamer::uploaded(ChunkId id) {
   PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
+  chunk.pending = false;
   if (id.kind == ChunkKind::page) {
     COPPICE_ASSERT(id.index == plant.resident_page_count);
     ++plant.resident_page_count;
@@ -412,6 +440,7 @@ void Streamer::uploaded(ChunkId id) {
 void Streamer::upload_failed(ChunkId id, const Error& error) {
   PlantStream& plant = state_->plants.at(id.plant);
   Chunk& chunk = plant.chunk(id.kind, id.index);
+  chunk.pending = false;
   const bool transient = error.status == Status::out_of_memory;
   if (transient) {
     pause_requests(plant, state_->frame, error);

@@ -35,7 +35,6 @@ namespace coppice {
 struct GpuSizes {
   std::uint64_t plant_bytes = 0;                 ///< per open plant: tables, descriptors
   std::uint64_t slack_bytes = 0;                 ///< stays free beside all chunks, for the rounding of images and buffers
-  std::uint64_t max_staged_bytes = UINT64_MAX;   ///< a larger chunk has a copy of itself while it is uploaded
   const ChunkForm* form = &cluster_form(false);  ///< outlives the streamer
   bool block_textures = false;                   ///< BC1 and BC3 are read; otherwise textures come out of take_decoded() as RGBA8
 };
@@ -53,7 +52,8 @@ struct StreamerOptions {
   GpuSizes gpu;
   std::uint32_t max_plants = 64;     ///< arrays by plant grow as plants are opened
   std::uint32_t max_in_flight = 16;  ///< sum of reads and decodes
-  /// Time per frame for taking over finished reads and decodes; at least one is taken over. The rest waits for the next frame.
+  /// Time per frame for taking over finished reads and decodes and for starting reads; at least one of each is. The rest waits for the
+  /// next frame.
   std::uint64_t hand_over_budget_ns = UINT64_MAX;
   std::uint64_t (*clock_ns)() = now_ns;  ///< also for the pauses of ReadRetry
 };
@@ -101,6 +101,7 @@ struct ViewGroup {
 
 struct StreamFrame {
   std::uint64_t frame_number = 1;  ///< number of the frame that begins; grows
+  std::uint64_t spent_ns = 0;      ///< time of hand_over_budget_ns that is spent already
   /// A view group keeps its index from frame to frame. The demand is the maximum over all groups; without a group nothing more is in demand
   /// than what is resident.
   std::array<std::optional<ViewGroup>, kMaxViewGroups> view_groups;
@@ -120,7 +121,7 @@ struct StreamStats {
   std::array<ChunkCounts, kChunkKindCount> chunks;  ///< by ChunkKind
   std::uint64_t bytes_read = 0;                     ///< returned by reads, failed ones too
   std::uint64_t decode_ns = 0;                      ///< sum over finished jobs
-  std::uint64_t hand_over_ns = 0;                   ///< time in which the last begin_frame took over finished reads and decodes
+  std::uint64_t hand_over_ns = 0;                   ///< time of the last begin_frame that counts for hand_over_budget_ns
 
   /// Sum over all kinds.
   [[nodiscard]] ChunkCounts all() const;
@@ -186,6 +187,8 @@ class Streamer {
 
   /// The error for bytes that the ledger has refused.
   [[nodiscard]] Error refusal(std::uint64_t bytes) const;
+  /// Bytes of the ledger that are reserved for chunks that may be evicted, and for plants that are closing.
+  [[nodiscard]] std::uint64_t evictable_bytes() const;
 
   /// Valid until the next release. completed_number  the GPU has finished every frame up to this one
   [[nodiscard]] std::span<const ChunkId> release(std::uint64_t completed_number);
@@ -202,8 +205,11 @@ class Streamer {
   /// one. A chunk is handed out again until uploaded() acknowledges it.
   [[nodiscard]] std::span<const DecodedChunk> take_decoded(std::uint64_t max_bytes);
   /// Releases the bytes that were reserved for the chunk on the GPU and for a copy on its way; the GPU side reserves them now. False if a
-  /// chunk of the last take_decoded does not wait any more: the failure of a page takes the later pages of its plant with it.
+  /// chunk of the last take_decoded does not wait any more: the failure of a page takes the later pages of its plant with it. Until
+  /// uploaded() or upload_failed(), perhaps in a later frame, it is neither handed out again nor evicted, and its data stays valid.
   bool begin_upload(ChunkId id);
+  /// Ends what begin_upload began without a result. The plant: may be closing
+  void abandon_upload(ChunkId id);
   /// The copy is recorded in this frame's commands. id: begin_upload was true; pages of a plant in order (asserted).
   void uploaded(ChunkId id);
   /// The GPU side could not upload it. out_of_memory: it is requested again later; other errors: it has failed. Logged here.
@@ -227,6 +233,9 @@ class Streamer {
   void await_freed(ChunkId id);
   /// The host has freed it. before: pending() is dropped
   void acknowledge_freed(ChunkId id);
+
+  /// Lets chunks that have failed be requested again. Unreadable ones are read again after some seconds by themselves.
+  void retry_failed();
 
   [[nodiscard]] StreamStats stats() const;
   /// StreamStats::hand_over_ns

@@ -28,6 +28,10 @@ void run_decodes(void* argument) {
     if (!skip) transfer->outcome = decode_chunk(*transfer);
     transfer->decode_ns = now_ns() - start;
     if (!skip) trace_transfer(*transfer, COPPICE_TRACE_DECODE, start);
+    // Here and not on the frame's thread, which a large block would hold up.
+    transfer->scratch.reset();
+    transfer->cluster_scratch.reset();
+    if (!keeps_bytes(*transfer)) transfer->bytes.reset();
     skip = skip || !transfer->outcome;
     transfer->queue->push(transfer);
     transfer = next;
@@ -43,14 +47,15 @@ void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std
   io.read(io.user, file, offset, transfer.bytes.data(), transfer.bytes.size(), on_read_done, &transfer);
 }
 
-void start_decode(Transfer& first, const coppice_jobs& jobs) {
+void start_decode(Transfer& first, const coppice_jobs& jobs, coppice_priority priority) {
   std::uint32_t count = 0;
   for (Transfer* transfer = &first; transfer != nullptr; transfer = transfer->next_in_run) {
     transfer->stage = TransferStage::decoding;
     ++count;
   }
   first.queue->expect(count);
-  jobs.submit(jobs.user, run_decodes, &first);
+  const coppice_job job = make_job(COPPICE_JOB_DECODE, priority, run_decodes, &first);
+  jobs.submit(jobs.user, &job);
 }
 
 }  // namespace coppice

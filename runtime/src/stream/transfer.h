@@ -38,7 +38,7 @@ struct Transfer {
   ReadRetry retry;
 
   PageOutput page;                 ///< page: where the job decodes it to
-  HookArray<PageScratch> scratch;  ///< page: one element, here and below
+  HookArray<PageScratch> scratch;  ///< page: one element while the job decodes it, here and below
   HookArray<gpu::ClusterScratch> cluster_scratch;
   gpu::MeshBlock mesh;          ///< wood, leaf mesh: the job's result
   HookBuffer texels;            ///< a texture that is decoded: the job's result, a TEXTURE chunk of RGBA8
@@ -54,6 +54,6 @@ struct Transfer {
 void start_read(Transfer& transfer, const coppice_io& io, std::int64_t file, std::uint64_t offset);
 
 /// Hands a run of transfers (linked by next_in_run, stage read) to one job.
-void start_decode(Transfer& first, const coppice_jobs& jobs);
+void start_decode(Transfer& first, const coppice_jobs& jobs, coppice_priority priority);
 
 }  // namespace coppice

@@ -1,8 +1,11 @@
 // The functions of coppice/vulkan.h: checks the engine's arguments, translates, forwards. No logic.
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "abi.h"
 #include "api_call.h"
@@ -72,6 +75,45 @@ coppice::gpu::MaterialOverride gpu_override(const coppice_material_override& our
           .parameters = {p[0], p[1], p[2], p[3]}};
 }
 
+/// The plant's triangles as far as they are resident.
+coppice::gpu::CutTriangles cut_of(const coppice::LodPlant& plant, const coppice_triangles& asked) {
+  coppice::gpu::CutTriangles cut{.leaf_meshes = asked.leaf_count == 0.0f && plant.leaf_meshes_resident};
+  if (asked.leaf_count > 0.0f)
+    cut.leaf_count = std::min(coppice::lod::coppice_whole_leaf_count(asked.leaf_count), plant.resident_leaf_count);
+  if (asked.wood_lod == COPPICE_NONE) return cut;
+  const std::uint32_t resident = asked.wood_lod < 32 ? plant.resident_wood_mask >> asked.wood_lod : 0;
+  if (resident != 0) cut.wood_lod = asked.wood_lod + static_cast<std::uint32_t>(std::countr_zero(resident));
+  return cut;
+}
+
+struct PlannedView {
+  coppice_planned_view planned{};
+  coppice::gpu::AttachmentDesc attachments;
+};
+
+/// Reads and checks planned views; returns what is wrong with them, or an empty string.
+std::string read_planned(const coppice_planned_view* views, std::uint32_t count, std::uint32_t bytes, std::vector<PlannedView>& planned) {
+  if (std::string problem = coppice::records_problem(views, count, bytes, "views"); !problem.empty()) return problem;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string name = "views[" + std::to_string(i) + "]";
+    PlannedView view;
+    if (std::string problem = coppice::read_record(views, i, bytes, "views", view.planned); !problem.empty()) return problem;
+    coppice_vulkan_view_desc desc;
+    if (std::string problem = coppice::read_struct(view.planned.vulkan, (name + ".vulkan").c_str(), desc); !problem.empty()) return problem;
+    auto of_view = coppice::struct_defaults<coppice_view_desc>();
+    of_view.output = view.planned.output;
+    std::string problem = coppice::view_desc_problem(of_view);
+    if (problem.empty()) problem = coppice::vulkan_view_problem(of_view, desc);
+    if (problem.empty() && (view.planned.eye_count < 1 || view.planned.eye_count > coppice::kMaxEyes))
+      problem = "eye_count is neither 1 nor 2";
+    if (problem.empty() && (view.planned.width_px == 0 || view.planned.height_px == 0)) problem = "width_px or height_px is 0";
+    if (!problem.empty()) return in_struct(name.c_str(), problem);
+    view.attachments = attachments_of(of_view.output, desc);
+    planned.push_back(view);
+  }
+  return {};
+}
+
 using ShadowMaps = std::array<coppice_shadow_map, COPPICE_MAX_SHADOW_MAPS>;
 
 /// A light and the data that it points to.
@@ -105,8 +147,12 @@ std::string read_light(const coppice_light* theirs, OwnedLight& owned) {
 }
 
 /// The checks that recording culls and draws share.
+std::string upload_problem(const coppice::Context& context) {
+  return context.recording() == Recording::uploaded ? "" : "coppice_record_upload was not called for this frame";
+}
+
 std::string recording_problem(const coppice::Context& context, coppice_view view) {
-  if (context.recording() != Recording::uploaded) return "coppice_record_upload was not called for this frame";
+  if (std::string problem = upload_problem(context); !problem.empty()) return problem;
   return recorder(context, view).is_shown() ? "" : "view has no camera in this frame";
 }
 
@@ -198,6 +244,34 @@ coppice_status coppice_set_material_override(coppice_context* context, coppice_p
   return COPPICE_OK;
 }
 
+coppice_status coppice_vulkan_view_cost(const coppice_context_desc* desc, const coppice_vulkan_desc* vulkan,
+                                        const coppice_planned_view* views, uint32_t view_count, uint32_t view_bytes,
+                                        uint32_t instance_count, uint64_t* bytes) {
+  if (bytes != nullptr) *bytes = 0;
+  ContextOptions options;
+  VulkanOptions of_vulkan;
+  std::vector<PlannedView> planned;
+  std::string problem = read_options(desc, vulkan, options, of_vulkan);
+  if (problem.empty()) problem = read_planned(views, view_count, view_bytes, planned);
+  if (problem.empty() && instance_count > options.desc.max_instances) problem = "instance_count is above desc.max_instances";
+  if (problem.empty() && bytes == nullptr) problem = "bytes is null";
+  if (!problem.empty()) return coppice::refuse(options, __func__, problem);
+  const auto add_views = [&planned](coppice::Backend& backend) -> coppice::Result<std::uint64_t> {
+    coppice::gpu::Renderer& renderer = *backend.renderer();
+    std::uint64_t picture_bytes = 0;
+    for (const PlannedView& view : planned) {
+      COPPICE_CHECK(coppice::gpu::check_attachments(renderer.device(), view.attachments));
+      COPPICE_CHECK(renderer.add_view(view.attachments));
+      picture_bytes += renderer.picture_bytes(view.planned.width_px, view.planned.height_px, view.planned.eye_count);
+    }
+    return picture_bytes;
+  };
+  const auto cost = coppice::Context::cost(options, make_renderer(of_vulkan), add_views, instance_count);
+  if (!cost) return coppice::fail(options, __func__, cost.error());
+  *bytes = *cost;
+  return COPPICE_OK;
+}
+
 coppice_status coppice_record_upload(coppice_context* context, VkCommandBuffer cmd) {
   COPPICE_BEGIN_CALL(exclusive);
   COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
@@ -242,5 +316,29 @@ coppice_status coppice_record_draw(coppice_context* context, VkCommandBuffer cmd
     return call.refuse("eye is " + std::to_string(eye) + ": the camera has " + std::to_string(drawn.eye_count()));
   const coppice::TraceScope trace(context->context->hooks().trace, COPPICE_TRACE_RECORD_DRAW);
   drawn.record_draw(cmd, eye);
+  return COPPICE_OK;
+}
+
+coppice_status coppice_record_triangles(coppice_context* context, VkCommandBuffer cmd, coppice_plant plant, coppice_triangles* triangles) {
+  COPPICE_BEGIN_CALL(exclusive);
+  COPPICE_REFUSE_IF(cmd == VK_NULL_HANDLE ? "cmd is null" : "");
+  COPPICE_REFUSE_IF(renderer_problem(*context));
+  COPPICE_REFUSE_IF(coppice::plant_problem(*context, plant));
+  coppice_triangles ours;
+  COPPICE_REFUSE_IF(coppice::read_struct(triangles, "triangles", ours));
+  COPPICE_REFUSE_IF(in_struct("triangles", coppice::triangles_problem(ours)));
+  if (!context->context->device_state()) return call.lost();
+  COPPICE_REFUSE_IF(upload_problem(*context->context));
+  coppice::gpu::Renderer& renderer = *context->context->renderer();
+  std::uint32_t slot = 0;
+  const coppice::LodPlant* drawn = context->context->drawn_plant(plant, slot);
+  const coppice::gpu::StoredPlant* stored = drawn != nullptr ? renderer.plants().plant(slot) : nullptr;
+  ours.triangle_count = 0;
+  if (renderer.triangles().is_ready() && renderer.can_cull() && stored != nullptr && stored->has_cuts) {
+    const coppice::gpu::CutTriangles cut = cut_of(*drawn, ours);
+    ours.triangle_count = coppice::gpu::triangle_count(*stored, cut);
+    if (ours.triangle_count <= ours.triangle_capacity) renderer.triangles().record(cmd, *stored, cut, ours.positions);
+  }
+  coppice::write_struct(ours, triangles);
   return COPPICE_OK;
 }

@@ -42,13 +42,21 @@ coppice_material_override struct_defaults() {
   return material_override;
 }
 
+template <>
+coppice_triangles struct_defaults() {
+  auto triangles = zeroed_struct<coppice_triangles>();
+  triangles.wood_lod = COPPICE_NONE;
+  return triangles;
+}
+
 }  // namespace coppice
 
 void coppice_vulkan_struct_init(coppice_vulkan_struct kind, void* data, size_t bytes) {
   using coppice::init_struct;
   static constexpr coppice::StructInit kInits[] = {init_struct<coppice_vulkan_desc>,      init_struct<coppice_device_memory>,
                                                    init_struct<coppice_vulkan_view_desc>, init_struct<coppice_light>,
-                                                   init_struct<coppice_occluder>,         init_struct<coppice_material_override>};
-  static_assert(std::size(kInits) == COPPICE_VULKAN_STRUCT_MATERIAL_OVERRIDE + 1);
+                                                   init_struct<coppice_occluder>,         init_struct<coppice_material_override>,
+                                                   init_struct<coppice_triangles>};
+  static_assert(std::size(kInits) == COPPICE_VULKAN_STRUCT_TRIANGLES + 1);
   coppice::init_kind(kInits, static_cast<std::size_t>(kind), data, bytes);
 }

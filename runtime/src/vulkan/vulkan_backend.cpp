@@ -28,7 +28,7 @@ Result<std::unique_ptr<Backend>> VulkanBackend::create(const VulkanOptions& with
                                                .pipeline_cache = vulkan.pipeline_cache,
                                                .memory_budget_bytes = options.memory_budget_bytes,
                                                .max_plants = options.max_plants,
-                                               .jobs = options.hooks.long_jobs,
+                                               .jobs = options.hooks.jobs,
                                                .blocking_pipelines = vulkan.blocking_pipelines == VK_TRUE,
                                                .only_measured = options.hooks.jobs.submit == nullptr}));
   std::unique_ptr<Backend> backend(new (std::nothrow) VulkanBackend(std::move(renderer)));
@@ -43,7 +43,6 @@ VulkanBackend::VulkanBackend(std::unique_ptr<gpu::Renderer> renderer)
               .max_view_width_px = renderer_->device().max_view_width,
               .max_view_height_px = renderer_->device().max_view_height,
               .sizes = {.slack_bytes = gpu::Renderer::kSlackBytes,
-                        .max_staged_bytes = gpu::Renderer::kStagingSliceBytes,
                         .form = &cluster_form(renderer_->has_raster()),
                         .block_textures = renderer_->device().block_textures}} {}
 
@@ -64,19 +63,20 @@ void VulkanBackend::begin_frame(std::uint64_t frame_number, std::uint64_t comple
   renderer_->begin_wind_map(wind_);
 }
 
-Result<void> VulkanBackend::upload_chunk(const DecodedChunk& chunk) {
+Result<bool> VulkanBackend::upload_chunk(const DecodedChunk& chunk, std::uint64_t max_bytes) {
   const auto [plant, kind, index] = chunk.id;
   switch (kind) {
     case ChunkKind::page:
-      return renderer_->upload_page({plant, index, chunk.clusters, chunk.ready_cuts});
+      COPPICE_CHECK(renderer_->upload_page({plant, index, chunk.clusters, chunk.ready_cuts}));
+      return true;
     case ChunkKind::wood:
-      return renderer_->upload_mesh({plant, index, chunk.mesh});
+      return renderer_->upload_mesh({plant, index, chunk.mesh}, max_bytes);
     case ChunkKind::texture:
-      return renderer_->upload_texture(plant, index, chunk.texture);
+      return renderer_->upload_texture(plant, index, chunk.texture, max_bytes);
     case ChunkKind::leaf_mesh:
-      return renderer_->upload_mesh({plant, gpu::kMaxWoodLods + index, chunk.mesh});
+      return renderer_->upload_mesh({plant, gpu::kMaxWoodLods + index, chunk.mesh}, max_bytes);
   }
-  return {};
+  return true;
 }
 
 void VulkanBackend::hide_chunk(ChunkId id) {

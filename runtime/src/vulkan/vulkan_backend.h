@@ -22,8 +22,13 @@ class VulkanBackend final : public Backend {
   static Result<std::unique_ptr<Backend>> create(const VulkanOptions& vulkan, const BackendOptions& options);
 
   [[nodiscard]] const BackendLimits& limits() const override { return limits_; }
-  [[nodiscard]] std::uint64_t min_budget_bytes(std::uint64_t reserved) const override { return renderer_->min_budget_bytes(reserved); }
   void set_memory_budget(std::uint64_t bytes) override { renderer_->set_memory_budget(bytes); }
+  [[nodiscard]] std::uint64_t reserved_bytes() const override { return gpu::committed_bytes(renderer_->device().memory); }
+  [[nodiscard]] std::uint64_t lasting_bytes(std::uint32_t slots, std::uint64_t budget_bytes) override {
+    return renderer_->lasting_bytes(slots, budget_bytes);
+  }
+  [[nodiscard]] bool shrink(std::uint32_t slots) override { return renderer_->shrink(slots); }
+  void release_pictures() override { renderer_->release_pictures(); }
   [[nodiscard]] Result<void> device_state() const override { return renderer_->device_state(); }
   void fill_stats(coppice_stats& stats) const override;
   [[nodiscard]] std::uint32_t plant_capacity() const override { return renderer_->capacity().plants; }
@@ -39,7 +44,8 @@ class VulkanBackend final : public Backend {
   void remove_plant(std::uint32_t plant) override { renderer_->remove_plant(plant); }
   void begin_frame(std::uint64_t frame_number, std::uint64_t completed_number, const FrameWind& wind) override;
   [[nodiscard]] std::uint64_t staging_bytes() const override { return renderer_->staging_bytes(); }
-  Result<void> upload_chunk(const DecodedChunk& chunk) override;
+  Result<bool> upload_chunk(const DecodedChunk& chunk, std::uint64_t max_bytes) override;
+  void abandon_upload() override { renderer_->plants().abandon_upload(); }
   void hide_chunk(ChunkId id) override;
   void drop_chunk(ChunkId id) override;
   Result<void> end_upload(gpu::InstanceTable& instances, std::span<const LodPlant> plants) override {

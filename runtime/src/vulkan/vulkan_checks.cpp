@@ -108,6 +108,12 @@ std::string light_problem(const coppice_light& light) {
   return problem.empty() ? problem : "occluder." + problem;
 }
 
+std::string triangles_problem(const coppice_triangles& triangles) {
+  if (!(triangles.leaf_count >= 0.0f)) return "leaf_count is below 0";
+  if (triangles.positions % 4 != 0) return "positions is not a multiple of 4";
+  return triangles.positions == 0 && triangles.triangle_capacity > 0 ? "positions is 0" : "";
+}
+
 std::string override_problem(const coppice_material_override& material_override) {
   const auto share_problem = [](const char* name, const float& share) {
     return share == -1.0f ? std::string() : range_problem({name, {&share, 1}, 0.0f, 1.0f});

@@ -16,6 +16,7 @@ std::string vulkan_view_problem(const coppice_view_desc& view, const coppice_vul
 
 /// Checks light.shadow_maps: not null if there are any, and of our size
 std::string light_problem(const coppice_light& light);
+std::string triangles_problem(const coppice_triangles& triangles);
 std::string override_problem(const coppice_material_override& material_override);
 
 }  // namespace coppice

@@ -8,8 +8,15 @@ void DeferredDeletion::begin_frame(std::uint64_t frame_number, std::uint64_t com
     if (item.last_frame > completed_number) return false;
     destroy_buffer(device_, item.buffer);
     destroy_set(device_, item.set);
+    destroy_texture(device_, item.texture);
     return true;
   });
+}
+
+std::uint64_t DeferredDeletion::bytes() const {
+  std::uint64_t bytes = 0;
+  for (const Item& item : items_) bytes += own_bytes(device_.memory, item.buffer.memory) + own_bytes(device_.memory, item.texture.memory);
+  return bytes;
 }
 
 }  // namespace coppice::gpu

@@ -97,10 +97,10 @@ VkFormat vulkan_format(std::uint32_t texture_format) {
 
 constexpr const char* kTextureName = "coppice texture";
 
-Result<void> back_texture(Device& device, Texture& texture) {
+Result<void> back_texture(Device& device, Texture& texture, MemoryKind kind) {
   VkMemoryRequirements requirements{};
   device.vk.vkGetImageMemoryRequirements(device.device, texture.image, &requirements);
-  COPPICE_TRY(memory, reserve_memory(device, {requirements, MemoryKind::device, true}));
+  COPPICE_TRY(memory, reserve_memory(device, {requirements, kind, true}));
   texture.memory = memory;
   const coppice_memory_block& source = device.memory.blocks[memory.block].source;
   COPPICE_CHECK(check(device, device.vk.vkBindImageMemory(device.device, texture.image, source.memory, source.offset + memory.offset),
@@ -216,7 +216,7 @@ bool fits_buffer(Device& device, std::uint64_t bytes) {
   return bytes == 0 || device.memory.ledger->fits(bytes + kRounding);
 }
 
-Result<Texture> create_texture(Device& device, const coppice_file_texture& desc) {
+Result<Texture> create_texture(Device& device, const coppice_file_texture& desc, MemoryKind kind) {
   COPPICE_ASSERT(desc.format == COPPICE_TEXTURE_RGBA8 || device.block_textures);
   const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
                                .imageType = VK_IMAGE_TYPE_2D,
@@ -232,7 +232,7 @@ Result<Texture> create_texture(Device& device, const coppice_file_texture& desc)
   Texture texture{.width = desc.width, .height = desc.height, .mip_count = desc.mip_count, .format = desc.format};
   COPPICE_CHECK(check(device, device.vk.vkCreateImage(device.device, &info, nullptr, &texture.image), "vkCreateImage"));
   name_object(device, VK_OBJECT_TYPE_IMAGE, texture.image, kTextureName);
-  if (auto backed = back_texture(device, texture); !backed) {
+  if (auto backed = back_texture(device, texture, kind); !backed) {
     destroy_texture(device, texture);
     return backed.error();
   }

@@ -74,7 +74,7 @@ struct BufferDesc {
   const char* name = "";  ///< shown by graphics debuggers
   std::uint64_t size_bytes = 0;
   VkBufferUsageFlags usage = 0;
-  MemoryKind kind = MemoryKind::device;
+  MemoryKind kind = MemoryKind::lasting;
   VkFormat texels = VK_FORMAT_R32_UINT;  ///< for UNIFORM_TEXEL_BUFFER: R32, R32G32 or R32G32B32A32
 };
 
@@ -96,7 +96,7 @@ struct Texture {
 
 /// desc: gives its sides, mip_count and format; with a block format device.block_textures must be set
 /// errors  out_of_memory, device_lost
-Result<Texture> create_texture(Device& device, const coppice_file_texture& desc);
+Result<Texture> create_texture(Device& device, const coppice_file_texture& desc, MemoryKind kind);
 /// texture: may be empty
 void destroy_texture(Device& device, Texture& texture);
 

@@ -46,6 +46,14 @@ std::uint64_t committed(const DeviceMemory& memory, std::uint64_t allocated_byte
   return allocated_bytes + memory.block_bytes - std::min(free_bytes, memory.block_bytes);
 }
 
+/// Size of the blocks that requests of a kind share.
+std::uint64_t shared_block_bytes(const DeviceMemory& memory, MemoryKind kind) {
+  constexpr std::uint64_t kSmaller = 4;
+  if (kind == MemoryKind::device) return memory.block_bytes;
+  return std::min(memory.block_bytes,
+                  std::max(DeviceMemory::kMinBlockBytes, memory.block_bytes / kSmaller / memory.granule * memory.granule));
+}
+
 bool accepts(const DeviceMemory& memory, const MemoryBlock& block, const MemoryRequest& request) {
   return is_there(block) && block.kind == request.kind && (request.requirements.memoryTypeBits >> block.source.memory_type & 1u) != 0 &&
          block.images == (request.image && memory.images_apart);
@@ -117,9 +125,9 @@ Plan plan_for(const DeviceMemory& memory, const MemoryRequest& request) {
   find_run(memory, request, plan);
   if (plan.block != MemoryRange::kNone) return committed_after(memory, plan) <= maximum ? plan : alone;
   // A request above half a block would leave too much of one unused.
-  if (bytes > memory.block_bytes / 2) return alone;
+  plan.block_bytes = shared_block_bytes(memory, request.kind);
+  if (bytes > plan.block_bytes / 2) return alone;
   plan.kind = request.kind;
-  plan.block_bytes = memory.block_bytes;
   const std::uint64_t after = committed_after(memory, plan);
   // If less than a block is left beside it, a chunk with reserved bytes must still find them.
   return after <= committed_after(memory, alone) || after + memory.block_bytes <= maximum ? plan : alone;
@@ -191,8 +199,12 @@ Result<std::uint32_t> add_block(Device& device, const MemoryRequest& request, co
   const auto hole = std::ranges::find_if_not(memory.blocks, is_there);
   const auto index = static_cast<std::uint32_t>(hole - memory.blocks.begin());
   if (hole == memory.blocks.end()) memory.blocks.emplace_back();
-  memory.blocks[index] = {
-      .source = source, .bytes = plan.block_bytes, .kind = plan.kind, .images = request.image && memory.images_apart, .free = {}};
+  memory.blocks[index] = {.source = source,
+                          .bytes = plan.block_bytes,
+                          .kind = plan.kind,
+                          .images = request.image && memory.images_apart,
+                          .evictable = request.kind == MemoryKind::device,
+                          .free = {}};
   memory.allocated_bytes += plan.block_bytes;
   ++memory.block_count;
   if (plan.kind == MemoryKind::alone) return index;
@@ -275,6 +287,13 @@ std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes)
   return std::max(in_units(memory, block_bytes), memory.unit_bytes);
 }
 
+std::uint64_t lasting_bytes(const DeviceMemory& memory, std::uint64_t block_bytes) {
+  std::uint64_t bytes = whole_units(memory, block_bytes);
+  for (const MemoryBlock& block : memory.blocks)
+    if (is_there(block) && !block.evictable) bytes += block.bytes;
+  return bytes;
+}
+
 std::uint64_t committed_bytes(const DeviceMemory& memory) {
   return committed(memory, memory.allocated_bytes, memory.free_bytes);
 }
@@ -311,6 +330,10 @@ void release_memory(Device& device, MemoryRange& range) {
   if (block.kind == MemoryKind::alone || (is_empty(block) && (!spare || std::ranges::any_of(memory.blocks, is_other))))
     free_block(device, released.block);
   settle(memory, committed_bytes(memory));
+}
+
+std::uint64_t own_bytes(const DeviceMemory& memory, const MemoryRange& range) {
+  return range.block != MemoryRange::kNone && memory.blocks[range.block].kind == MemoryKind::alone ? range.bytes : 0;
 }
 
 void close_memory(Device& device) {

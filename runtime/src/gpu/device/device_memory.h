@@ -17,9 +17,10 @@ namespace coppice::gpu {
 struct Device;
 
 enum class MemoryKind : std::uint8_t {
-  device,  ///< the GPU's own memory, written by copies
-  alone,   ///< the same in a block of its own, which is freed with its content
-  host,    ///< mapped and coherent memory: staging and read-back
+  device,   ///< the GPU's own memory, written by copies, for chunks that may be evicted
+  lasting,  ///< the same for what stays, in small blocks of its own, so that evictions can empty all blocks of kind device
+  alone,    ///< the same in a block of its own, which is freed with its content
+  host,     ///< mapped and coherent memory: staging and read-back; small blocks too
 };
 
 /// A free part of a block.
@@ -32,6 +33,7 @@ struct MemoryBlock {
   std::uint64_t bytes = 0;
   MemoryKind kind = MemoryKind::alone;  ///< shared with requests of this kind; alone: not shared
   bool images = false;                  ///< holds images, if those must be kept apart
+  bool evictable = false;               ///< was made for kind device, and is empty without chunks
   std::vector<FreeRun> free;            ///< by offset; no two are adjacent
 };
 
@@ -70,6 +72,9 @@ void set_block_bytes(Device& device, std::uint64_t block_bytes, std::uint64_t un
 /// Rounds block_bytes as set_block_bytes does.
 std::uint64_t whole_units(const DeviceMemory& memory, std::uint64_t block_bytes);
 
+/// What committed_bytes would be without chunks that may be evicted, and with blocks of this size.
+std::uint64_t lasting_bytes(const DeviceMemory& memory, std::uint64_t block_bytes);
+
 /// All allocated bytes, plus the bytes missing to one block of free memory, so that the next block is reserved before it is needed. A
 /// request that would raise this beyond the budget by more than its own size gets a block of its own, so a request that fits the ledger is
 /// never refused.
@@ -89,6 +94,9 @@ void release_memory(Device& device, MemoryRange& range);
 
 /// Frees the empty block that is kept. Nothing may be reserved after it.
 void close_memory(Device& device);
+
+/// Bytes that the range gives back at once: those of a block of its own.
+std::uint64_t own_bytes(const DeviceMemory& memory, const MemoryRange& range);
 
 /// Calls close_memory in its destructor.
 struct OpenMemory {

@@ -43,6 +43,16 @@ Functions without_memory(Functions functions) {
     *view = VK_NULL_HANDLE;
     return VK_SUCCESS;
   };
+  functions.vkCreateComputePipelines = [](VkDevice, VkPipelineCache, std::uint32_t, const VkComputePipelineCreateInfo*,
+                                          const VkAllocationCallbacks*, VkPipeline* pipeline) {
+    *pipeline = VK_NULL_HANDLE;
+    return VK_SUCCESS;
+  };
+  functions.vkCreateGraphicsPipelines = [](VkDevice, VkPipelineCache, std::uint32_t, const VkGraphicsPipelineCreateInfo*,
+                                           const VkAllocationCallbacks*, VkPipeline* pipeline) {
+    *pipeline = VK_NULL_HANDLE;
+    return VK_SUCCESS;
+  };
   functions.vkGetBufferDeviceAddress = [](VkDevice, const VkBufferDeviceAddressInfo*) { return VkDeviceAddress{0}; };
   functions.vkUpdateDescriptorSets = [](VkDevice, std::uint32_t, const VkWriteDescriptorSet*, std::uint32_t, const VkCopyDescriptorSet*) {};
   return functions;

@@ -142,8 +142,9 @@ bool PipelineSet::request(Pipeline& pipeline) {
       const std::lock_guard lock(mutex_);
       ++running_count_;
     }
+    const coppice_job job = make_job(COPPICE_JOB_PIPELINE, COPPICE_PRIORITY_LOW, build, &pipeline);
     if (jobs_.submit != nullptr)
-      jobs_.submit(jobs_.user, build, &pipeline);
+      jobs_.submit(jobs_.user, &job);
     else
       build(&pipeline);
     collect();

@@ -30,6 +30,35 @@ VkImageMemoryBarrier2 layout_change(const Device& device, VkImage image, VkImage
           .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1}};
 }
 
+/// Rows of texels, or of blocks, in one mip level.
+struct TexelRun {
+  std::uint32_t mip = 0, width_px = 0;  ///< of the level
+  std::uint32_t first_px = 0, height_px = 0;
+  std::uint64_t at = 0;  ///< place in the texture's bytes, all levels in a row
+  std::uint64_t row_bytes = 0, row_count = 0;
+};
+
+/// Calls take(run) for what lies in a range of a texture's bytes, level by level, until it returns false. The range begins and ends with
+/// rows.
+template <class Take>
+void for_each_run(const Texture& texture, std::uint64_t first, std::uint64_t end, const Take& take) {
+  std::uint64_t level_at = 0;
+  for (std::uint32_t mip = 0; mip < texture.mip_count && level_at < end; ++mip) {
+    const std::uint32_t width = std::max(texture.width >> mip, 1u), height = std::max(texture.height >> mip, 1u);
+    const std::uint64_t level_bytes = texture_level_bytes(texture.format, width, height);
+    const std::uint64_t row_bytes = texture_level_bytes(texture.format, width, 1);
+    const auto row_px = static_cast<std::uint32_t>(height * row_bytes > level_bytes ? 4 : 1);
+    const std::uint64_t from = std::max(first, level_at), to = std::min(end, level_at + level_bytes);
+    if (from < to) {
+      const auto first_row = static_cast<std::uint32_t>((from - level_at) / row_bytes);
+      const auto row_count = static_cast<std::uint32_t>((to - from) / row_bytes);
+      const std::uint32_t first_px = first_row * row_px;
+      if (!take(TexelRun{mip, width, first_px, std::min(row_count * row_px, height - first_px), from, row_bytes, row_count})) return;
+    }
+    level_at += level_bytes;
+  }
+}
+
 }  // namespace
 
 Result<void> Uploads::create() {
@@ -91,14 +120,22 @@ Result<void> Uploads::patch(std::span<const std::uint8_t> bytes, const Buffer& t
   return patches_.append(allocator_, {slice.buffer, to.buffer, {slice.offset, offset, bytes.size()}});
 }
 
-Result<void> Uploads::fill(const Texture& texture, std::span<const std::uint8_t> texels) {
-  COPPICE_TRY(slice, stage(texels.size()));
-  std::memcpy(slice.data, texels.data(), texels.size());
-  return fills_.append(allocator_, {slice.buffer, slice.offset, texture});
+Result<std::uint64_t> Uploads::fill(const Texture& texture, std::span<const std::uint8_t> texels, std::uint64_t at,
+                                    std::uint64_t max_bytes) {
+  const std::uint64_t first = at;
+  for_each_run(texture, at, texels.size(), [&](const TexelRun& run) {
+    const std::uint64_t rows = std::min((first + max_bytes - std::min(at, first + max_bytes)) / run.row_bytes, run.row_count);
+    at += std::max<std::uint64_t>(rows, at == first ? 1 : 0) * run.row_bytes;
+    return rows == run.row_count;
+  });
+  COPPICE_TRY(slice, stage(at - first));
+  std::memcpy(slice.data, texels.data() + first, at - first);
+  COPPICE_CHECK(fills_.append(allocator_, {slice.buffer, slice.offset, texture, first, at, at == texels.size()}));
+  return at;
 }
 
-void Uploads::move(const Buffer& smaller, const Buffer& larger) {
-  moves_.push_back({smaller.buffer, larger.buffer, {0, 0, smaller.size_bytes}});
+void Uploads::move(const Buffer& from, const Buffer& to) {
+  moves_.push_back({from.buffer, to.buffer, {0, 0, std::min(from.size_bytes, to.size_bytes)}});
 }
 
 void Uploads::undo(const Mark& mark) {
@@ -137,19 +174,21 @@ void Uploads::record_copies(VkCommandBuffer cmd, std::span<Copy> copies) {
 
 void Uploads::record_fill(VkCommandBuffer cmd, const Fill& fill) {
   const Texture& texture = fill.texture;
-  VkImageMemoryBarrier2 barrier = layout_change(device_, texture.image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
-  const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
-  device_.vk.vkCmdPipelineBarrier2(cmd, &info);
-  std::uint64_t offset = fill.offset;
-  for (std::uint32_t mip = 0; mip < texture.mip_count; ++mip) {
-    const std::uint32_t width = std::max(texture.width >> mip, 1u), height = std::max(texture.height >> mip, 1u);
-    const VkBufferImageCopy region{
-        .bufferOffset = offset, .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, mip, 0, 1}, .imageExtent = {width, height, 1}};
+  const auto change_layout = [&](VkImageLayout from, VkImageLayout to) {
+    const VkImageMemoryBarrier2 barrier = layout_change(device_, texture.image, from, to);
+    const VkDependencyInfo info{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
+    device_.vk.vkCmdPipelineBarrier2(cmd, &info);
+  };
+  if (fill.first_texel == 0) change_layout(VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+  for_each_run(texture, fill.first_texel, fill.end_texel, [&](const TexelRun& run) {
+    const VkBufferImageCopy region{.bufferOffset = fill.offset + run.at - fill.first_texel,
+                                   .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, run.mip, 0, 1},
+                                   .imageOffset = {0, static_cast<std::int32_t>(run.first_px), 0},
+                                   .imageExtent = {run.width_px, run.height_px, 1}};
     device_.vk.vkCmdCopyBufferToImage(cmd, fill.from, texture.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
-    offset += texture_level_bytes(texture.format, width, height);
-  }
-  barrier = layout_change(device_, texture.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-  device_.vk.vkCmdPipelineBarrier2(cmd, &info);
+    return true;
+  });
+  if (fill.last) change_layout(VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
 }
 
 void update_buffer(const Device& device, VkCommandBuffer cmd, const Buffer& buffer, std::span<const std::uint8_t> bytes) {

@@ -13,7 +13,7 @@
 namespace coppice::gpu {
 
 /// A ring of mapped, coherent memory. A copy that does not fit gets a buffer of its own, which is deleted after the frame. That happens for
-/// a first upload of many instances or a large texture, not in the steady state.
+/// a first upload of many instances, not in the steady state.
 ///
 /// Copies run in the order: moves, copies, patches; each kind may overwrite the results of the one before.
 class Uploads {
@@ -40,10 +40,11 @@ class Uploads {
   Result<std::uint8_t*> copy(std::uint64_t bytes, const Buffer& to, std::uint64_t offset);
   Result<void> copy(std::span<const std::uint8_t> bytes, const Buffer& to, std::uint64_t offset);
   Result<void> patch(std::span<const std::uint8_t> bytes, const Buffer& to, std::uint64_t offset);
-  /// texels: all mip levels, largest first
-  Result<void> fill(const Texture& texture, std::span<const std::uint8_t> texels);
-  /// Copies the content of the smaller buffer to the larger.
-  void move(const Buffer& smaller, const Buffer& larger);
+  /// Copies texels to a texture that nothing has been copied to, or those that follow the last ones. texels: all mip levels, largest first.
+  /// at: bytes that have been copied. Returns how many have then: whole rows of at most max_bytes, but at least one row
+  Result<std::uint64_t> fill(const Texture& texture, std::span<const std::uint8_t> texels, std::uint64_t at, std::uint64_t max_bytes);
+  /// Copies the content of a buffer to its successor, as far as that goes.
+  void move(const Buffer& from, const Buffer& to);
 
   /// The progress of a frame's copies.
   struct Mark {
@@ -68,8 +69,10 @@ class Uploads {
   };
   struct Fill {
     VkBuffer from;
-    std::uint64_t offset;
+    std::uint64_t offset;  ///< in `from`
     Texture texture;
+    std::uint64_t first_texel, end_texel;  ///< bytes of the texture, all levels in a row
+    bool last;                             ///< it is whole then
   };
   struct RingMark {
     std::uint64_t frame, head;

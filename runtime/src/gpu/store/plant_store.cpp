@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "check.h"
 #include "convert.h"
@@ -25,12 +26,14 @@ void add_distinct(BoundedList<T>& list, const T& value) {
 }  // namespace
 
 Result<void> PlantStore::create() {
-  COPPICE_CHECK(move_into(placeholder_.texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8})));
+  COPPICE_CHECK(move_into(placeholder_.texture, create_texture(device_, {1, 1, 1, COPPICE_TEXTURE_RGBA8}, MemoryKind::lasting)));
   return move_into(placeholder_.set, texture_sets_.create_set(placeholder_.texture.view));
 }
 
 PlantStore::~PlantStore() {
   destroy(placeholder_);
+  destroy_buffer(device_, partial_.buffer);
+  destroy(partial_.texture);
   for (std::uint32_t i = 0; i < count_; ++i)
     if (plants_[i]) destroy(*plants_[i]);
 }
@@ -180,60 +183,98 @@ Result<void> PlantStore::upload_page(const PageUpload& upload_of) {
     const uvec2 address = gpu_address(page.address);
     return patch_tables(plant, plant.layout.pages_at + upload_of.page * sizeof address, bytes_of(std::span(&address, 1)));
   };
-  COPPICE_CHECK(upload(plant.pages[upload_of.page], {"coppice page", kPageBytes, kAddressed}, stage));
+  const MemoryKind kind = upload_of.page == 0 ? MemoryKind::lasting : MemoryKind::device;
+  COPPICE_CHECK(upload(plant.pages[upload_of.page], {"coppice page", kPageBytes, kAddressed, kind}, stage));
   plant.has_cuts = plant.has_cuts || upload_of.page == 0;
   plant.has_transparency =
       plant.has_transparency || has_transparency(upload_of.clusters) || (upload_of.page == 0 && upload_of.ready_cuts->has_transparency);
   return {};
 }
 
-Result<void> PlantStore::upload_mesh(const MeshUpload& upload_of) {
+// What has been recorded of it writes on.
+void PlantStore::abandon(PartialUpload& upload_of) {
+  deletion_.defer(upload_of.buffer);
+  deletion_.defer(upload_of.texture.set);
+  deletion_.defer(upload_of.texture.texture);
+  upload_of = {};
+}
+
+void PlantStore::abandon_upload() {
+  abandon(partial_);
+}
+
+// Tables are patched last, because they name staged data.
+Result<bool> PlantStore::continue_mesh(PartialUpload& part, const MeshUpload& upload_of, std::uint64_t max_bytes) {
+  StoredPlant& plant = *plants_[upload_of.plant];
+  MeshBlock& block = *upload_of.block;
+  const std::span<const std::uint8_t> bytes = block.bytes.span();
+  if (part.buffer.buffer == VK_NULL_HANDLE) {
+    COPPICE_CHECK(plant.meshes[upload_of.mesh].textures.make_room(allocator_, plant.material_textures.size()));
+    constexpr VkBufferUsageFlags kUsage = kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
+    const MemoryKind kind = upload_of.mesh + 1 == plant.record.wood_lod_count ? MemoryKind::lasting : MemoryKind::device;  // the coarsest
+    COPPICE_CHECK(move_into(part.buffer, create_buffer(device_, {"coppice mesh", bytes.size(), kUsage, kind})));
+    block.move(part.buffer.address);
+  }
+  const std::uint64_t count = std::min(bytes.size() - part.copied_bytes, max_bytes);
+  COPPICE_CHECK(uploads_.copy(bytes.subspan(part.copied_bytes, count), part.buffer, part.copied_bytes));
+  part.copied_bytes += count;
+  if (part.copied_bytes < bytes.size()) return false;
+  COPPICE_CHECK(patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload_of.mesh) * sizeof(ClusterList),
+                             bytes_of(std::span<const ClusterList>(&block.list, 1))));
+  return true;
+}
+
+Result<bool> PlantStore::upload_mesh(const MeshUpload& upload_of, std::uint64_t max_bytes) {
   StoredPlant& plant = *plants_[upload_of.plant];
   StoredMesh& mesh = plant.meshes[upload_of.mesh];
-  MeshBlock& block = *upload_of.block;
-  COPPICE_CHECK(mesh.textures.make_room(allocator_, plant.material_textures.size()));
-  constexpr VkBufferUsageFlags kUsage = kAddressed | VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
-  const auto stage = [&](const Buffer& buffer) -> Result<void> {
-    block.move(buffer.address);
-    COPPICE_CHECK(uploads_.copy(block.bytes.span(), buffer, 0));
-    return patch_tables(plant, plant.layout.lists_at + (kWoodLists + upload_of.mesh) * sizeof(ClusterList),
-                        bytes_of(std::span<const ClusterList>(&block.list, 1)));
-  };
-  COPPICE_CHECK(upload(mesh.buffer, {"coppice mesh", block.bytes.size(), kUsage}, stage));
+  const MeshBlock& block = *upload_of.block;
+  COPPICE_ASSERT(mesh.buffer.buffer == VK_NULL_HANDLE);
+  PartialUpload whole;
+  PartialUpload& part = max_bytes == kWhole ? whole : partial_;
+  const auto done = continue_mesh(part, upload_of, max_bytes);
+  if (!done) abandon(part);
+  if (!done || !*done) return done;
+  mesh.buffer = std::exchange(part, {}).buffer;
   mesh.vertices = gpu_address(mesh.buffer.address + block.vertices_at);
   mesh.index_count = block.index_count;
   mesh.cluster_count = block.list.cluster_count;
   mesh.textures.clear();
   for (std::size_t material = 0; material < plant.material_textures.size(); ++material)
     if (block.materials[material]) add_distinct(mesh.textures, plant.material_textures[material]);
-  return {};
+  return true;
 }
 
-Result<void> PlantStore::upload_texture(std::uint32_t plant, std::uint32_t index, std::span<const std::uint8_t> bytes) {
+Result<bool> PlantStore::continue_texture(PartialUpload& part, std::span<const std::uint8_t> bytes, std::uint64_t max_bytes) {
+  const std::span<const std::uint8_t> texels = bytes.subspan(sizeof(coppice_file_texture));
+  if (part.texture.texture.image == VK_NULL_HANDLE) {
+    coppice_file_texture header{};
+    std::memcpy(&header, bytes.data(), sizeof header);
+    COPPICE_CHECK(move_into(part.texture.texture, create_texture(device_, header, MemoryKind::device)));
+    COPPICE_CHECK(move_into(part.texture.set, texture_sets_.create_set(part.texture.texture.view)));
+  }
+  COPPICE_CHECK(move_into(part.copied_bytes, uploads_.fill(part.texture.texture, texels, part.copied_bytes, max_bytes)));
+  return part.copied_bytes == texels.size();
+}
+
+Result<bool> PlantStore::upload_texture(std::uint32_t plant, std::uint32_t index, std::span<const std::uint8_t> bytes,
+                                        std::uint64_t max_bytes) {
   COPPICE_TRY(layout, read_texture(bytes));
   if (layout.format != COPPICE_TEXTURE_RGBA8 && !device_.block_textures)
     return Error{Status::unsupported, "a texture in blocks, without textureCompressionBC"};
-  coppice_file_texture header{};
-  std::memcpy(&header, bytes.data(), sizeof header);
-  StoredTexture made;
-  auto stored = [&]() -> Result<void> {
-    COPPICE_CHECK(move_into(made.texture, create_texture(device_, header)));
-    COPPICE_CHECK(move_into(made.set, texture_sets_.create_set(made.texture.view)));
-    return uploads_.fill(made.texture, bytes.subspan(sizeof header));
-  }();
-  if (!stored) {
-    destroy(made);
-    return stored;
-  }
-  made.visible = true;
-  plants_[plant]->textures[index] = made;
-  return {};
+  PartialUpload whole;
+  PartialUpload& part = max_bytes == kWhole ? whole : partial_;
+  const auto done = continue_texture(part, bytes, max_bytes);
+  if (!done) abandon(part);
+  if (!done || !*done) return done;
+  plants_[plant]->textures[index] = std::exchange(part, {}).texture;
+  plants_[plant]->textures[index].visible = true;
+  return true;
 }
 
 Result<void> PlantStore::upload_tables(const Buffer& words) {
   if (!placeholder_.visible) {
     constexpr std::uint8_t kWhite[4] = {255, 255, 255, 255};
-    COPPICE_CHECK(uploads_.fill(placeholder_.texture, kWhite));
+    COPPICE_CHECK(uploads_.fill(placeholder_.texture, kWhite, 0, sizeof kWhite));
     placeholder_.visible = true;
   }
   for (std::uint32_t i = 0; i < count_; ++i) {

@@ -104,9 +104,19 @@ class PlantStore {
 
   /// errors  out_of_memory: the chunk is not resident
   Result<void> upload_page(const PageUpload& upload);
-  Result<void> upload_mesh(const MeshUpload& upload);
+
+  /// Means all of a chunk.
+  static constexpr std::uint64_t kWhole = ~std::uint64_t{0};
+  // The next two copy at most about max_bytes of a chunk, and return true once it is whole. Further calls for the same chunk go on from
+  // there, in the same frame or in a later one; meanwhile no other chunk may be uploaded in parts.
+
+  /// errors  out_of_memory: the chunk is not resident
+  Result<bool> upload_mesh(const MeshUpload& upload, std::uint64_t max_bytes = kWhole);
   /// bytes: a TEXTURE chunk. errors  bad_file: the field and its offset; unsupported: the device does not take blocks; out_of_memory
-  Result<void> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes);
+  Result<bool> upload_texture(std::uint32_t plant, std::uint32_t texture, std::span<const std::uint8_t> bytes,
+                              std::uint64_t max_bytes = kWhole);
+  /// Forgets the chunk that is being uploaded in parts, if there is one.
+  void abandon_upload();
   /// Uploads the tables of plants that were added, and the placeholder. words: the packed tables, kTableStride a plant. errors
   /// out_of_memory: the rest waits
   Result<void> upload_tables(const Buffer& words);
@@ -124,6 +134,16 @@ class PlantStore {
   Result<void> add_single_leaf(StoredPlant& plant, const PlantFile& file, const PlantAppearance& appearance);
   Result<void> patch_tables(StoredPlant& plant, std::uint64_t offset, std::span<const std::uint8_t> bytes);
   Result<void> patch_cuts(StoredPlant& plant, ReadyCuts& cuts);
+  /// A chunk of which a part has been copied.
+  struct PartialUpload {
+    Buffer buffer;
+    StoredTexture texture;
+    std::uint64_t copied_bytes = 0;
+  };
+  void abandon(PartialUpload& upload);
+  /// errors  as upload_mesh; the upload has been abandoned
+  Result<bool> continue_mesh(PartialUpload& part, const MeshUpload& upload, std::uint64_t max_bytes);
+  Result<bool> continue_texture(PartialUpload& part, std::span<const std::uint8_t> bytes, std::uint64_t max_bytes);
   /// Creates a buffer and lets `stage` stage its contents; undoes both on failure.
   template <class Stage>
   Result<void> upload(Buffer& place, const BufferDesc& desc, Stage stage);
@@ -138,6 +158,7 @@ class PlantStore {
   HookArray<std::unique_ptr<StoredPlant>> plants_;
   std::uint32_t count_ = 0;
   StoredTexture placeholder_;  ///< visible once its texel is being uploaded
+  PartialUpload partial_;
 };
 
 }  // namespace coppice::gpu

@@ -7,9 +7,6 @@
 namespace coppice::gpu {
 namespace {
 
-/// Draw commands of clusters and parts take at most the memory budget divided by this.
-constexpr std::uint64_t kCommandShare = 64;
-
 /// Number of clusters that a cut may be drawn from.
 std::uint64_t cluster_count_of(std::uint32_t leaf_count) {
   return (std::uint64_t{leaf_count} - 1 + kPageSplits - 1) / kPageSplits * kBlockClusters;

@@ -21,6 +21,9 @@ struct DrawListInput {
   std::uint64_t memory_budget_bytes = 0;
 };
 
+/// Draw commands of clusters and parts take at most the memory budget divided by this.
+inline constexpr std::uint64_t kCommandShare = 64;
+
 /// Name of the buffers that DrawLists::fill fills.
 inline constexpr const char* kLeafCommandsName = "coppice leaf commands";
 

@@ -56,8 +56,8 @@ constexpr float kSplit_px = 12.0f;
 /// Leaves up to this length are drawn as splats.
 constexpr float kSplat_px = 4.0f;
 
-/// Minimum number of slots in the size of cluster lists.
-constexpr std::uint32_t kMinWorkSlots = 1u << 17;
+/// Minimum number of slots in the size of cluster lists: a share of the clusters.
+constexpr std::uint32_t kMinWorkSlotShare = 4;
 
 /// Constants 0 to 7 of the rasteriser's shaders.
 struct Constants {
@@ -112,24 +112,27 @@ float depth_step(const AttachmentDesc& attachments) {
 }
 
 /// Most of it does not depend on the slots. It grows in few steps, because each step takes all of it twice for some frames.
-std::uint64_t work_capacity(std::uint32_t slots) {
-  return std::uint64_t{kWorkClusters} + std::bit_ceil(std::max(slots, kMinWorkSlots));
+std::uint64_t work_capacity(const WorkSize& size) {
+  return size.slots == 0 ? 0 : std::uint64_t{size.clusters} + std::bit_ceil(std::max(size.slots, size.clusters / kMinWorkSlotShare));
 }
 
-BufferSize work_size(Buffer& work, std::uint32_t slots) {
-  return {&work, "coppice work items",       work_capacity(slots) * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+BufferSize work_size(Buffer& work, const WorkSize& size) {
+  return {&work, "coppice work items",       work_capacity(size) * sizeof(WorkItem), kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
           false, VK_FORMAT_R32G32B32A32_UINT};
 }
 
 /// As many elements of motion, for a view with velocity.
-BufferSize motion_size(Buffer& motion, std::uint32_t slots) {
+BufferSize motion_size(Buffer& motion, const WorkSize& size) {
   return {&motion,
           "coppice cluster motion",
-          work_capacity(slots) * sizeof(ClusterMotion),
+          work_capacity(size) * sizeof(ClusterMotion),
           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
           false,
           VK_FORMAT_R32G32B32A32_UINT};
 }
+
+/// Leaves and wood of each instance, drawn by the rasteriser or the hardware.
+constexpr std::uint32_t kItemsPerSlot = 2;
 
 /// True if the rasteriser draws such a view.
 bool is_drawn(const coppice_camera& view) {
@@ -263,21 +266,28 @@ void LeafRaster::destroy_view(RasterView& view) {
   destroy_set(device_, view.set);
 }
 
-void LeafRaster::add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes) {
-  if (slots == 0) return;
-  const std::uint64_t block_count = (std::uint64_t{slots} + kBlockSlots - 1) / kBlockSlots;
-  sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
-  sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
-  // Leaves and wood of each instance, drawn by the rasteriser or the hardware.
-  sizes.add({&buffers_.items, "coppice items", std::uint64_t{slots} * 2 * sizeof(std::uint32_t), kStorage});
-  sizes.add({&buffers_.big, "coppice big leaves", std::uint64_t{kBigCapacity} * sizeof(uvec2), kStorage});
-  if (depth_views) sizes.add(work_size(buffers_.work, slots));
+void LeafRaster::release_picture(RasterView& view) {
+  for (Buffer* buffer : {&view.picture, &view.tiles}) deletion_.defer(*buffer);
 }
 
-void LeafRaster::add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes) {
-  if (slots == 0 || view.depth_alone) return;
-  sizes.add(work_size(view.work, slots));
-  if (view.has_velocity) sizes.add(motion_size(view.motion, slots));
+void LeafRaster::add_sizes(const WorkSize& size, bool depth_views, BufferSizes& sizes) {
+  const std::uint64_t slots = size.slots, block_count = (slots + kBlockSlots - 1) / kBlockSlots;
+  sizes.add({&buffers_.blocks, "coppice blocks", block_count * sizeof(InstanceBlock), kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, true});
+  sizes.add({&buffers_.visible_blocks, "coppice visible blocks", block_count * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.items, "coppice items", slots * kItemsPerSlot * sizeof(std::uint32_t), kStorage});
+  sizes.add({&buffers_.big, "coppice big leaves", slots > 0 ? kBigCapacity * sizeof(uvec2) : 0, kStorage});
+  if (depth_views) sizes.add(work_size(buffers_.work, size));
+}
+
+void LeafRaster::add_view_sizes(const WorkSize& size, RasterView& view, BufferSizes& sizes) {
+  if (view.depth_alone) return;
+  sizes.add(work_size(view.work, size));
+  if (view.has_velocity) sizes.add(motion_size(view.motion, size));
+}
+
+PictureSize picture_size(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t eye_count) {
+  return {std::uint64_t{eye_count} * width_px * height_px * 2 * sizeof(std::uint32_t),
+          eye_count * tile_count(width_px, height_px) * sizeof(std::uint32_t)};
 }
 
 InstanceBlock gpu_block(const InstanceBounds& bounds) {
@@ -311,15 +321,15 @@ Result<void> LeafRaster::rebuild_set(RasterView& view) {
   return {};
 }
 
-Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& needed) {
-  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", needed.picture, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
+Result<void> LeafRaster::reserve_picture(RasterView& view, const PictureSize& needed) {
+  COPPICE_TRY(picture, create_buffer(device_, {"coppice picture", needed.picture_bytes, kStorage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT,
                                                MemoryKind::alone}));
-  auto tiles = create_buffer(device_, {"coppice tiles", needed.tiles, kStorage, MemoryKind::alone});
+  auto tiles = create_buffer(device_, {"coppice tiles", needed.tile_bytes, kStorage, MemoryKind::alone});
   if (!tiles) {
     destroy_buffer(device_, picture);
     return tiles.error();
   }
-  for (Buffer* old : {&view.picture, &view.tiles}) deletion_.defer(*old);
+  release_picture(view);
   view.picture = picture;
   view.tiles = *tiles;
   view.set_stale = true;
@@ -329,12 +339,12 @@ Result<void> LeafRaster::reserve_picture(RasterView& view, const ViewBytes& need
 bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::uint32_t eye_count) {
   if (!is_drawn(camera)) return false;
   // A picture that is larger already stays.
-  const std::uint64_t picture_bytes = std::uint64_t{eye_count} * camera.width_px * camera.height_px * 2 * sizeof(std::uint32_t);
-  const std::uint64_t tile_bytes = eye_count * tile_count(camera.width_px, camera.height_px) * sizeof(std::uint32_t);
-  const ViewBytes needed{std::max(picture_bytes, view.picture.size_bytes), std::max(tile_bytes, view.tiles.size_bytes)};
+  PictureSize needed = picture_size(camera.width_px, camera.height_px, eye_count);
+  needed.picture_bytes = std::max(needed.picture_bytes, view.picture.size_bytes);
+  needed.tile_bytes = std::max(needed.tile_bytes, view.tiles.size_bytes);
   Result<void> reserved;
-  if (needed.picture > view.picture.size_bytes || needed.tiles > view.tiles.size_bytes) {
-    if (!fits_buffer(device_, needed.picture + needed.tiles)) return false;
+  if (needed.picture_bytes > view.picture.size_bytes || needed.tile_bytes > view.tiles.size_bytes) {
+    if (!fits_buffer(device_, needed.picture_bytes + needed.tile_bytes)) return false;
     reserved = reserve_picture(view, needed);
   }
   // It also retries after an earlier frame in which the picture's set could not be made.
@@ -345,23 +355,27 @@ bool LeafRaster::prepare(RasterView& view, const coppice_camera& camera, std::ui
   }
   const bool reversed = view.reversed_depth;
   const auto capacity = static_cast<std::uint32_t>(work_of(view).size_bytes / sizeof(WorkItem));
+  const auto slots = static_cast<std::uint32_t>(buffers_.items.size_bytes / (kItemsPerSlot * sizeof(std::uint32_t)));
   view.debug_view = camera.debug_view;
   view.eye_count = eye_count;
-  view.push = {.culling_pass = 0,
-               .width_px = camera.width_px,
-               .height_px = camera.height_px,
-               .splat_px = kSplat_px,
-               .split_px = kSplit_px,
-               .reversed = reversed ? 1u : 0u,
-               .lanes = lanes_,
-               .work_capacity = capacity,
-               .place_bits = static_cast<std::uint32_t>(std::bit_width(capacity)),
-               .expand_items = shape_.expand_together ? 1 : lanes_,
-               .leaf_clusters = shape_.leaf_clusters,
-               .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes,
-               .hides_from = 1,
-               .occluder_step = view.depth_step,
-               .motion = gpu_address(view.motion.address)};
+  view.push = {
+      .culling_pass = 0,
+      .width_px = camera.width_px,
+      .height_px = camera.height_px,
+      .splat_px = kSplat_px,
+      .split_px = kSplit_px,
+      .reversed = reversed ? 1u : 0u,
+      .lanes = lanes_,
+      .work_capacity = capacity,
+      // As many whatever the budget: which of two leaves at the same depth wins depends on it.
+      .place_bits = static_cast<std::uint32_t>(std::bit_width(std::max(capacity, kWorkClusters + kWorkClusters / kMinWorkSlotShare))),
+      .expand_items = shape_.expand_together ? 1 : lanes_,
+      .leaf_clusters = shape_.leaf_clusters,
+      .splat_clusters = shape_.splat_lanes / shape_.cluster_lanes,
+      .hides_from = 1,
+      .occluder_step = view.depth_step,
+      .motion = gpu_address(view.motion.address),
+      .work_clusters = std::min(kWorkClusters, capacity - std::min(capacity, slots))};
   return true;
 }
 

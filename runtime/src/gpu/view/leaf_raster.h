@@ -39,6 +39,18 @@ struct RasterShape {
   std::uint32_t cluster_lanes = 0;  ///< lanes of that group that share a cluster
 };
 
+/// Numbers that the rasteriser's lists have space for.
+struct WorkSize {
+  std::uint32_t slots = 0;
+  std::uint32_t clusters = kWorkClusters;
+};
+
+/// Bytes of a picture and its tiles.
+struct PictureSize {
+  std::uint64_t picture_bytes = 0, tile_bytes = 0;
+};
+PictureSize picture_size(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t eye_count);
+
 InstanceBlock gpu_block(const InstanceBounds& bounds);
 
 /// The rasteriser's state of a view.
@@ -70,12 +82,11 @@ class LeafRaster {
   LeafRaster(const LeafRaster&) = delete;
   LeafRaster& operator=(const LeafRaster&) = delete;
 
-  /// Adds its buffers for this many instance slots, and those that go with them; none for no slot. The caller creates them and reports
-  /// changes.
+  /// Adds its buffers for these instance slots and clusters, of no bytes if there is no slot. The caller creates them and reports changes.
   /// depth_views: there are views of only depth
-  void add_sizes(std::uint32_t slots, bool depth_views, BufferSizes& sizes);
+  void add_sizes(const WorkSize& size, bool depth_views, BufferSizes& sizes);
   /// Does the same for a view's buffers.
-  static void add_view_sizes(std::uint32_t slots, RasterView& view, BufferSizes& sizes);
+  static void add_view_sizes(const WorkSize& size, RasterView& view, BufferSizes& sizes);
 
   /// InstanceBlock[]: the blocks of the instance table.
   [[nodiscard]] const Buffer& block_buffer() const { return buffers_.blocks; }
@@ -84,6 +95,8 @@ class LeafRaster {
   Result<void> create_view(const AttachmentDesc& attachments, RasterView& view);
   /// The GPU must be done with it.
   void destroy_view(RasterView& view);
+  /// Gives a view's picture back; prepare makes another.
+  void release_picture(RasterView& view);
   /// Adds a pipeline that draws pictures to such attachments; it is not requested yet.
   Pipeline* add_resolve(const AttachmentDesc& attachments);
 
@@ -131,10 +144,7 @@ class LeafRaster {
   void add_pipelines();
   /// The passes over leaves for a view: those of Pipelines.
   [[nodiscard]] std::span<const RasterPass> passes(coppice_debug_view debug_view) const;
-  struct ViewBytes {
-    std::uint64_t picture = 0, tiles = 0;
-  };
-  Result<void> reserve_picture(RasterView& view, const ViewBytes& wanted);
+  Result<void> reserve_picture(RasterView& view, const PictureSize& wanted);
   [[nodiscard]] const Buffer& work_of(const RasterView& view) const { return view.depth_alone ? buffers_.work : view.work; }
   Result<void> rebuild_set(RasterView& view);
   void bind(VkCommandBuffer cmd, const Pipeline& pipeline) const;

@@ -40,7 +40,7 @@ static_assert(kDebugResidency == COPPICE_DEBUG_RESIDENCY);
 
 /// Properties of the view's attachments and of the scene.
 struct ViewKind {
-  std::uint32_t instance_slot_count = 0;
+  std::uint32_t instance_slot_count = 0, instance_frame = 0;
   bool reversed = false;  ///< depth is larger for nearer places
   bool depth_alone = false;
 };
@@ -109,6 +109,7 @@ View gpu_view(const ShownView& shown, const LodView& before, const coppice_light
   converted.lod_full = lod.full ? 1 : 0;
   converted.lod_discrete = lod.discrete ? 1 : 0;
   converted.instance_slot_count = kind.instance_slot_count;
+  converted.frame = kind.instance_frame;
   converted.fog_density = light.fog_density;
   converted.sun_direction = vec3(light.sun_direction);
   converted.sun_color = vec3(light.sun_color);
@@ -147,7 +148,8 @@ Result<void> ViewRecorder::create(const ViewOptions& options, const Capacity& ca
   if (shared_.raster != nullptr) COPPICE_CHECK(shared_.raster->create_view(attachments(), raster_));
   BufferSizes sizes;
   add_sizes(capacity, sizes);
-  for (const BufferSize& size : sizes.span()) COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.desc(MemoryKind::device))));
+  for (const BufferSize& size : sizes.span())
+    if (size.bytes > 0) COPPICE_CHECK(move_into(*size.buffer, create_buffer(device, size.desc(MemoryKind::lasting))));
   if (options.pass_times) COPPICE_CHECK(timer_.create(device));
   return {};
 }
@@ -174,7 +176,11 @@ void ViewRecorder::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
   sizes.add({&buffers_.leaf_commands, kLeafCommandsName, slots * sizeof(DrawCommand), kStorage | kIndirect});
   sizes.add({&buffers_.draw_counts, "coppice draw counts", kDrawCounts * plants * sizeof(std::uint32_t), kStorage | kIndirect});
   sizes.add({&buffers_.wood_commands, "coppice mesh commands", plants * kMeshCommands * sizeof(DrawCommand), kStorage | kIndirect});
-  if (shared_.raster != nullptr) LeafRaster::add_view_sizes(capacity.slots, raster_, sizes);
+  if (shared_.raster != nullptr) LeafRaster::add_view_sizes(capacity.work(), raster_, sizes);
+}
+
+void ViewRecorder::release_picture() {
+  if (shared_.raster != nullptr) shared_.raster->release_picture(raster_);
 }
 
 void ViewRecorder::buffers_changed() {
@@ -257,8 +263,9 @@ void ViewRecorder::begin_frame(std::uint64_t frame_number, std::uint64_t complet
   }
 }
 
-Result<void> ViewRecorder::prepare(std::uint32_t slot_count) {
+Result<void> ViewRecorder::prepare(std::uint32_t slot_count, std::uint32_t instance_frame) {
   slot_count_ = slot_count;
+  instance_frame_ = instance_frame;
   if (!shown_) return {};
   // It also completes a growth that failed half way in an earlier frame.
   if (set_stale_) COPPICE_CHECK(rebuild_set());
@@ -323,7 +330,7 @@ void ViewRecorder::leave_out() {
 void ViewRecorder::record_start(VkCommandBuffer cmd, const coppice_light& light, bool has_maps) {
   const Functions& vk = shared_.device.vk;
   View constants = gpu_view(*shown_, before_ && before_->eye_count == shown_->lod.eye_count ? *before_ : shown_->lod, light,
-                            {slot_count_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
+                            {slot_count_, instance_frame_, is_reversed(attachments().depth_compare), is_depth_alone(attachments())});
   if (!has_maps) constants.shadow_map_count = 0;
   constants.has_overrides = shared_.lists.has_overrides() ? 1 : 0;
   constants.debug_colors = gpu_address(buffers_.debug_colors.address);

@@ -32,6 +32,10 @@ struct SceneBuffers {
 struct Capacity {
   std::uint32_t slots = 0;  ///< instance slots; 0 before the first is reserved
   std::uint32_t plants = 0;
+  std::uint32_t clusters = kWorkClusters;  ///< WorkSize::clusters
+
+  [[nodiscard]] WorkSize work() const { return {slots, clusters}; }
+  bool operator==(const Capacity&) const = default;
 };
 
 /// Objects that views share; all of them outlive the views.
@@ -72,6 +76,9 @@ class ViewRecorder {
 
   void add_sizes(const Capacity& capacity, BufferSizes& sizes);
   void buffers_changed();
+  /// Bytes of its picture. Giving it back: the next frame that shows the view makes another, if that fits.
+  [[nodiscard]] std::uint64_t picture_bytes() const { return raster_.picture.size_bytes + raster_.tiles.size_bytes; }
+  void release_picture();
   /// The one that DrawLists::fill fills.
   [[nodiscard]] Buffer& command_buffer() { return buffers_.leaf_commands; }
 
@@ -79,8 +86,9 @@ class ViewRecorder {
   /// Sets what it shows in this frame. A view without it is neither culled nor drawn.
   void show(const ShownView& shown) { shown_ = shown; }
   [[nodiscard]] bool is_shown() const { return shown_.has_value(); }
-  /// Reserves all memory that the frame needs. before: the draw lists are filled. errors  out_of_memory: it may not be culled
-  Result<void> prepare(std::uint32_t slot_count);
+  /// Reserves all memory that the frame needs. instance_frame: InstanceTable::frame. before: the draw lists are filled. errors
+  /// out_of_memory: it may not be culled
+  Result<void> prepare(std::uint32_t slot_count, std::uint32_t instance_frame);
 
   /// Before and after: as coppice_record_cull; is_shown(); prepared
   void record_cull(VkCommandBuffer cmd, const coppice_light& light);
@@ -169,7 +177,7 @@ class ViewRecorder {
   std::optional<LodView> before_;   ///< the view in the frame before, if it was shown
   CulledBy by_ = CulledBy::nobody;  ///< for this frame
   Culled culled_;
-  std::uint32_t slot_count_ = 0;
+  std::uint32_t slot_count_ = 0, instance_frame_ = 0;
   std::uint64_t frame_ = 0, completed_ = 0;
 
   static constexpr std::uint32_t kReadbackSlots = 8;

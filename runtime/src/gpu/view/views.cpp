@@ -98,7 +98,23 @@ void Views::add_sizes(const Capacity& capacity, BufferSizes& sizes) {
     if (view) view->add_sizes(capacity, sizes);
   // The rasteriser's lists are large, and nothing needs them before the first instance.
   const bool depth_views = std::ranges::any_of(views_, [](const auto& view) { return view && is_depth_alone(view->attachments()); });
-  if (raster_) raster_->add_sizes(capacity.slots, depth_views, sizes);
+  if (raster_) raster_->add_sizes(capacity.work(), depth_views, sizes);
+}
+
+std::uint64_t Views::max_command_bytes(std::uint64_t memory_budget_bytes) const {
+  return static_cast<std::uint64_t>(views_.size()) * memory_budget_bytes / kCommandShare;
+}
+
+std::uint64_t Views::picture_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& view : views_)
+    if (view) bytes += view->picture_bytes();
+  return bytes;
+}
+
+void Views::release_pictures() {
+  for (const auto& view : views_)
+    if (view) view->release_picture();
 }
 
 void Views::buffers_changed() {
@@ -120,7 +136,7 @@ Result<void> Views::prepare(const InstanceTable& instances, std::span<const LodP
   const DrawListInput input{plants_, instances, plants, draws_, has_raster(), memory_budget_bytes};
   if (lists_.fill(device_, deletion_, input, commands_)) buffers_changed();
   for (const auto& view : views_)
-    if (view) COPPICE_CHECK(view->prepare(static_cast<std::uint32_t>(instances.slots().size())));
+    if (view) COPPICE_CHECK(view->prepare(static_cast<std::uint32_t>(instances.slots().size()), instances.frame()));
   return {};
 }
 

@@ -50,6 +50,11 @@ class Views {
   void add_sizes(const Capacity& capacity, BufferSizes& sizes);
   /// Reserves memory for this many plants. errors  out_of_memory; nothing has changed
   Result<void> reserve_plants(std::uint32_t count) { return lists_.reserve(count); }
+  /// Maximum bytes that DrawLists::fill adds to all views' buffers.
+  [[nodiscard]] std::uint64_t max_command_bytes(std::uint64_t memory_budget_bytes) const;
+  /// Bytes of all pictures, which release_pictures gives back; a frame makes those that it needs and that fit. Call it in an upload.
+  [[nodiscard]] std::uint64_t picture_bytes() const;
+  void release_pictures();
   /// Call this if one of those buffers, or of the scene's, has been replaced.
   void buffers_changed();
 

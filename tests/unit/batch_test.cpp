@@ -203,7 +203,10 @@ TEST(BatchPlants, NoOutputIsAFileThatAnInputRefersTo) {
   std::vector<BatchPlant> plants{{test::write_file(folder / "oak.glb", builder.glb()), folder / "oak.coppice", {}},
                                  {folder / "ash.glb", folder / "a" / ".." / "bark of oak.png", {}, false, "[1]"}};
   EXPECT_TRUE(check_batch(plants));
+  plants.insert(plants.begin(), plants.front());
+  plants.front().output = folder / "variant.coppice";
   estimate_inputs(plants);
+  EXPECT_TRUE(plants[1].files.empty() && plants[1].cost == plants[0].cost) << "it was read for the one before";
   const auto checked = check_batch(plants);
   ASSERT_FALSE(checked);
   EXPECT_TRUE(test::mentions(checked.error().message(), {"overwritten", "oak.glb and [1].output", "bark of oak.png"}));

@@ -262,7 +262,7 @@ std::vector<BatchPlant> expand_variants(const std::vector<BatchPlant>& plants, c
 
 /// OUT itself may lie in any other folder whose name begins with ".coppice-".
 static bool is_own_folder(const fs::path& name) {
-  return name == kOwnCache || name == ".coppice-cluster" || name == picture_folder({});
+  return name == kOwnCache || name == kOwnClusterRuns || name == picture_folder({});
 }
 
 Result<void> check_batch(const std::vector<BatchPlant>& plants, const std::vector<fs::path>& other_inputs) {

@@ -11,8 +11,8 @@
 
 namespace coppice::bake {
 
-/// The cache of an output folder, in it.
-inline constexpr const char* kOwnCache = ".coppice-cache";
+/// The cache of an output folder, in it, and the runs of its batches on a cluster (cluster_batch.h).
+inline constexpr const char *kOwnCache = ".coppice-cache", *kOwnClusterRuns = ".coppice-cluster";
 
 /// The environment variable that names a shared cache where --cache does not.
 inline constexpr const char* kCacheVariable = "COPPICE_CACHE";

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "atomic_file.h"
+#include "cache_location.h"
 #include "plant_cost.h"
 #include "plant_record.h"
 #include "slurm.h"
@@ -29,7 +30,7 @@ constexpr std::uint32_t kMaxAttempts = 3;
 constexpr auto kMaxSilence = 10min;  // while Slurm's controller does not answer
 
 fs::path cluster_folder(const ClusterBatch& batch) {
-  return batch.output_folder / ".coppice-cluster";
+  return batch.output_folder / kOwnClusterRuns;
 }
 
 /// An array of tasks.

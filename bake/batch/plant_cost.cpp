@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "atomic_file.h"
 #include "gltf_document.h"
@@ -12,12 +13,11 @@ namespace fs = std::filesystem;
 
 InputCounts count_input(const fs::path& input, const ImportOptions& options) {
   InputCounts counts{0, bytes_of_file(input), {}};
-  // Another machine may bake it: this one's memory is no limit.
-  const auto outline = outline_gltf(input, {options.max_source_triangles > 0 ? options.max_source_triangles : kMaxSourceTriangles});
+  auto outline = outline_gltf(input, options.max_source_triangles);
   if (!outline) return counts;
   counts.triangles = outline->triangles;
-  for (const GltfReference& reference : outline->files) {
-    counts.files.push_back(named_file(input.parent_path(), reference.uri));
+  counts.files = std::move(outline->files);
+  for (const GltfReference& reference : outline->references) {
     const auto file = resolve_reference(input.parent_path(), reference.uri, reference.place(), options.outside_files);
     if (file) counts.bytes += std::min(bytes_of_file(*file), reference.used_bytes);
   }

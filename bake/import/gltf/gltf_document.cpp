@@ -212,23 +212,18 @@ void DeleteModel::operator()(tinygltf::Model* model) const {
   delete model;
 }
 
-Result<GltfOutline> outline_gltf(const std::filesystem::path& path, const CostLimit& limit) {
+Result<GltfOutline> outline_gltf(const std::filesystem::path& path, std::uint64_t max_source_triangles) {
   COPPICE_TRY(bytes, read_gltf_text(path, kMostOutlinedBytes));
+  const CostLimit limit{max_source_triangles > 0 ? max_source_triangles : kMaxSourceTriangles};
   COPPICE_TRY(screened, screen_gltf(gltf_text(bytes), kMaxGltfBytes, limit));
-  GltfOutline outline{screened.triangles, {}};
-  const auto add = [&outline](bool is_buffer, std::size_t index, const std::string& uri, std::uint64_t used_bytes) {
-    if (!uri.empty() && !uri.starts_with("data:")) outline.files.push_back({is_buffer, index, uri, used_bytes});
-  };
-  for (std::size_t i = 0; i < screened.buffers.size(); ++i) add(true, i, screened.buffers[i].uri.value_or(""), screened.buffers[i].bytes);
-  for (std::size_t i = 0; i < screened.images.size(); ++i) add(false, i, screened.images[i].uri, kMaxImageFileBytes);
+  GltfOutline outline{screened.triangles, std::move(screened.references), {}};
+  for (const GltfReference& reference : outline.references) outline.files.push_back(named_file(path.parent_path(), reference.uri));
   return outline;
 }
 
 std::vector<std::filesystem::path> files_of_gltf(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> files{path};
-  // Another machine may bake it: this one's memory is no limit.
-  if (const auto outline = outline_gltf(path, {kMaxSourceTriangles}))
-    for (const GltfReference& file : outline->files) files.push_back(named_file(path.parent_path(), file.uri));
+  if (const auto outline = outline_gltf(path)) files.insert(files.end(), outline->files.begin(), outline->files.end());
   return files;
 }
 

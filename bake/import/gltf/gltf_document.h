@@ -30,13 +30,15 @@ std::string conversion_advice(const std::filesystem::path& path);
 
 /// What the JSON of a file says of an import.
 struct GltfOutline {
-  std::uint64_t triangles = 0;       ///< ScreenedGltf::triangles
-  std::vector<GltfReference> files;  ///< buffers, then images
+  std::uint64_t triangles = 0;  ///< ScreenedGltf::triangles
+  std::vector<GltfReference> references;
+  std::vector<std::filesystem::path> files;  ///< that they name, whether there or not
 };
 
 /// Reads the JSON of a .gltf or .glb and checks it. The bytes of a .glb's other chunk are not looked at.
+/// max_source_triangles  0: kMaxSourceTriangles. This machine's memory is no limit: another may bake the plant
 /// errors  those of read_file and screen_gltf; a document with over 32 MiB of JSON counts as damaged
-Result<GltfOutline> outline_gltf(const std::filesystem::path& path, const CostLimit& limit);
+Result<GltfOutline> outline_gltf(const std::filesystem::path& path, std::uint64_t max_source_triangles = 0);
 
 /// A file with those that it refers to, whether these are there or not: what a command that reads it must not write to. The file alone
 /// where outline_gltf refuses it.

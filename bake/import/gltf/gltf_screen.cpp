@@ -483,7 +483,6 @@ class Screen {
 
   /// Every node has at most one parent. The last node completes the trees.
   Result<void> check_node(const JsonObject& node) {
-    const std::size_t number = node_count_++;
     COPPICE_CHECK(node.check_index("mesh", length("meshes")));
     COPPICE_CHECK(node.check_index("skin", length("skins")));
     COPPICE_CHECK(check_morph_weights(node));
@@ -505,9 +504,9 @@ class Screen {
     for (const Json& child : node.json().value("children", Json::array())) {
       std::size_t& parent = parents_[child.get<std::size_t>()];
       if (parent != parents_.size()) return bad_node("node has two parents", child.get<std::size_t>());
-      parent = number;
+      parent = node_count_;
     }
-    return node_count_ < parents_.size() ? Result<void>() : check_ancestors();
+    return ++node_count_ < parents_.size() ? Result<void>() : check_ancestors();
   }
 
   /// Following parents ends: then a walk from any root ends too, and meets each node once.
@@ -591,6 +590,7 @@ Result<ScreenedGltf> screen_gltf(std::string_view json, std::optional<std::uint6
   if (!root.is_object()) return Error{Status::bad_file, "not a JSON object", Error::kNoOffset, "the document"};
   COPPICE_TRY(screened, Screen(root, bin_chunk_bytes, limit).check());
   screened.has_animations = root.contains("animations") && !root["animations"].empty();
+  screened.references = find_references(root);
   for (const char* unread : {"buffers", "images", "animations", "cameras", "samplers", "extensions"}) root.erase(unread);
   drop_unread_values(root);
   screened.json = root.dump(-1, ' ', false, Json::error_handler_t::replace);

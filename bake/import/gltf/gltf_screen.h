@@ -9,6 +9,7 @@
 
 #include "gltf_compression.h"
 #include "gltf_cost.h"
+#include "gltf_references.h"
 #include "result.h"
 
 namespace coppice::bake {
@@ -57,6 +58,7 @@ struct ScreenedGltf {
   std::string json;  ///< the document without buffers, images and whatever the importer does not read
   std::vector<ScreenedBuffer> buffers;
   std::vector<ScreenedImage> images;
+  std::vector<GltfReference> references;  ///< the files among these
   bool has_animations = false;
   std::uint64_t triangles = 0;             ///< of the default scene, in all places where they stand: check_cost
   std::vector<MeshoptView> meshopt_views;  ///< these views hold coded bytes; accessors lie within the decoded bytes

@@ -101,16 +101,22 @@ TEST(CoppiceForestErrors, OutputsThatCannotBeWrittenAreRefusedFirst) {
 
 TEST(CoppiceForestErrors, NoFileOfARunIsOverwritten) {
   const TemporaryFolder folder;
-  const fs::path plant = folder / "plant.coppice", link = folder / "link", twice = folder / "twice";
+  const fs::path plant = folder / "plant.coppice", link = folder / "link", twice = folder / "twice", name = folder / "another name";
   write_text(plant, "a plant");
   fs::create_symlink("plant.coppice", link);
+  fs::create_hard_link(plant, name);
   for (const Words& arguments : {Words{plant, "--stats", link},
+                                 {plant, "--stats", name},
                                  {folder.path(), "--screenshot", plant},
                                  {"--scene", plant, "--trace", plant},
                                  {plant, "--camera", link, "--compare", plant},
                                  {plant, "--stats", twice, "--trace", twice}})
     expect_failure(run_process(kForest, joined({"--headless"}, arguments)), {arguments.back(), "overwritten"});
   EXPECT_EQ(read_text(plant), "a plant");
+  const fs::path null = folder / "null";
+  fs::create_symlink("/dev/null", null);
+  expect_failure(run_process(kForest, {"--headless", "/nowhere.coppice", "--stats", "/dev/null", "--trace", null}), {"nowhere"});
+  expect_failure(run_process(kForest, {"--headless", plant, "--stats", "."}), {"--stats", std::strerror(EISDIR)});
 }
 
 TEST(CoppiceForestErrors, AStandardOutputThatIsFullAndCamerasThatAreNoFilesFailTheRun) {

@@ -1,6 +1,5 @@
 #include "output.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -8,11 +7,11 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <set>
 
 #include "atomic_file.h"
 #include "job_processes.h"
 #include "printable.h"
+#include "taken_places.h"
 
 namespace coppice::bake {
 namespace {
@@ -22,23 +21,6 @@ constexpr const char* kStandardOutput = "the standard output";
 Error refused(const char* what, const std::filesystem::path& output) {
   return Error{Status::invalid_argument, what, Error::kNoOffset, output.string()};
 }
-
-/// The files of a command, told apart by where they are, and by what they are: two folders may be one.
-struct TakenPlaces {
-  std::set<std::filesystem::path> paths = {};
-  std::set<std::pair<dev_t, ino_t>> files = {};
-
-  /// Whether none that was added is the same. Nothing is the same as a device, or as no path.
-  Result<bool> add(const std::filesystem::path& path) {
-    struct stat status {};
-    const bool is_there = ::stat(path.c_str(), &status) == 0;
-    if (path.empty() || (is_there && S_ISCHR(status.st_mode))) return true;
-    if (is_standard_output(path)) return paths.insert(path).second;
-    COPPICE_TRY(place, resolved(path));
-    const bool is_new = paths.insert(std::move(place)).second;
-    return (!is_there || files.emplace(status.st_dev, status.st_ino).second) && is_new;
-  }
-};
 
 }  // namespace
 
@@ -63,11 +45,14 @@ Result<void> check_outputs(const std::vector<std::pair<std::filesystem::path, Co
                            const std::vector<std::filesystem::path>& inputs) {
   TakenPlaces taken;
   for (const std::filesystem::path& input : inputs) COPPICE_CHECK(taken.add(input));
+  bool has_standard_output = false;
   for (const auto& [output, content] : outputs) {
+    if (is_standard_output(output)) {
+      if (std::exchange(has_standard_output, true)) return refused("two outputs cannot both be the standard output", output);
+      continue;
+    }
     COPPICE_TRY(is_free, taken.add(output));
-    if (is_free) continue;
-    if (is_standard_output(output)) return refused("two outputs cannot both be the standard output", output);
-    return refused("would be overwritten: another file of this command has the same path", output);
+    if (!is_free) return refused("would be overwritten: another file of this command has the same path", output);
   }
   for (const auto& [output, content] : outputs) {
     if (output.empty()) continue;

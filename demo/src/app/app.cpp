@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "camera.h"
 #include "compare.h"
@@ -205,22 +205,15 @@ void run_in_window(Session& session, const Options& options) {
   save_picture(session, {pose, time_s}, options.screenshot);
 }
 
-void check_outputs(const Options& options) {
-  std::vector<std::string> read = options.plants;
-  read.insert(read.end(), {options.scene, options.camera});
-  std::set<std::filesystem::path> taken;
-  for (const std::string& file : read) taken.insert(place_of(file));
-  const std::pair<const char*, std::string> outputs[] = {{"--screenshot", options.screenshot},
-                                                         {"--stats", options.stats},
-                                                         {"--compare", options.compare},
-                                                         {"--trace", options.trace},
-                                                         {"--record", options.record.empty() ? "" : options.record + "/00000.png"}};
-  for (const auto& [option, file] : outputs) {
-    if (file.empty()) continue;
-    if (!taken.insert(place_of(file)).second && file != "/dev/null")
-      throw Failure(std::string(option) + ": " + file + " would be overwritten: it is read, or another output");
-    check_output(option, file);
-  }
+void check_files(const Options& options) {
+  std::vector<std::string> inputs = options.plants;
+  inputs.insert(inputs.end(), {options.scene, options.camera});
+  const NamedOutput outputs[] = {{"--screenshot", options.screenshot},
+                                 {"--stats", options.stats},
+                                 {"--compare", options.compare},
+                                 {"--trace", options.trace},
+                                 {"--record", options.record.empty() ? "" : options.record + "/00000.png"}};
+  check_outputs(outputs, inputs);
 }
 
 /// A picture that lacks something is no success, unless the user says so.
@@ -236,7 +229,7 @@ int exit_code_of(Session& session, const Options& options) {
 int run(const Options& requested) {
   Options options = requested;
   if (options.scene.empty()) options.plants = find_plants(options);
-  check_outputs(options);
+  check_files(options);
   std::unique_ptr<Window> window;
   if (!options.headless && options.compare.empty()) {
     std::string reason;

@@ -11,6 +11,7 @@
 
 #include "atomic_file.h"
 #include "failure.h"
+#include "taken_places.h"
 
 namespace forest {
 namespace {
@@ -33,15 +34,17 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
 
 }  // namespace
 
-std::filesystem::path place_of(const std::string& file) {
-  return must(files::resolved(file));
-}
-
-void check_output(const char* option, const std::string& file) try {
-  must(files::make_folder_of(file));
-  must(files::try_writing(file));
-} catch (const Failure& failure) {
-  throw Failure(std::string(option) + ": " + failure.what());
+void check_outputs(std::span<const NamedOutput> outputs, std::span<const std::string> inputs) {
+  files::TakenPlaces taken;
+  for (const std::string& input : inputs) must(taken.add(input));
+  for (const auto& [option, file] : outputs) try {
+      if (file.empty()) continue;
+      if (!must(taken.add(file))) throw Failure(file + " would be overwritten: it is read, or another output");
+      must(files::make_folder_of(file));
+      must(files::try_writing(file));
+    } catch (const Failure& failure) {
+      throw Failure(std::string(option) + ": " + failure.what());
+    }
 }
 
 void write_output(const std::string& file, std::string_view bytes) {

@@ -10,13 +10,17 @@
 
 namespace forest {
 
-/// By which two names of one file are told: bake/core/files/file_place.h.
-std::filesystem::path place_of(const std::string& file);
+/// A file that an option names. file  empty: none
+struct NamedOutput {
+  const char* option;  ///< "--stats"
+  std::string file;
+};
 
-/// Refuses a file that cannot be written, before there is anything to write. Makes its folder; leaves a file that is there as it is.
-/// option  names it in the error: "--stats"
-/// errors  Failure with the system's reason
-void check_output(const char* option, const std::string& file);
+/// Refuses files that cannot be written, that are read, or that are each other, before there is anything to write. Makes their folders;
+/// leaves files that are there as they are.
+/// inputs  empty names are skipped
+/// errors  Failure: the option, the file and why, or the system's reason
+void check_outputs(std::span<const NamedOutput> outputs, std::span<const std::string> inputs);
 
 /// Writes a plain file whole or not at all, or /dev/null, and makes its folder. Links are followed as find_place says
 /// (bake/core/files/file_place.h), not those that another user made in a shared folder.

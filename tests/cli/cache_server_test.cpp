@@ -38,6 +38,9 @@ struct Batch {
   std::uint64_t peak_rss_bytes = 0;  ///< of the largest of its processes
 };
 
+/// A batch that takes longer hangs, also on a machine that is busy elsewhere.
+constexpr std::chrono::seconds kHangs(1200);
+
 /// Small plants that bake in a moment.
 class CacheServer : public testing::Test {
  protected:
@@ -54,7 +57,7 @@ class CacheServer : public testing::Test {
   /// Runs a batch of its own, as on another machine.
   ProcessResult run_batch(const std::string& out, const Words& more, const Words& environment = {}) {
     const Words arguments{"bake-all", plants_, "-o", folder_ / out.c_str(), "--views", "2", "--resolution", "16"};
-    return run_tool(joined(arguments, more), {.kill_after = std::chrono::seconds(300), .environment = environment});
+    return run_tool(joined(arguments, more), {.kill_after = kHangs, .environment = environment});
   }
   Batch bake_all(const std::string& out, const Words& more, const Words& environment = {}) {
     const fs::path report = folder_ / (out + ".json").c_str();
@@ -94,11 +97,15 @@ TEST_P(BadServer, CostsLittleAndHarmsNothing) {
   const auto plants = bake_all("filling", {"--cache", FaultyServer(objects).url()}).files;
   fs::remove(objects / "requests.log");
   const FaultyServer server(objects, fault);
+  const auto start = std::chrono::steady_clock::now();
   const Batch batch = bake_all("out", {"--cache", server.url()}, {"COPPICE_CACHE_CREDENTIALS=ann:sesame"});
+  const auto time = std::chrono::steady_clock::now() - start;
   EXPECT_EQ(batch.files, plants);
   EXPECT_EQ(batch.counts, fault.is_found ? (BatchCounts{0, 3, 0}) : (BatchCounts{3, 0, 0}));
   EXPECT_EQ(lines_that_name(batch.err, fault.told) > 0, !fault.told.empty()) << batch.err;
-  EXPECT_EQ(lines_that_name(batch.err, server.url()), fault.lines) << batch.err;
+  // A machine that is busy elsewhere takes the server's whole time to tell three answers wrong, and a fourth line says that.
+  const bool has_run_out = fault.lines == 3 && time > std::chrono::seconds(10) && batch.cache["gave_up"];
+  EXPECT_EQ(lines_that_name(batch.err, server.url()), fault.lines + (has_run_out ? 1 : 0)) << batch.err;
   EXPECT_EQ(count_of(server.requests(), "/elsewhere"), 0u);
   EXPECT_EQ(count_of(batch.out + batch.err, "sesame"), 0u);
   EXPECT_LT(batch.peak_rss_bytes, std::uint64_t{400} << 20);

@@ -297,7 +297,7 @@ void Renderer::remove_view(std::uint32_t view) {
 }
 
 void Renderer::set_memory_budget(std::uint64_t bytes) {
-  lists_may_grow_ = bytes > desc_.memory_budget_bytes;
+  lists_may_grow_ = true;
   desc_.memory_budget_bytes = bytes;
   capacity_.clusters = work_clusters(bytes);
   set_block_bytes(device_, block_bytes(bytes), kPageBytes);

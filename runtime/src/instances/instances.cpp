@@ -449,7 +449,13 @@ void InstanceTable::write(std::uint32_t slot, std::uint32_t plant, const coppice
   if (is_new) {
     ++count_;
     ++of.count;
-    slot_count_ = std::max(slot_count_, slot + 1);
+    if (slot >= slot_count_) {
+      // The GPU may have former instances in slots that min_capacity() has given up.
+      const SlotRange fresh{slot_count_, slot + 1 - slot_count_};
+      arrays_.dirty.mark(fresh);
+      arrays_.unbounded.mark(fresh);
+      slot_count_ = slot + 1;
+    }
   }
   const CellPlace at = cell_place(dvec3(placement.position) + origin);
   const uint bias = half_of(placement.lod_bias);
